@@ -1,0 +1,90 @@
+"""Array types, the rule that a dataclass owns its arrays read-only, and a digest of its content."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.errors import ModelError
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int32]
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+
+def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None, ...], name: str) -> Any:
+    """Return a read-only C-ordered array of the given type; an array that nobody can write is not copied.
+
+    Parameters
+    ----------
+    values : array_like
+        What the user gave.
+    dtype : dtype
+        Element type to convert to.
+    shape : tuple
+        Expected shape; None stands for any length.
+    name : str
+        The field's name, for the message.
+
+    Raises
+    ------
+    ModelError
+        If `values` is not numeric or has another shape.
+    """
+    try:
+        array = np.asarray(values)
+        if np.issubdtype(np.dtype(dtype), np.integer) and np.issubdtype(array.dtype, np.floating) and array.size:
+            raise TypeError
+        frozen = array.dtype == dtype and not array.flags.writeable and array.flags.c_contiguous
+        array = array if frozen else np.array(array, dtype=dtype, order="C")
+    except (TypeError, ValueError):
+        raise ModelError(f"{name}: not an array of {np.dtype(dtype).name} numbers") from None
+    if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
+        wanted = " x ".join("n" if want is None else str(want) for want in shape)
+        raise ModelError(f"{name}: shape {array.shape} where ({wanted}) is needed")
+    array.setflags(write=False)
+    return array
+
+
+def own_array(owner: object, name: str, dtype: npt.DTypeLike, shape: tuple[int | None, ...]) -> None:
+    """Replace a frozen dataclass's array field by a checked read-only copy (`read_only`)."""
+    object.__setattr__(owner, name, read_only(getattr(owner, name), dtype, shape, f"{type(owner).__name__}.{name}"))
+
+
+def digest(thing: Any) -> str:
+    """Return the SHA-256 of a (nested) dataclass's content: equal models have equal digests.
+
+    Fields with ``metadata={"digest": False}`` (derived or cosmetic) do not count.
+    """
+    state = hashlib.sha256()
+    _feed(state, thing)
+    return state.hexdigest()
+
+
+def _feed(state: Any, thing: Any) -> None:
+    if dataclasses.is_dataclass(thing):
+        state.update(type(thing).__name__.encode())
+        for field in dataclasses.fields(thing):
+            if field.metadata.get("digest", True):
+                state.update(field.name.encode())
+                _feed(state, getattr(thing, field.name))
+    elif isinstance(thing, np.ndarray):
+        state.update(f"{thing.dtype.str}{thing.shape}".encode())
+        state.update(np.ascontiguousarray(thing).data)
+    elif isinstance(thing, Mapping):
+        for key in sorted(thing):
+            state.update(repr(key).encode())
+            _feed(state, thing[key])
+    elif isinstance(thing, tuple | list):
+        state.update(f"({len(thing)}".encode())
+        for part in thing:
+            _feed(state, part)
+    elif isinstance(thing, int | float | np.number) and not isinstance(thing, bool):
+        state.update(float(thing).hex().encode())
+    else:
+        state.update(repr(thing).encode())

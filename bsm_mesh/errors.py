@@ -1,0 +1,64 @@
+"""What is raised when the input is wrong."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+
+MOST_SHOWN = 12
+
+
+class ModelError(ValueError):
+    """The input cannot be analysed: every fault found, each with its place, rule and cure.
+
+    Parameters
+    ----------
+    faults : str or sequence of str
+        One sentence per fault.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        The sentences, in the order in which they were found.
+    """
+
+    def __init__(self, faults: str | Sequence[str]) -> None:
+        self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
+        super().__init__(self._text())
+
+    def _text(self) -> str:
+        if len(self.faults) == 1:
+            return self.faults[0]
+        shown = [f"  - {fault}" for fault in self.faults[:MOST_SHOWN]]
+        hidden = len(self.faults) - MOST_SHOWN
+        if hidden > 0:
+            shown.append(f"  - and {hidden} more")
+        return "\n".join([f"{len(self.faults)} faults:", *shown])
+
+
+class MeshWarning(UserWarning):
+    """Something in a mesh was mended or left out; the message says what and how much."""
+
+
+def raise_faults(faults: Sequence[str]) -> None:
+    """Raise one `ModelError` for all collected faults; do nothing if there are none."""
+    if faults:
+        raise ModelError(faults)
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a hint such as ``"; did you mean 'top'? (known: bottom, top)"`` for an unknown name."""
+    names = sorted(known)
+    if not names:
+        return " (there are none)"
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    listed = ", ".join(names[:MOST_SHOWN]) + (", ..." if len(names) > MOST_SHOWN else "")
+    return f"{hint} (known: {listed})"
+
+
+def listing(ids: Iterable[int], most: int = 8) -> str:
+    """Return ``"3, 4, 17, ... (120 in all)"``: the first few of many numbers."""
+    numbers = [int(i) for i in ids]
+    text = ", ".join(str(i) for i in numbers[:most])
+    return text if len(numbers) <= most else f"{text}, ... ({len(numbers)} in all)"
