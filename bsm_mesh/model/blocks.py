@@ -1,0 +1,275 @@
+"""The rigid blocks: outlines stored flat, the rock of each, and the joints and boundaries of their edges."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.arrays import FloatArray, IntArray, own_array, read_only
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.block_faults import outline_faults
+from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
+
+MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
+
+EdgePredicate = Callable[[FloatArray, FloatArray], npt.NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Blocks:
+    """Rigid polygonal blocks, stored flat.
+
+    Edge e runs from corner e to the next corner of the same block, so edges and corners share their numbers.
+
+    Attributes
+    ----------
+    vertices : (n_vertices, 2) float64 [m]
+        Corners, counter-clockwise, block after block.
+    offsets : (n_blocks + 1,) int32
+        Block b owns ``vertices[offsets[b]:offsets[b + 1]]``.
+    nodes : (n_vertices,) int32
+        Number of the point at which each corner lies: corners of different blocks that touch share it.
+    rock : (n_blocks,) int32
+        Index of each block's rock in `rock_names`.
+    rock_names : tuple of str
+        Names of the rocks.
+    edge_joint : (n_vertices,) int32
+        Index of each edge's joint in `joint_names`; -1 where it has none.
+    joint_names : tuple of str
+        Names of the joints.
+    boundaries : mapping of str to (k,) int32
+        Edges of each named boundary.
+    excavations : mapping of str to (k,) int32
+        Blocks of each named excavation.
+
+    Raises
+    ------
+    ModelError
+        If an outline is not a simple polygon of positive area, or the arrays do not fit together.
+    """
+
+    vertices: FloatArray
+    offsets: IntArray
+    nodes: IntArray = field(metadata={"digest": False})  # follows from the vertices
+    rock: IntArray
+    rock_names: tuple[str, ...]
+    edge_joint: IntArray
+    joint_names: tuple[str, ...] = ()
+    boundaries: Mapping[str, IntArray] = field(default_factory=dict)
+    excavations: Mapping[str, IntArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        own_array(self, "vertices", np.float64, (None, 2))
+        own_array(self, "offsets", np.int32, (None,))
+        for name in ("nodes", "rock", "edge_joint"):
+            own_array(self, name, np.int32, (None,))
+        for name in ("boundaries", "excavations"):
+            groups = {
+                key: read_only(ids, np.int32, (None,), f"Blocks.{name}['{key}']")
+                for key, ids in getattr(self, name).items()
+            }
+            object.__setattr__(self, name, MappingProxyType(groups))
+        object.__setattr__(self, "rock_names", tuple(self.rock_names))
+        object.__setattr__(self, "joint_names", tuple(self.joint_names))
+        self._check_sizes()
+        raise_faults(outline_faults(self.vertices, self.offsets))
+
+    def _check_sizes(self) -> None:
+        """Raise for arrays that do not fit together; outlines are looked at only once these do."""
+        faults = []
+        offsets, n_vertices = self.offsets, len(self.vertices)
+        if len(offsets) < 2:
+            raise ModelError("there are no blocks; a model needs at least one polygon")
+        if offsets[0] != 0 or offsets[-1] != n_vertices or np.any(np.diff(offsets) < 3):
+            faults.append(
+                f"Blocks.offsets: must rise from 0 to {n_vertices} (the number of corners) by 3 or more a block"
+            )
+        for name, length in (("nodes", n_vertices), ("edge_joint", n_vertices), ("rock", len(offsets) - 1)):
+            if len(getattr(self, name)) != length:
+                faults.append(f"Blocks.{name}: has {len(getattr(self, name))} entries, needs {length}")
+        for name, lowest, names in (("rock", 0, self.rock_names), ("edge_joint", -1, self.joint_names)):
+            values = getattr(self, name)
+            if values.size and (values.min() < lowest or values.max() >= len(names)):
+                faults.append(f"Blocks.{name}: index outside {lowest} .. {len(names) - 1}")
+        limits = (("boundaries", n_vertices, "edge"), ("excavations", len(offsets) - 1, "block"))
+        for name, limit, thing in limits:
+            for key, ids in getattr(self, name).items():
+                if ids.size and (ids.min() < 0 or ids.max() >= limit):
+                    faults.append(f"Blocks.{name}['{key}']: {thing} number outside 0 .. {limit - 1}")
+        raise_faults(faults)
+
+    @classmethod
+    def from_polygons(
+        cls,
+        polygons: Sequence[npt.ArrayLike],
+        *,
+        rock: str | Sequence[str],
+        merge_tolerance: float = MERGE_TOLERANCE,
+    ) -> Blocks:
+        """Return blocks from one array of corners each; clockwise outlines are turned round.
+
+        Parameters
+        ----------
+        polygons : sequence of (k, 2) array_like [m]
+            Corners of each block in order, first corner not repeated.
+        rock : str or sequence of str
+            Name of the rock of all blocks, or one name a block.
+        merge_tolerance : float [m]
+            Corners of different blocks nearer than this are taken as touching.
+
+        Raises
+        ------
+        ModelError
+            If a polygon is not a simple outline of at least three finite corners.
+
+        Examples
+        --------
+        >>> square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+        >>> Blocks.from_polygons([square], rock="granite").count
+        1
+        """
+        corners = _as_corners(polygons)
+        names = [rock] * len(corners) if isinstance(rock, str) else list(rock)
+        if len(names) != len(corners):
+            raise ModelError(f"rock: {len(names)} names for {len(corners)} blocks; give one name, or one a block")
+        offsets = np.concatenate([[0], np.cumsum([len(c) for c in corners])]).astype(np.int32)
+        vertices = np.concatenate(corners)
+        clockwise = np.flatnonzero(polygon_moments(vertices, offsets).area < 0)
+        for b in clockwise:
+            vertices[offsets[b] : offsets[b + 1]] = vertices[offsets[b] : offsets[b + 1]][::-1].copy()
+        rock_names = tuple(dict.fromkeys(names))
+        return cls(
+            vertices=vertices,
+            offsets=offsets,
+            nodes=merge_points(vertices, merge_tolerance),
+            rock=np.array([rock_names.index(name) for name in names], dtype=np.int32),
+            rock_names=rock_names,
+            edge_joint=np.full(len(vertices), -1, dtype=np.int32),
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of blocks."""
+        return len(self.offsets) - 1
+
+    @cached_property
+    def moments(self) -> Moments:
+        """Area, centroid and polar second moment of every block."""
+        return polygon_moments(self.vertices, self.offsets)
+
+    @cached_property
+    def following(self) -> IntArray:
+        """Next corner of the same block, for every corner."""
+        return next_corner(self.offsets)
+
+    @cached_property
+    def owner(self) -> IntArray:
+        """Block of every corner and edge."""
+        return owner_of_corner(self.offsets)
+
+    @property
+    def edge_vectors(self) -> FloatArray:
+        """Vector along every edge, (n_vertices, 2) [m]."""
+        return edge_vectors(self.vertices, self.offsets)
+
+    @property
+    def outer_edges(self) -> IntArray:
+        """Edges whose two end points no other edge joins: the outline of the body, and both lips of a gap."""
+        first = np.minimum(self.nodes, self.nodes[self.following]).astype(np.int64)
+        last = np.maximum(self.nodes, self.nodes[self.following])
+        key = first * (int(self.nodes.max()) + 1) + last
+        _, inverse, counts = np.unique(key, return_inverse=True, return_counts=True)
+        return np.flatnonzero(counts[inverse] == 1).astype(np.int32)
+
+    def polygon(self, block: int) -> FloatArray:
+        """Return the corners of one block, (k, 2) [m]."""
+        return self.vertices[self.offsets[block] : self.offsets[block + 1]]
+
+    def boundary_edges(self, name: str) -> IntArray:
+        """Return the edges of a named boundary.
+
+        Raises
+        ------
+        ModelError
+            If there is no such boundary.
+        """
+        if name not in self.boundaries:
+            raise ModelError(f"there is no boundary '{name}'{nearest(name, self.boundaries)}")
+        return self.boundaries[name]
+
+    def with_boundary(self, name: str, where: EdgePredicate) -> Blocks:
+        """Return a copy whose boundary `name` holds the outer edges with ``where(x, y)`` true at both ends.
+
+        Examples
+        --------
+        >>> blocks = Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="granite")
+        >>> blocks.with_boundary("bottom", lambda x, y: y < 1e-9).boundaries["bottom"]
+        array([0], dtype=int32)
+        """
+        edges = self.outer_edges
+        chosen = edges[self._edges_where(where)[edges]]
+        if chosen.size == 0:
+            raise ModelError(f"boundary '{name}': no outer edge fulfils the condition at both its ends")
+        return dataclasses.replace(self, boundaries={**self.boundaries, name: chosen})
+
+    def with_joint(self, name: str, where: EdgePredicate) -> Blocks:
+        """Return a copy in which the edges with ``where(x, y)`` true at both ends bear the joint `name`."""
+        chosen = self._edges_where(where)
+        if not chosen.any():
+            raise ModelError(f"joint '{name}': no edge fulfils the condition at both its ends")
+        names = self.joint_names if name in self.joint_names else (*self.joint_names, name)
+        edge_joint = np.where(chosen, names.index(name), self.edge_joint).astype(np.int32)
+        return dataclasses.replace(self, edge_joint=edge_joint, joint_names=names)
+
+    def _edges_where(self, where: EdgePredicate) -> npt.NDArray[np.bool_]:
+        at_corner = np.broadcast_to(np.asarray(where(*self.vertices.T), dtype=bool), self.nodes.shape)
+        both: npt.NDArray[np.bool_] = at_corner & at_corner[self.following]
+        return both
+
+
+def merge_points(points: FloatArray, tolerance: float) -> IntArray:
+    """Return a number for every point; points nearer than `tolerance` (also in a chain) share one.
+
+    Parameters
+    ----------
+    points : (n, 2) float64 [m]
+        Coordinates.
+    tolerance : float [m]
+        Greatest distance of points taken as one.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    # Equal coordinates first: a corner shared by k blocks would give k^2 pairs.
+    unique, number = np.unique(points, axis=0, return_inverse=True)
+    pairs = cKDTree(unique).query_pairs(tolerance, output_type="ndarray")
+    if len(pairs) == 0:
+        return number.reshape(-1).astype(np.int32)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
+    _, label = connected_components(graph, directed=False)
+    return label[number.reshape(-1)].astype(np.int32)
+
+
+def _as_corners(polygons: Sequence[npt.ArrayLike]) -> list[FloatArray]:
+    corners, faults = [], []
+    for b, polygon in enumerate(polygons):
+        try:
+            array = np.array(polygon, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.empty(0)
+        if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3:
+            faults.append(f"block {b}: needs at least 3 corners (x, y), has an array of shape {array.shape}")
+        elif not np.isfinite(array).all():
+            faults.append(f"block {b}: corner {int(np.argmin(np.isfinite(array).all(axis=1)))} is not finite")
+        corners.append(array)
+    raise_faults(faults)
+    if not corners:
+        raise ModelError("there are no blocks; a model needs at least one polygon")
+    return corners
