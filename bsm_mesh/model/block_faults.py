@@ -39,7 +39,7 @@ def outline_faults(vertices: FloatArray, offsets: IntArray) -> list[str]:
     perimeter = np.add.reduceat(length, offsets[:-1])
     flat = np.abs(area) <= 1e-12 * perimeter**2
     for b in np.flatnonzero(flat):
-        faults.append(f"block {b} at {_place(vertices[offsets[b]])}: its corners lie on a line (area {area[b]:.3g} m2)")
+        faults.append(f"block {b} at {_place(vertices[offsets[b]])}: encloses no area: corners on a line, or crossing")
     for b in np.flatnonzero(~flat & (area < 0)):
         faults.append(f"block {b} at {_place(vertices[offsets[b]])}: corners run clockwise; reverse their order")
     for b in self_crossing(vertices, offsets):

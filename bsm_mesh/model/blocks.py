@@ -254,7 +254,8 @@ def merge_points(points: FloatArray, tolerance: float) -> IntArray:
         return number.reshape(-1).astype(np.int32)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(unique), len(unique)))
     _, label = connected_components(graph, directed=False)
-    return label[number.reshape(-1)].astype(np.int32)
+    merged: IntArray = label[number.reshape(-1)].astype(np.int32)
+    return merged
 
 
 def _as_corners(polygons: Sequence[npt.ArrayLike]) -> list[FloatArray]:

@@ -115,5 +115,6 @@ def self_crossing(vertices: FloatArray, offsets: IntArray) -> IntArray:
     within = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     corners = vertices[np.repeat(offsets[suspects], sizes) + within]
     rings = shapely.linearrings(corners, indices=np.repeat(np.arange(len(suspects)), sizes))
-    valid = shapely.is_valid(shapely.polygons(rings))
-    return suspects[~valid].astype(np.int32)
+    valid: BoolArray = shapely.is_valid(shapely.polygons(rings))
+    crossing: IntArray = suspects[~valid].astype(np.int32)
+    return crossing

@@ -1,0 +1,191 @@
+"""Loads as they are given, and the point forces on blocks that they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.arrays import FloatArray, IntArray, own_array
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.values import Rules
+
+LinearField: TypeAlias = tuple[float, float, float]
+"""Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointLoad:
+    """A force on one block.
+
+    Attributes
+    ----------
+    block : int
+        Number of the block.
+    point : (x, y) [m]
+        Where the force acts; it must lie in the block or on its outline.
+    force : (fx, fy) [N/m]
+        Force per metre of thickness.
+    """
+
+    block: int
+    point: tuple[float, float]
+    force: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        rules = Rules(f"point load on block {self.block}")
+        for name in ("point", "force"):
+            for axis, value in zip("xy", getattr(self, name), strict=True):
+                rules.number(f"{name} {axis}", value, "m" if name == "point" else "N/m")
+        raise_faults(rules.faults)
+        object.__setattr__(self, "point", (float(self.point[0]), float(self.point[1])))
+        object.__setattr__(self, "force", (float(self.force[0]), float(self.force[1])))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pressure:
+    """A pressure on a boundary, positive into the blocks.
+
+    Attributes
+    ----------
+    boundary : str
+        Name of the boundary.
+    pressure : float or (c, a_x, a_y) [Pa, Pa/m]
+        Constant, or linear in the coordinates: ``c + a_x * x + a_y * y``.
+    """
+
+    boundary: str
+    pressure: LinearField
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pressure", linear_field(self.pressure, f"load on '{self.boundary}': pressure"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Traction:
+    """A traction on a boundary, force per area in x and y.
+
+    Attributes
+    ----------
+    boundary : str
+        Name of the boundary.
+    traction : pair of float or (c, a_x, a_y) [Pa, Pa/m]
+        Components (t_x, t_y), each constant or linear in the coordinates.
+    """
+
+    boundary: str
+    traction: tuple[LinearField, LinearField]
+
+    def __post_init__(self) -> None:
+        name = f"load on '{self.boundary}': traction"
+        if len(self.traction) != 2:
+            raise ModelError(f"{name} needs two components (t_x, t_y), has {len(self.traction)}")
+        fields = tuple(linear_field(part, f"{name} {axis}") for part, axis in zip(self.traction, "xy", strict=True))
+        object.__setattr__(self, "traction", fields)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class EdgeTractions:
+    """A traction that is given edge by edge, linear along each edge.
+
+    Attributes
+    ----------
+    boundary : str
+        Name of the boundary.
+    values : (n_edges, 2, 2) float64 [Pa]
+        Traction (last axis: x, y) at the first and the second end of each edge, in the order of
+        ``blocks.boundaries[boundary]``.
+    """
+
+    boundary: str
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        own_array(self, "values", np.float64, (None, 2, 2))
+        if not np.isfinite(self.values).all():
+            raise ModelError(f"load on '{self.boundary}': values must be finite")
+
+
+Load: TypeAlias = PointLoad | Pressure | Traction | EdgeTractions
+
+
+def linear_field(value: float | Sequence[float], name: str) -> LinearField:
+    """Return the three coefficients of a constant or linear field."""
+    parts: Sequence[float] = [value] if isinstance(value, int | float) else list(value)
+    rules = Rules(name)
+    if len(parts) not in (1, 3):
+        rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")
+    for part in parts:
+        rules.number("value", part, "Pa or Pa/m")
+    raise_faults(rules.faults)
+    c, ax, ay = [*map(float, parts), 0.0, 0.0][:3]
+    return c, ax, ay
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class PointForces:
+    """Forces at points of blocks, one row a force.
+
+    Attributes
+    ----------
+    block : (k,) int32
+        Block on which the force acts.
+    point : (k, 2) float64 [m]
+        Where.
+    force : (k, 2) float64 [N/m]
+        Force per metre of thickness.
+    """
+
+    block: IntArray
+    point: FloatArray
+    force: FloatArray
+
+
+def point_forces_of(loads: Sequence[Load], blocks: Blocks) -> PointForces:
+    """Return the forces of all loads; a traction becomes two forces an edge, with its resultant and moment.
+
+    A component that runs linearly from q1 to q2 along an edge of length l becomes l (2 q1 + q2) / 6 and
+    l (q1 + 2 q2) / 6 at the two ends: exact in force, moment and average stress.
+    """
+    parts: list[tuple[npt.NDArray[np.generic], FloatArray, FloatArray]] = [
+        (np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros((0, 2)))
+    ]
+    for load in loads:
+        if isinstance(load, PointLoad):
+            parts.append((np.array([load.block]), np.array([load.point]), np.array([load.force])))
+            continue
+        edges = blocks.boundary_edges(load.boundary)
+        along = blocks.edge_vectors[edges]
+        ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1)
+        traction = _end_tractions(load, ends, along)
+        length = np.hypot(*along.T)[:, None]
+        first = length * (2 * traction[:, 0] + traction[:, 1]) / 6
+        second = length * (traction[:, 0] + 2 * traction[:, 1]) / 6
+        force = np.stack([first, second], axis=1).reshape(-1, 2)
+        parts.append((np.repeat(blocks.owner[edges], 2), ends.reshape(-1, 2), force))
+    block, point, force = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return PointForces(block=block.astype(np.int32), point=point, force=force)
+
+
+def _end_tractions(load: Pressure | Traction | EdgeTractions, ends: FloatArray, along: FloatArray) -> FloatArray:
+    """Return the traction at both ends of every edge, (n_edges, 2 ends, 2) [Pa]."""
+    if isinstance(load, EdgeTractions):
+        if len(load.values) != len(ends):
+            raise ModelError(
+                f"load on '{load.boundary}': values for {len(load.values)} edges; the boundary has {len(ends)}"
+            )
+        return load.values
+    if isinstance(load, Traction):
+        return np.stack([_evaluate(field, ends) for field in load.traction], axis=2)
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+    traction: FloatArray = _evaluate(load.pressure, ends)[:, :, None] * inward[:, None, :]
+    return traction
+
+
+def _evaluate(field: LinearField, points: FloatArray) -> FloatArray:
+    value: FloatArray = field[0] + field[1] * points[..., 0] + field[2] * points[..., 1]
+    return value

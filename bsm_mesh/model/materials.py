@@ -1,0 +1,242 @@
+"""Rocks, joints and joint laws as they are given; how they respond lives in `bsm_mesh.contact`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.model.values import Rules
+
+RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Patton:
+    """Patton's bilinear joint law (Wang Eqs. 4.1, 4.2, 4.8).
+
+    Attributes
+    ----------
+    friction : float [degrees]
+        Basic friction angle, to which `dilation` is added below the transition stress.
+    dilation : float [degrees]
+        Asperity angle i; strength only, no opening with slip.
+    cohesion : float [Pa]
+        Intercept of the second line.
+    residual_friction : float or None [degrees]
+        Friction angle once the asperities are sheared off; None: `friction`.
+    """
+
+    friction: float
+    dilation: float = 0.0
+    cohesion: float = 0.0
+    residual_friction: float | None = None
+
+    def __post_init__(self) -> None:
+        rules = Rules("law 'patton'")
+        rules.number("friction", self.friction, "degrees", least=0, below=90)
+        rules.number("dilation", self.dilation, "degrees", least=0, below=90)
+        rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
+        rules.number("cohesion", self.cohesion, "Pa", least=0)
+        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90)
+        raise_faults(rules.faults)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MohrCoulomb:
+    """Mohr-Coulomb joint law: strength = cohesion + pressure * tan(friction).
+
+    Attributes
+    ----------
+    friction : float [degrees]
+        Friction angle.
+    cohesion : float [Pa]
+        Cohesion, lost once the joint has slipped or opened.
+    residual_friction : float or None [degrees]
+        Friction angle after that; None: `friction`.
+    """
+
+    friction: float
+    cohesion: float = 0.0
+    residual_friction: float | None = None
+
+    def __post_init__(self) -> None:
+        rules = Rules("law 'mohr_coulomb'")
+        rules.number("friction", self.friction, "degrees", least=0, below=90)
+        rules.number("cohesion", self.cohesion, "Pa", least=0)
+        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90)
+        raise_faults(rules.faults)
+
+
+JointLaw: TypeAlias = Patton | MohrCoulomb
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Filling:
+    """A filling thick enough to keep the joint's walls apart (Wang 3.3.3).
+
+    Attributes
+    ----------
+    thickness : float [m]
+        Thickness of the filling.
+    young : float [Pa]
+        Elastic modulus E of the filling.
+    poisson : float
+        Poisson's ratio of the filling.
+    """
+
+    thickness: float
+    young: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        rules = Rules("filling")
+        rules.number("thickness", self.thickness, "m", above=0)
+        rules.number("young", self.young, "Pa", above=0)
+        rules.number("poisson", self.poisson, "", least=0, below=0.5)
+        raise_faults(rules.faults)
+
+    @property
+    def normal_stiffness(self) -> float:
+        """E' / thickness [Pa/m] (Wang Eq. 3.26)."""
+        return confined_modulus(self.young, self.poisson) / self.thickness
+
+    @property
+    def shear_stiffness(self) -> float:
+        """G / thickness [Pa/m] (Wang Eq. 3.26)."""
+        return shear_modulus(self.young, self.poisson) / self.thickness
+
+
+@dataclass(frozen=True, slots=True)
+class Rock:
+    """A rock: its weight, elasticity and the strength of its unjointed faces.
+
+    Attributes
+    ----------
+    name : str
+        As in the physical group ``rock:name``.
+    unit_weight : float [N/m3]
+        Weight per volume.
+    young : float or None [Pa]
+        Elastic modulus E; None: rigid.
+    poisson : float or None
+        Poisson's ratio; needed with `young`.
+    cohesion, tensile_strength : float or None [Pa]
+        Strength of faces of rock without a joint.
+    friction : float or None [degrees]
+        Friction angle of faces of rock without a joint. A rock that gives none of the three has elastic
+        faces of unlimited strength.
+    stiffness : {"wang", "homogeneous", "triangle", "rigid"}
+        How E and Poisson's ratio become contact stiffness: the thesis's Eqs. 3.24-3.26; the pair that makes
+        every mesh elastically homogeneous (with no Poisson effect); the pair calibrated for triangles; rigid.
+    """
+
+    name: str
+    unit_weight: float = 0.0
+    young: float | None = None
+    poisson: float | None = None
+    cohesion: float | None = None
+    friction: float | None = None
+    tensile_strength: float | None = None
+    stiffness: RockStiffness = "wang"
+
+    def __post_init__(self) -> None:
+        rules = Rules(f"rock '{self.name}'")
+        rules.name(self.name)
+        rules.number("unit_weight", self.unit_weight, "N/m3", least=0)
+        rules.number("young", self.young, "Pa", above=0)
+        rules.number("poisson", self.poisson, "", least=0, below=0.5)
+        rules.number("cohesion", self.cohesion, "Pa", least=0)
+        rules.number("friction", self.friction, "degrees", least=0, below=90)
+        rules.number("tensile_strength", self.tensile_strength, "Pa", least=0)
+        known = get_args(RockStiffness)
+        if self.stiffness not in known:
+            rules.faults.append(
+                f"{rules.thing}: stiffness = '{self.stiffness}' is unknown{nearest(str(self.stiffness), known)}"
+            )
+        if self.young is not None and self.poisson is None and self.stiffness != "rigid":
+            rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
+        raise_faults(rules.faults)
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether faces of this rock have no compliance of their own."""
+        return self.young is None or self.stiffness == "rigid"
+
+    @property
+    def contact_moduli(self) -> tuple[float, float]:
+        """Moduli (E_N, E_T) [Pa] whose quotient with the depth h is the contact stiffness; infinite if rigid."""
+        if self.is_rigid:
+            return math.inf, math.inf
+        assert self.young is not None
+        assert self.poisson is not None
+        E, mu = self.young, self.poisson
+        if self.stiffness == "wang":  # Wang Eqs. 3.21, 3.24
+            return confined_modulus(E, mu), shear_modulus(E, mu)
+        if self.stiffness == "homogeneous":
+            plane_strain = E / (1 - mu**2)
+            return plane_strain, plane_strain
+        lame, G = confined_modulus(E, mu) - 2 * shear_modulus(E, mu), shear_modulus(E, mu)
+        return 2 * (lame + G), 2 * G * (lame + G) / (2 * lame + G)
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint or joint set: stiffness per area and strength.
+
+    Attributes
+    ----------
+    name : str
+        As in the physical group ``joint:name``.
+    normal_stiffness, shear_stiffness : float or None [Pa/m]
+        Stiffness per area; None where `filling` gives them.
+    filling : Filling or None
+        A thick filling, instead of the two stiffnesses.
+    law : Patton, MohrCoulomb or None
+        Strength; None: elastic.
+    tensile_strength : float [Pa]
+        Tension the joint bears until it breaks.
+    """
+
+    name: str
+    normal_stiffness: float | None = None
+    shear_stiffness: float | None = None
+    filling: Filling | None = None
+    law: JointLaw | None = None
+    tensile_strength: float = 0.0
+
+    def __post_init__(self) -> None:
+        rules = Rules(f"joint '{self.name}'")
+        rules.name(self.name)
+        rules.number("normal_stiffness", self.normal_stiffness, "Pa/m", above=0)
+        rules.number("shear_stiffness", self.shear_stiffness, "Pa/m", above=0)
+        rules.number("tensile_strength", self.tensile_strength, "Pa", least=0)
+        given = [self.normal_stiffness is not None, self.shear_stiffness is not None]
+        if self.filling is not None and any(given):
+            rules.faults.append(f"{rules.thing}: give normal_stiffness and shear_stiffness or filling, not both")
+        elif self.filling is None and not all(given):
+            rules.faults.append(
+                f"{rules.thing}: needs normal_stiffness and shear_stiffness [Pa/m], or filling = "
+                "{thickness, young, poisson}"
+            )
+        raise_faults(rules.faults)
+
+    @property
+    def contact_stiffness(self) -> tuple[float, float]:
+        """Normal and shear stiffness per area [Pa/m] (Wang's K_n'' and K_s'')."""
+        if self.filling is not None:
+            return self.filling.normal_stiffness, self.filling.shear_stiffness
+        assert self.normal_stiffness is not None
+        assert self.shear_stiffness is not None
+        return self.normal_stiffness, self.shear_stiffness
+
+
+def confined_modulus(young: float, poisson: float) -> float:
+    """Return E' = (1 - mu) E / ((1 + mu)(1 - 2 mu)) [Pa] (Wang Eq. 3.21)."""
+    return (1 - poisson) * young / ((1 + poisson) * (1 - 2 * poisson))
+
+
+def shear_modulus(young: float, poisson: float) -> float:
+    """Return G = E / (2 (1 + mu)) [Pa] (Wang Eq. 3.21)."""
+    return young / (2 * (1 + poisson))

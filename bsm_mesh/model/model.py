@@ -1,0 +1,161 @@
+"""The model: everything that is given, checked as a whole."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, digest
+from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.loads import Load, PointLoad, point_forces_of
+from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.supports import Support, bars_of, unit_vector
+from bsm_mesh.model.values import Rules
+
+ContactPoints = Literal["ends", "gauss"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Model:
+    """Blocks with their rocks, joints, supports and loads.
+
+    Attributes
+    ----------
+    blocks : Blocks
+        The rigid blocks.
+    rocks : tuple of Rock
+        A rock for every name in ``blocks.rock_names``; others may be there too.
+    joints : tuple of Joint
+        A joint for every name in ``blocks.joint_names``.
+    default_joint : str or None
+        Joint of every face that bears none; None: such faces are unjointed rock.
+    supports : tuple of support
+        `Fixed`, `Roller`, `NormalRoller`, `PrescribedDisplacement`.
+    loads : tuple of load
+        `PointLoad`, `Pressure`, `Traction`, `EdgeTractions`.
+    gravity_direction : float [degrees]
+        Direction in which the unit weights pull, from the x axis; -90 is down.
+    contact_points : {"ends", "gauss"}
+        Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points.
+    title : str
+        For tables and pictures.
+
+    Raises
+    ------
+    ModelError
+        With every fault found: names that do not exist, values out of range, points outside their block.
+    """
+
+    blocks: Blocks
+    rocks: tuple[Rock, ...]
+    joints: tuple[Joint, ...] = ()
+    default_joint: str | None = None
+    supports: tuple[Support, ...] = ()
+    loads: tuple[Load, ...] = ()
+    gravity_direction: float = -90.0
+    contact_points: ContactPoints = "ends"
+    title: str = field(default="", metadata={"digest": False})
+
+    def __post_init__(self) -> None:
+        for name in ("rocks", "joints", "supports", "loads"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        raise_faults(_faults(self))
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the two models have the same content, the title aside."""
+        return isinstance(other, Model) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the content: equal models have equal digests."""
+        return digest(self)
+
+    @property
+    def unit_weights(self) -> FloatArray:
+        """Unit weight of every block [N/m3]."""
+        by_name = {rock.name: rock.unit_weight for rock in self.rocks}
+        return np.array([by_name[name] for name in self.blocks.rock_names])[self.blocks.rock]
+
+    @property
+    def weights(self) -> FloatArray:
+        """Weight of every block, per metre of thickness, (n_blocks,) [N/m] (Wang Eq. 3.36)."""
+        weights: FloatArray = self.unit_weights * self.blocks.moments.area
+        return weights
+
+    @property
+    def gravity_forces(self) -> FloatArray:
+        """Weight as a vector on every block's centroid, (n_blocks, 2) [N/m] (Wang Eq. 3.37)."""
+        forces: FloatArray = self.weights[:, None] * unit_vector(self.gravity_direction)
+        return forces
+
+    def replace(self, **changes: object) -> Model:
+        """Return a copy with some fields changed, checked anew."""
+        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # checked by __post_init__
+
+
+def _faults(model: Model) -> list[str]:
+    """Return one sentence for everything in the model that does not fit together."""
+    blocks = model.blocks
+    rules = Rules("model")
+    rules.number("gravity_direction", model.gravity_direction, "degrees")
+    if model.contact_points not in ("ends", "gauss"):
+        rules.faults.append(f"model: contact_points = '{model.contact_points}' must be 'ends' or 'gauss'")
+    faults = rules.faults
+    rock_names = [rock.name for rock in model.rocks]
+    joint_names = [joint.name for joint in model.joints]
+    for kind, names in (("rock", rock_names), ("joint", joint_names)):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        faults.extend(f"{kind} '{name}' is defined more than once; remove all but one" for name in twice)
+    faults.extend(_missing("rock", blocks.rock_names, rock_names, blocks.rock, "block", "blocks"))
+    faults.extend(_missing("joint", blocks.joint_names, joint_names, blocks.edge_joint, "edge", "edges"))
+    if model.default_joint is not None and model.default_joint not in joint_names:
+        faults.append(
+            f"default_joint: there is no joint '{model.default_joint}'{nearest(model.default_joint, joint_names)}"
+        )
+    try:
+        bars_of(model.supports, blocks)
+    except ModelError as error:
+        faults.extend(error.faults)
+    for number, load in enumerate(model.loads):
+        faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, blocks))
+    return faults
+
+
+def _missing(
+    kind: str, used: Sequence[str], defined: Sequence[str], index: np.ndarray, thing: str, things: str
+) -> Iterable[str]:
+    for number, name in enumerate(used):
+        where = np.flatnonzero(index == number)
+        if name not in defined and where.size:
+            yield (
+                f"{kind} '{name}' of {where.size} {thing if where.size == 1 else things} ({listing(where, 4)}) is not "
+                f"defined; add it{nearest(name, defined)}"
+            )
+
+
+def _load_faults(load: Load, blocks: Blocks) -> list[str]:
+    if not isinstance(load, PointLoad):
+        try:
+            point_forces_of([load], blocks)
+        except ModelError as error:
+            return list(error.faults)
+        return []
+    if not 0 <= load.block < blocks.count:
+        return [f"there is no block {load.block}; blocks are numbered 0 to {blocks.count - 1}"]
+    if load.block not in blocks_at(blocks, load.point):
+        centre = blocks.moments.centroid[load.block]
+        return [
+            f"the point ({load.point[0]:g}, {load.point[1]:g}) is not in block {load.block}, "
+            f"whose centroid is ({centre[0]:g}, {centre[1]:g})"
+        ]
+    return []

@@ -1,0 +1,218 @@
+"""Supports as they are given, and the single bars (Wang Fig. 3.13) that they stand for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import ModelError, listing, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.values import Rules
+
+Point: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """Where a support holds: exactly one of blocks, a boundary's edges, or a point.
+
+    Attributes
+    ----------
+    blocks : tuple of int or None
+        Block numbers.
+    boundary : str or None
+        Name of a boundary; both ends of each of its edges are held.
+    point : (x, y) or None [m]
+        A point in a block, or a corner: then every block with that corner is held there.
+    """
+
+    blocks: tuple[int, ...] | None = None
+    boundary: str | None = None
+    point: Point | None = None
+
+    def __post_init__(self) -> None:
+        if self.blocks is not None:
+            object.__setattr__(self, "blocks", tuple(int(b) for b in np.atleast_1d(np.asarray(self.blocks, dtype=int))))
+        if self.point is not None:
+            x, y = self.point
+            object.__setattr__(self, "point", (float(x), float(y)))
+        given = [n for n in ("blocks", "boundary", "point") if getattr(self, n) is not None]
+        rules = Rules(f"support {type(self).__name__}")
+        if len(given) != 1:
+            rules.faults.append(
+                f"{rules.thing}: give exactly one of blocks, boundary, point; given: {', '.join(given) or 'none'}"
+            )
+        for name, unit in (("direction", "degrees"), ("displacement", "m")):
+            rules.number(name, getattr(self, name, None), unit)
+        raise_faults(rules.faults)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fixed(Target):
+    """No displacement at all: blocks neither move nor rotate; both components at edge ends and points."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Roller(Target):
+    """No displacement in one direction, in both senses (Wang Fig. 3.13).
+
+    Attributes
+    ----------
+    direction : float [degrees]
+        Direction that is held, from the x axis, counter-clockwise.
+    """
+
+    direction: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NormalRoller(Target):
+    """No displacement normal to each edge of a boundary."""
+
+    def __post_init__(self) -> None:
+        Target.__post_init__(self)
+        if self.boundary is None:
+            raise ModelError("support NormalRoller: needs a boundary; blocks and points have no normal")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PrescribedDisplacement(Target):
+    """A given displacement in one direction (Wang Eqs. 3.28-3.35, without the stiff bar).
+
+    Attributes
+    ----------
+    direction : float [degrees]
+        Direction, from the x axis, counter-clockwise.
+    displacement : float [m]
+        Displacement in that direction.
+    """
+
+    direction: float
+    displacement: float
+
+
+Support: TypeAlias = Fixed | Roller | NormalRoller | PrescribedDisplacement
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Bars:
+    """Single constraints, one row a bar: ``direction . u(point) = value``, or ``theta = value``.
+
+    Attributes
+    ----------
+    block : (k,) int32
+        Block that the bar holds.
+    point : (k, 2) float64 [m]
+        Where it holds the block.
+    direction : (k, 2) float64
+        Unit vector of the held displacement; zero for a bar that holds the rotation.
+    holds_rotation : (k,) bool
+        Whether the bar holds the block's rotation instead of a displacement.
+    value : (k,) float64 [m or rad]
+        Prescribed displacement or rotation.
+    support : (k,) int32
+        Number of the support in the model's list.
+    """
+
+    block: IntArray
+    point: FloatArray
+    direction: FloatArray
+    holds_rotation: BoolArray
+    value: FloatArray
+    support: IntArray
+
+
+def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
+    """Return the bars of all supports, in their order.
+
+    Raises
+    ------
+    ModelError
+        For a boundary or block that does not exist, or a point outside every block.
+    """
+    faults: list[str] = []
+    parts: list[tuple[FloatArray, ...]] = []
+    for number, support in enumerate(supports):
+        try:
+            block, point, normal = _held_points(support, blocks)
+        except ModelError as error:
+            faults.extend(f"support {number + 1} ({type(support).__name__}): {fault}" for fault in error.faults)
+            continue
+        directions, displacement = _directions(support, normal)
+        for direction in directions:
+            parts.append(
+                (
+                    block,
+                    point,
+                    direction,
+                    np.zeros(len(block)),
+                    np.full(len(block), displacement),
+                    _ids(block, number),
+                )
+            )
+        if isinstance(support, Fixed) and support.blocks is not None:
+            still = np.zeros_like(point)
+            parts.append((block, point, still, np.ones(len(block)), np.zeros(len(block)), _ids(block, number)))
+    raise_faults(faults)
+    if not parts:
+        empty = np.zeros(0)
+        parts.append((empty, np.zeros((0, 2)), np.zeros((0, 2)), empty, empty, empty))
+    block, point, direction, rotation, value, support_id = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
+    return Bars(
+        block=block.astype(np.int32),
+        point=point,
+        direction=direction,
+        holds_rotation=rotation.astype(bool),
+        value=value,
+        support=support_id.astype(np.int32),
+    )
+
+
+def _ids(block: FloatArray, number: int) -> FloatArray:
+    return np.full(len(block), float(number))
+
+
+def _held_points(support: Target, blocks: Blocks) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return block (k,), point (k, 2) and outward edge normal (k, 2; zero without an edge) of every held point."""
+    if support.boundary is not None:
+        edges = blocks.boundary_edges(support.boundary)
+        along = blocks.edge_vectors[edges]
+        normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+        ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1).reshape(-1, 2)
+        return np.repeat(blocks.owner[edges], 2).astype(np.float64), ends, np.repeat(normal, 2, axis=0)
+    if support.blocks is not None:
+        ids = np.array(support.blocks, dtype=np.int64)
+        outside = ids[(ids < 0) | (ids >= blocks.count)]
+        if outside.size:
+            raise ModelError(f"there is no block {listing(outside)}; blocks are numbered 0 to {blocks.count - 1}")
+        return ids.astype(np.float64), blocks.moments.centroid[ids], np.zeros((len(ids), 2))
+    assert support.point is not None
+    found = blocks_at(blocks, support.point)
+    if found.size == 0:
+        raise ModelError(f"the point ({support.point[0]:g}, {support.point[1]:g}) lies in no block")
+    return found.astype(np.float64), np.tile(support.point, (len(found), 1)), np.zeros((len(found), 2))
+
+
+def _directions(support: Support, normal: FloatArray) -> tuple[list[FloatArray], float]:
+    """Return the held directions, (k, 2) each, and the displacement prescribed along them."""
+    if isinstance(support, NormalRoller):
+        return [normal], 0.0
+    if isinstance(support, Fixed):
+        return [np.tile(axis, (len(normal), 1)) for axis in ((1.0, 0.0), (0.0, 1.0))], 0.0
+    along = np.tile(unit_vector(support.direction), (len(normal), 1))
+    return [along], support.displacement if isinstance(support, PrescribedDisplacement) else 0.0
+
+
+def unit_vector(degrees: float) -> FloatArray:
+    """Return the unit vector at an angle from the x axis; exact along the axes."""
+    quarter, rest = divmod(degrees, 90.0)
+    if rest == 0:
+        return np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][int(quarter) % 4])
+    angle = np.radians(degrees)
+    return np.array([np.cos(angle), np.sin(angle)])
