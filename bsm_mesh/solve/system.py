@@ -1,0 +1,125 @@
+"""The linear system of a model: assembled, supports eliminated, solved and refined."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.solve.constraints import build_constraints
+from bsm_mesh.solve.linear_solvers import LinearSolver, SingularMatrixError, make_linear_solver
+from bsm_mesh.solve.mobility import unsupported_parts
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
+
+MOST_REFINEMENTS = 3
+GOOD_RESIDUAL = 1e-13  # of the reference weight: nothing is left to refine
+
+
+class LinearSystem:
+    """The equations K U = P of a model with given contacts (Wang Eqs. 3.40, 3.41), supports eliminated.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    contacts : ContactTable
+        Its contacts; all of them bear tension and shear.
+    """
+
+    def __init__(self, model: Model, contacts: ContactTable) -> None:
+        self.model = model
+        self.contacts = contacts
+        self.pattern = block_pattern(model.blocks.count, contacts.block_a, contacts.block_b)
+        self.constraints = build_constraints(model)
+        self.loads = external_loads(model)
+        self.reference = reference_weight(model, self.loads)
+
+    def check_supports(self) -> None:
+        """Raise `ModelError` for every part that its supports leave free."""
+        raise_faults(unsupported_parts(self.model.blocks, self.constraints, self.pattern))
+
+    def stiffness(self) -> FloatArray:
+        """Return the blocks of K with the supports eliminated."""
+        c, pattern, support = self.contacts, self.pattern, self.constraints
+        data = fill_stiffness(
+            pattern.row_start,
+            c.block_a,
+            c.block_b,
+            pattern.place,
+            len(pattern.column),
+            c.point,
+            c.normal,
+            c.normal_stiffness,
+            c.shear_stiffness,
+            self.model.blocks.moments.centroid,
+        )
+        constrain(pattern.row_start, pattern.column, data, support.number, support.basis, support.held)
+        return data
+
+    def solve(self, options: Options) -> tuple[FloatArray, str, int]:
+        """Return the displacements, the solver's name and the number of factorizations."""
+        solver = make_linear_solver(options.linear_solver, self.pattern, options.threads)
+        try:
+            solver.factorize(self.stiffness())
+            U = self._refine(solver, self.constraints.given)
+        except SingularMatrixError as error:
+            raise ModelError(
+                f"the stiffness matrix is singular ({error}): a part of the model can move without resistance; "
+                "look for blocks that touch at a corner only, and for stiffnesses many orders apart"
+            ) from error
+        finally:
+            solver.close()
+        return U, solver.name, 1
+
+    def _refine(self, solver: LinearSolver, U: FloatArray) -> FloatArray:
+        """Return U after solving for what is out of balance until rounding is all that is left."""
+        before, best = np.inf, U
+        for _ in range(1 + MOST_REFINEMENTS):
+            unbalanced = self.constraints.free_part(self.forces(U)[2])
+            size = float(np.abs(unbalanced).max())
+            if size >= before:
+                return best
+            before, best = size, U
+            if size <= GOOD_RESIDUAL * self.reference:
+                break
+            U = U + self.constraints.expand(solver.solve(unbalanced))
+        return best
+
+    def forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return normal forces, shear forces, and loads plus contact forces on every block (n, 3)."""
+        c, centroid = self.contacts, self.model.blocks.moments.centroid
+        table = (c.block_a, c.block_b, c.point, c.normal)
+        normal_force, shear_force = spring_forces(*table, c.normal_stiffness, c.shear_stiffness, centroid, U)
+        total = self.loads.copy()
+        add_contact_forces(*table, normal_force, shear_force, centroid, total)
+        return normal_force, shear_force, total
+
+
+def external_loads(model: Model) -> FloatArray:
+    """Return weight and loads on every block, (n, 3): Fx, Fy, moment about the centroid (Wang Eqs. 3.37, 3.38)."""
+    total = np.zeros((model.blocks.count, 3))
+    total[:, :2] = model.gravity_forces
+    forces = point_forces_of(model.loads, model.blocks)
+    arm = forces.point - model.blocks.moments.centroid[forces.block]
+    moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
+    np.add.at(total, forces.block, np.column_stack([forces.force, moment]))
+    return total
+
+
+def reference_weight(model: Model, loads: FloatArray) -> float:
+    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater."""
+    applied = np.hypot(loads[:, 0], loads[:, 1])
+    loaded = applied[applied > 0]
+    return max(float(model.weights.mean()), float(loaded.mean()) if loaded.size else 0.0)
+
+
+def relative_residual(model: Model, unbalanced: FloatArray, reference: float) -> float:
+    """Return the greatest force, or moment over radius of gyration, of `unbalanced` (n, 3) over the reference."""
+    scaled = unbalanced / np.column_stack([np.ones((len(unbalanced), 2)), model.blocks.moments.gyration])
+    greatest = float(np.abs(scaled).max())
+    return greatest / reference if reference > 0 else greatest
