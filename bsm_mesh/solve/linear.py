@@ -51,7 +51,8 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
     constraints = system.constraints
     reactions = constraints.reactions(solution.unbalanced)
     supports = _support_forces(constraints, reactions)
-    residual = relative_residual(model, solution.unbalanced + reactions, system.reference)
+    reference = system.reference_of(solution)
+    residual = relative_residual(model, solution.unbalanced + reactions, reference)
     forces = point_forces_of(model.loads, model.blocks)
     acting: tuple[PointForce, ...] = (
         (forces.block, forces.point, forces.force),
@@ -81,7 +82,7 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
         supports=supports,
         unstable_blocks=np.zeros(0, dtype=np.int32),
         residual=residual,
-        reference_weight=system.reference,
+        reference_weight=reference,
         steps=(step,),
     )
     return stage, solution.linear_solver

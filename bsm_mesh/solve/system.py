@@ -149,6 +149,16 @@ class LinearSystem:
     def _out_of_balance(self, solution: Solution) -> float:
         return float(np.abs(self.constraints.free_part(solution.unbalanced)).max())
 
+    def reference_of(self, solution: Solution) -> float:
+        """Return what residuals are relative to [N/m].
+
+        Where displacements are prescribed they bring forces of their own, without any weight or load: then the
+        mean contact force counts too.
+        """
+        if not self.constraints.bars.value.any() or not self.contacts.count:
+            return self.reference
+        return max(self.reference, float(np.hypot(solution.normal_force, solution.shear_force).mean()))
+
     def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the normal and shear force of every contact for displacements U (n, 3)."""
         c, centroid = self.contacts, self.model.blocks.moments.centroid
