@@ -74,7 +74,7 @@ class LinearSystem:
     def stiffness(self) -> FloatArray:
         """Return the blocks of K with the supports eliminated."""
         c, pattern, support = self.contacts, self.pattern, self.constraints
-        data = fill_stiffness(
+        data: FloatArray = fill_stiffness(
             pattern.row_start,
             c.block_a,
             c.block_b,
@@ -162,9 +162,10 @@ class LinearSystem:
     def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the normal and shear force of every contact for displacements U (n, 3)."""
         c, centroid = self.contacts, self.model.blocks.moments.centroid
-        return spring_forces(
+        forces: tuple[FloatArray, FloatArray] = spring_forces(
             c.block_a, c.block_b, c.point, c.normal, c.normal_stiffness, c.shear_stiffness, centroid, U
         )
+        return forces
 
     def unbalanced(self, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:
         """Return loads plus contact forces on every block, (n, 3)."""
