@@ -98,7 +98,7 @@ def test_equality_and_digest():
     assert model() != model(gravity_direction=-89.0)
     assert model() != model(supports=(bsm.Fixed(blocks=[0]),))
     assert model() != model(joints=(bsm.Joint("J1", 1e9, 2e9),))
-    moved = framed(bsm.Blocks.from_polygons([SQUARE, square(1.0, 1e-12)], rock=["granite", "schist"]), 2, 1)
+    moved = framed(bsm.Blocks.from_polygons([square(0, 0), square(1.0, 1e-12)], rock=["granite", "schist"]), 2, 1)
     assert model() != model(blocks=moved)
     assert model() != 3
 
