@@ -10,6 +10,7 @@ import numpy as np
 
 import bsm_mesh as bsm
 
+LINEAR = bsm.Options(scheme="linear")
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 
 
