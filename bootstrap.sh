@@ -43,8 +43,10 @@ find_root() {
     fi
 }
 
-# apt_install PACKAGE...: installs them, or says what to type and returns 1.
+# apt_install PACKAGE...: installs them, or says what to type and returns 1; a second time, in silence.
+apt_refused=""
 apt_install() {
+    [ -z "$apt_refused" ] || return 1
     find_root
     if [ "$as_root" != no ]; then
         say "installing with apt: $*"
@@ -54,7 +56,8 @@ apt_install() {
         fi
         say "apt did not manage that."
     fi
-    say "system packages are missing. On Debian or Ubuntu, type:"
+    apt_refused=yes
+    say "system packages are missing. On Debian or Ubuntu type the next line; for others see docs/installation.md."
     printf '\n    sudo apt-get install --no-install-recommends %s\n\n' "$*" >&2
     return 1
 }
@@ -88,20 +91,69 @@ find_python() {
     base_python=python3
 }
 
-make_venv() {
-    if [ -x "$python" ] && is_new_enough "$python" && "$python" -m pip --version >/dev/null 2>&1; then
-        return
-    fi
-    if [ -e "$venv" ]; then
-        say ".venv is there but has no working Python 3.11 or newer with pip: made anew."
-    fi
-    find_python
-    # Debian keeps these in a package of its own.
-    if ! "$base_python" -c 'import ensurepip, venv' >/dev/null 2>&1; then
+# Prints what the dynamic linker does not find: libraries of Gmsh, and "drawing" where there is nothing for VTK.
+missing_libraries() { # $1: a Python
+    "$1" - <<'PYTHON'
+import ctypes
+
+
+def is_there(name):
+    try:
+        ctypes.CDLL("lib" + name)
+    except OSError:
+        return False
+    return True
+
+
+gmsh = """GLU.so.1 GL.so.1 Xrender.so.1 Xcursor.so.1 Xfixes.so.3 Xext.so.6 Xft.so.2 fontconfig.so.1 Xinerama.so.1
+          X11.so.6 gomp.so.1"""
+print(*("lib" + name for name in gmsh.split() if not is_there(name)))
+print("" if any(map(is_there, ("EGL.so.1", "OSMesa.so.8", "OSMesa.so.6"))) else "drawing")
+PYTHON
+}
+
+# All that is missing in one go. Without what Gmsh needs, demo and test stop; run goes on, since a mesh may be there.
+see_to_packages() { # $1: the command
+    packages=""
+    missing=""
+    if [ -n "$base_python" ] && ! "$base_python" -c 'import ensurepip, venv' >/dev/null 2>&1; then
+        # Debian keeps these in a package of its own.
         case $(command -v "$base_python") in
-            /usr/bin/python3) apt_install python3-venv || exit 2 ;;
-            *) apt_install "$("$base_python" -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')" || exit 2 ;;
+            /usr/bin/python3) packages=python3-venv ;;
+            *) packages=$("$base_python" -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])') ;;
         esac
+    fi
+    needs_venv=$packages
+    if [ "$(uname -s)" = Linux ]; then
+        found=$(missing_libraries "${base_python:-$python}")
+        missing=$(printf '%s\n' "$found" | sed -n 1p)
+        if [ -n "$missing" ]; then
+            say "not there, but needed by Gmsh: $missing"
+            packages="$packages $gmsh_packages"
+        fi
+        if [ "$(printf '%s\n' "$found" | sed -n 2p)" = drawing ]; then
+            say "not there, but needed for pictures without a display: libEGL.so.1 (or libOSMesa.so.8)"
+            packages="$packages $picture_packages"
+        fi
+    fi
+    # shellcheck disable=SC2086 # a list of names
+    if [ -n "$packages" ] && ! apt_install $packages; then
+        if [ -n "$needs_venv" ] || { [ -n "$missing" ] && [ "$1" != run ]; }; then
+            exit 2
+        fi
+        say "going on; what needs these libraries will fail and say so"
+    fi
+}
+
+# has_venv: whether .venv is there with a Python that will do and pip; also false for one left half made.
+has_venv() {
+    [ -x "$python" ] && is_new_enough "$python" && "$python" -m pip --version >/dev/null 2>&1
+}
+
+make_venv() {
+    [ -n "$base_python" ] || return 0
+    if [ -e "$venv" ]; then
+        say ".venv has no working Python 3.11 or newer with pip; making it anew"
     fi
     say "making .venv with $("$base_python" -V 2>&1)"
     "$base_python" -m venv --clear "$venv" || fail "$base_python could not make a virtual environment in $venv."
@@ -138,23 +190,8 @@ pip_install() {
     PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q -c "$root/constraints.txt" "$@" >&2
 }
 
-# --------------------------------------------------------------------------------------- system libraries
-
-missing_for_gmsh() {
-    "$python" - <<'PYTHON'
-import ctypes
-
-for name in ("GLU.so.1", "GL.so.1", "Xrender.so.1", "Xcursor.so.1", "Xfixes.so.3", "Xext.so.6", "Xft.so.2",
-             "fontconfig.so.1", "Xinerama.so.1", "X11.so.6", "gomp.so.1"):
-    try:
-        ctypes.CDLL("lib" + name)
-    except OSError:
-        print("lib" + name, end=" ")
-PYTHON
-}
-
 # VTK ends a renderer without its libraries with a segmentation fault, so only a trial in a process of its own tells.
-can_render() {
+can_draw() {
     (
         # shellcheck disable=SC3045
         ulimit -c 0 2>/dev/null || : # no core file; not every shell knows it
@@ -173,34 +210,15 @@ PYTHON
     ) >/dev/null 2>&1
 }
 
-# $1: the command. Without what Gmsh needs, demo and test stop; run goes on, since a mesh may be there already.
-see_to_libraries() {
-    [ "$(uname -s)" = Linux ] || return 0
-    missing=$(missing_for_gmsh)
-    if [ -z "$missing" ] && [ -f "$venv/bootstrap-renders" ]; then
+see_to_pictures() {
+    if [ "$(uname -s)" != Linux ] || [ -f "$venv/bootstrap-draws" ]; then
         return 0
-    fi
-    packages=""
-    if [ -n "$missing" ]; then
-        say "Gmsh needs libraries that are not there: $missing"
-        packages=$gmsh_packages
-    fi
-    if ! can_render; then
-        say "VTK cannot draw here without a display (that takes libEGL and Mesa's software renderer, or libOSMesa)"
-        packages="$packages $picture_packages"
     fi
     # shellcheck disable=SC2086 # a list of names
-    if [ -n "$packages" ] && ! apt_install $packages; then
-        if [ -n "$missing" ] && [ "$1" != run ]; then
-            fail "nothing was run; $1 needs Gmsh."
-        fi
-        say "going on without; what needs them will say so."
-        return 0
-    fi
-    if can_render; then
-        : >"$venv/bootstrap-renders"
+    if can_draw || { say "VTK cannot draw here without a display"; apt_install $picture_packages && can_draw; }; then
+        : >"$venv/bootstrap-draws"
     else
-        say "VTK still cannot draw; pictures will be missing. docs/installation.md says what can be done."
+        say "going on without pictures; docs/installation.md says what can be done."
     fi
 }
 
@@ -289,9 +307,11 @@ case $command in
     *) usage ;;
 esac
 
+has_venv || find_python
+see_to_packages "$command"
 make_venv
 install_project "$extra"
-see_to_libraries "$command"
+see_to_pictures
 choose_numba_cache
 
 case $command in
