@@ -266,7 +266,7 @@ check() {
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
 run_tests() {
     code=0
-    "$python" -m pytest -n 2 --dist worksteal -m "not slow" || code=$?
+    "$python" -m pytest -n 2 --dist loadfile -m "not slow" || code=$?
     if [ "$code" = 5 ] && [ -z "$(find tests -name 'test_*.py' 2>/dev/null)" ]; then
         code=0
     fi
