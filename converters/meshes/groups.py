@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
-from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
+from bsm_mesh.errors import MOST_SHOWN, ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.edges import LongArray
 from converters.meshes.cells import CellGroup, MeshCells
 from converters.meshes.report import Note, NoteKind
@@ -90,7 +90,6 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str]) -> NamedGroups:
     known = {group.name: group for group in cells.groups}
     faults: list[str] = []
     groups: list[NamedGroup] = []
-    notes: list[Note] = []
     rest = None
     for key, text in renaming.items():
         target = parse_group_name(text)
@@ -112,13 +111,9 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str]) -> NamedGroups:
             else:
                 groups.append(_named(target, found))
     raise_faults(faults)
-    for group in cells.groups:
-        if group.name not in renaming:
-            parsed = parse_group_name(group.name)
-            if parsed is None:
-                notes.append(_unknown(group))
-            else:
-                groups.append(_named(parsed, group))
+    others = [(group, parse_group_name(group.name)) for group in cells.groups if group.name not in renaming]
+    groups += [_named(parsed, group) for group, parsed in others if parsed is not None]
+    notes = _unknown([group for group, parsed in others if parsed is None])
     notes += [_empty(group) for group in groups if group.elements.size + group.pieces.size == 0]
     filled = tuple(group for group in groups if group.elements.size + group.pieces.size)
     return NamedGroups(groups=filled, rest=rest, notes=tuple(notes))
@@ -158,17 +153,24 @@ def value_names(cells: MeshCells) -> list[str]:
     return names
 
 
-def _unknown(group: CellGroup) -> Note:
-    surface = group.elements.size > 0
-    count = int(group.elements.size if surface else group.pieces.size)
-    kind, example = ("surface elements", "rock") if surface else ("line elements", "joint")
-    return Note(
-        kind=NoteKind.UNKNOWN_GROUP,
-        name=group.name,
-        count=count,
-        text=f"group '{group.name}' ({count} {kind}) is not used; to use it, name it kind:name, "
-        f"or under [groups] for example \"{group.name}\" = \"{example}:{group.name.replace(':', '_')}\"",
-    )
+def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
+    """Return one note on all surface groups, and one on all curve groups, whose names say nothing."""
+    notes = []
+    for what, example, sizes in (
+        ("surface", "rock", {group.name: group.elements.size for group in groups if group.elements.size}),
+        ("curve", "joint", {group.name: group.pieces.size for group in groups if not group.elements.size}),
+    ):
+        if sizes:
+            names = list(sizes)
+            shown = ", ".join(f"'{name}' ({size} elements)" for name, size in list(sizes.items())[:MOST_SHOWN])
+            more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
+            text = (
+                f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
+                f'for example "{names[0]}" = "{example}:{names[0].replace(":", "_")}"'
+            )
+            count = int(sum(sizes.values()))
+            notes.append(Note(kind=NoteKind.UNKNOWN_GROUP, name=", ".join(names), count=count, text=text))
+    return notes
 
 
 def _empty(group: NamedGroup) -> Note:
