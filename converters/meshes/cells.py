@@ -285,10 +285,10 @@ def _type_notes(data: Sequence[tuple[str, LongArray]]) -> list[Note]:
     unused: dict[str, int] = {}
     for kind, nodes in data:
         columns = _corner_columns(kind, nodes.shape[1])
-        if columns is not None or kind.startswith(LINES):
-            if nodes.shape[1] > (2 if columns is None else len(columns)):
+        if columns is not None:
+            if nodes.shape[1] > len(columns):
                 reduced[kind] = reduced.get(kind, 0) + len(nodes)
-        elif kind not in POINTS:
+        elif kind not in POINTS and not kind.startswith(LINES):
             unused[kind] = unused.get(kind, 0) + len(nodes)
     notes = [
         Note(

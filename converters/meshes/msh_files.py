@@ -70,9 +70,9 @@ def read_msh41(path: Path) -> MeshCells:
         If the file is cut off or damaged, or holds volume elements.
     """
     content = _Content()
-    section = "MeshFormat"
+    section, data = "MeshFormat", path.read_bytes()
     try:
-        for section, numbers in _sections(path.read_bytes(), content):
+        for section, numbers in _sections(data, content):
             if section == "Entities":
                 _read_entities(numbers, content)
             elif section == "Nodes":
@@ -82,6 +82,8 @@ def read_msh41(path: Path) -> MeshCells:
     except (TruncatedError, ValueError, OverflowError, MemoryError) as problem:
         if isinstance(problem, ModelError):
             raise
+        if data.split()[1] == b"4":  # Gmsh 4.0 and 4.1 of 2018; a few programs write "4" and mean 4.1
+            raise ModelError(f"{path}: is of MSH version 4.0; open it in Gmsh and save it as version 4.1") from None
         raise ModelError(
             f"{path}: section ${section} is cut off or damaged: the file was not written to its end; write it again"
         ) from None
@@ -204,7 +206,7 @@ def _as_cells(source: str, content: _Content) -> MeshCells:
 def _node_numbers(content: _Content) -> Any:
     """Return the function from node tags to rows of `points`; -1 for tags that do not exist."""
     tags = content.tags
-    if tags.size and tags.max() <= 4 * tags.size + 1000:
+    if tags.size and tags.min() >= 0 and tags.max() <= 4 * tags.size + 1000:
         row = np.full(int(tags.max()) + 2, -1, dtype=np.int64)
         row[tags] = np.arange(len(tags))
         return lambda wanted: row[np.clip(wanted, 0, len(row) - 1)]

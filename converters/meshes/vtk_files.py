@@ -48,6 +48,8 @@ def read_vtk(path: Path) -> MeshCells:
     cells: list[tuple[str, LongArray]] = []
     numbers: list[LongArray] = []
     sizes = np.diff(offsets)
+    if len(sizes) != len(types) or np.any(sizes < 0) or offsets[-1] > len(connectivity):
+        raise ModelError(f"{path}: its list of cells is damaged; write the file again")
     for kind, size in np.unique(np.stack([types, sizes], axis=1), axis=0):  # a block of cells of one type and size
         which = np.flatnonzero((types == kind) & (sizes == size))
         nodes = connectivity[offsets[which][:, None] + np.arange(size)]
@@ -66,7 +68,7 @@ def read_vtk(path: Path) -> MeshCells:
 
 
 def _read(path: Path) -> Any:
-    from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
@@ -81,12 +83,15 @@ def _read(path: Path) -> Any:
         reader.ReadAllScalarsOn()
         reader.ReadAllFieldsOn()
     window, said = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(said)  # VTK writes its complaints there, and goes on
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkOutputWindow.SetInstance(said)  # VTK writes its complaints there and to its log, and goes on
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     try:
         reader.Update()
+        data = reader.GetOutput()
     finally:
         vtkOutputWindow.SetInstance(window)
-    data = reader.GetOutput()
+        vtkLogger.SetStderrVerbosity(verbosity)
     complaints = [line.strip() for line in said.GetOutput().splitlines() if line.strip()]
     if data is None or complaints:
         reason = complaints[-1] if complaints else "no data"
@@ -104,8 +109,11 @@ def _cell_arrays(data: Any) -> tuple[LongArray, LongArray, LongArray]:
     if data.IsA("vtkUnstructuredGrid"):
         if data.GetNumberOfCells() == 0:
             return np.empty(0, np.int64), np.zeros(1, np.int64), np.empty(0, np.int64)
-        kinds = _numpy(data.GetCellTypesArray())
-        return kinds, _numpy(data.GetCells().GetOffsetsArray()), _numpy(data.GetCells().GetConnectivityArray())
+        try:
+            kinds = data.GetCellTypes()
+        except TypeError:  # before VTK 9.6
+            kinds = data.GetCellTypesArray()
+        return _numpy(kinds), _numpy(data.GetCells().GetOffsetsArray()), _numpy(data.GetCells().GetConnectivityArray())
     types: list[LongArray] = [np.empty(0, np.int64)]
     offsets: list[LongArray] = [np.zeros(1, np.int64)]
     nodes: list[LongArray] = [np.empty(0, np.int64)]
