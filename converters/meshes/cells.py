@@ -256,11 +256,9 @@ def _members(members: Sequence[npt.ArrayLike | None], kept: Sequence[int], start
 
 
 def _group(name: str, cells: LongArray, position: LongArray, surface: BoolArray) -> CellGroup:
-    return CellGroup(
-        name=name,
-        elements=np.unique(position[cells[surface[cells]]]),
-        pieces=np.unique(position[cells[~surface[cells] & (position[cells] >= 0)]]),
-    )
+    cells = cells if np.all(cells[1:] > cells[:-1]) else np.unique(cells)
+    inside, at = surface[cells], position[cells]
+    return CellGroup(name=name, elements=at[inside], pieces=at[~inside & (at >= 0)])
 
 
 def _whole_numbers(

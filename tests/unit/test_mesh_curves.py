@@ -70,3 +70,10 @@ def test_a_boundary_inside_the_rock_has_both_sides() -> None:
     blocks, report = convert([(4, 6), (6, 5)], "boundary:wall")
     assert blocks.boundaries["wall"].tolist() == [5, 10, 11]
     assert report.about(NoteKind.INTERIOR) == {"boundary:wall": 2}
+
+
+def test_a_piece_between_the_ends_of_an_edge_goes_before_one_that_only_runs_along_it() -> None:
+    sets = {"rock:r": [[0, 1, 2], []], "joint:J": [[], [0]], "joint:K": [[], [1]]}
+    blocks, _ = convert_mesh(POINTS, [("quad", QUADS), ("line", [(3, 4), (3, 2)])], sets)
+    joints = [(*blocks.joint_names, "")[k] for k in blocks.edge_joint[[LONG, LEFT, RIGHT]]]
+    assert joints == ["K", "J", "K"]
