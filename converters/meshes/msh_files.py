@@ -82,7 +82,7 @@ def read_msh41(path: Path) -> MeshCells:
     except (TruncatedError, ValueError, OverflowError, MemoryError) as problem:
         if isinstance(problem, ModelError):
             raise
-        if data.split()[1] == b"4":  # Gmsh 4.0 and 4.1 of 2018; a few programs write "4" and mean 4.1
+        if data[:64].split()[1:2] == [b"4"]:  # Gmsh 4.0 and 4.1 of 2018; a few programs write "4" and mean 4.1
             raise ModelError(f"{path}: is of MSH version 4.0; open it in Gmsh and save it as version 4.1") from None
         raise ModelError(
             f"{path}: section ${section} is cut off or damaged: the file was not written to its end; write it again"

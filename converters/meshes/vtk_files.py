@@ -50,12 +50,14 @@ def read_vtk(path: Path) -> MeshCells:
     sizes = np.diff(offsets)
     if len(sizes) != len(types) or np.any(sizes < 0) or offsets[-1] > len(connectivity):
         raise ModelError(f"{path}: its list of cells is damaged; write the file again")
-    for kind, size in np.unique(np.stack([types, sizes], axis=1), axis=0):  # a block of cells of one type and size
-        which = np.flatnonzero((types == kind) & (sizes == size))
+    shape = types * (int(sizes.max(initial=0)) + 1) + sizes
+    for k in np.unique(shape, return_index=True)[1]:  # a block of cells of one type and size
+        kind, size = int(types[k]), int(sizes[k])
+        which = np.flatnonzero(shape == shape[k])
         nodes = connectivity[offsets[which][:, None] + np.arange(size)]
         if kind == POLY_LINE and size > 1:
             nodes, which = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2).reshape(-1, 2), np.repeat(which, size - 1)
-        cells.append(("line" if kind == POLY_LINE else TYPES.get(int(kind), f"VTK type {kind}"), nodes))
+        cells.append(("line" if kind == POLY_LINE else TYPES.get(kind, f"VTK type {kind}"), nodes))
         numbers.append(which)
     return gather_cells(
         str(path),
