@@ -1,1 +1,75 @@
-"""Block-Spring Model."""
+"""Stability of excavations and slopes in jointed rock by the Block-Spring Model (B. Wang, 1992).
+
+Conventions
+-----------
+SI units (N, m, Pa), forces per metre of thickness. x to the right, y up. Corners run counter-clockwise;
+rotations are positive counter-clockwise. Angles are in degrees. Stresses and normal forces are positive in
+tension (Wang Eq. 4.9); strength laws take the pressure, ``-normal_force >= 0``. On the block with the edge acts
+``normal_force * n + shear_force * t`` with n its outward normal and t = n turned by +90 degrees.
+"""
+
+import os
+
+from bsm_mesh.errors import MeshWarning, ModelError
+from bsm_mesh.model import (
+    Blocks,
+    EdgeTractions,
+    Filling,
+    Fixed,
+    Joint,
+    Model,
+    MohrCoulomb,
+    NormalRoller,
+    Patton,
+    PointLoad,
+    PrescribedDisplacement,
+    Pressure,
+    Rock,
+    Roller,
+    Traction,
+    library,
+)
+from bsm_mesh.results import Results
+from bsm_mesh.run import run
+from bsm_mesh.solve.options import Options
+
+__version__ = "0.1.0"
+
+
+def load(path: str | os.PathLike[str]) -> Model:
+    """Return the model of a model file (TOML); what was mended in its mesh is warned of (`MeshWarning`).
+
+    Raises
+    ------
+    ModelError
+        With every fault found in the file, its mesh or the model as a whole.
+    """
+    from bsm_mesh.app.build import load as load_model
+
+    return load_model(path)
+
+
+__all__ = [
+    "Blocks",
+    "EdgeTractions",
+    "Filling",
+    "Fixed",
+    "Joint",
+    "MeshWarning",
+    "Model",
+    "ModelError",
+    "MohrCoulomb",
+    "NormalRoller",
+    "Options",
+    "Patton",
+    "PointLoad",
+    "PrescribedDisplacement",
+    "Pressure",
+    "Results",
+    "Rock",
+    "Roller",
+    "Traction",
+    "library",
+    "load",
+    "run",
+]

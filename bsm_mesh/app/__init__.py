@@ -1,1 +1,1 @@
-"""app."""
+"""The application: model file, command line, progress, pictures, load and save."""

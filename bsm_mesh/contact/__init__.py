@@ -1,1 +1,1 @@
-"""contact."""
+"""Who touches whom: faces, the contact table, stiffness, forces."""

@@ -1,1 +1,13 @@
-"""results."""
+"""What came out of a run."""
+
+from bsm_mesh.results.records import (
+    ContactForces,
+    ContactStatus,
+    Results,
+    StageResult,
+    Status,
+    StepRecord,
+    SupportForces,
+)
+
+__all__ = ["ContactForces", "ContactStatus", "Results", "StageResult", "Status", "StepRecord", "SupportForces"]

@@ -1,1 +1,1 @@
-"""solve."""
+"""Equilibrium: pattern and assembly, supports, linear solvers, schemes."""

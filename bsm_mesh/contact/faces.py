@@ -1,0 +1,128 @@
+"""Faces: the parts of edges along which two blocks touch at the start.
+
+Blocks of a conforming mesh share whole edges, found by the numbers of their end points. Where a corner of one
+block lies within an edge of another (a T-junction, a wall in bond), the common part of the two edges is the face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import Blocks
+
+COLLINEAR = 1e-6  # of the shorter edge: greatest distance of two edges that lie on each other
+SHORTEST_FACE = 1e-6  # of the shorter edge: a shorter common part is a touching corner
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Faces:
+    """Common parts of two blocks' edges, one row a face.
+
+    Attributes
+    ----------
+    edge_a, edge_b : (k,) int32
+        The two edges; b's direction is the face's.
+    start, end : (k, 2) float64 [m]
+        Ends of the common part, in the direction of `edge_b`.
+    start_corner_of_a, end_corner_of_a : (k,) bool
+        Whether the end is a corner of `edge_a`; else it is one of `edge_b`.
+    """
+
+    edge_a: IntArray
+    edge_b: IntArray
+    start: FloatArray
+    end: FloatArray
+    start_corner_of_a: BoolArray
+    end_corner_of_a: BoolArray
+
+
+def find_faces(blocks: Blocks) -> Faces:
+    """Return all faces between blocks: shared edges first, then parts of edges at T-junctions.
+
+    Raises
+    ------
+    ModelError
+        If two blocks lie on the same side of an edge, that is, overlap.
+    """
+    edge_a, edge_b, single = _shared_edges(blocks)
+    start, end = blocks.vertices[edge_b], blocks.vertices[blocks.following[edge_b]]
+    whole = np.ones(len(edge_a), dtype=bool)
+    conforming = Faces(
+        edge_a=edge_a, edge_b=edge_b, start=start, end=end, start_corner_of_a=whole, end_corner_of_a=whole
+    )
+    partial = _overlapping_edges(blocks, single)
+    return conforming if len(partial.edge_a) == 0 else _join(conforming, partial)
+
+
+def _shared_edges(blocks: Blocks) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the pairs of edges with the same two end points, and the edges that have no partner."""
+    first, last = blocks.nodes, blocks.nodes[blocks.following]
+    key = np.minimum(first, last).astype(np.int64) * (int(blocks.nodes.max()) + 1) + np.maximum(first, last)
+    order = np.argsort(key, kind="stable").astype(np.int32)
+    key = key[order]
+    same = key[1:] == key[:-1]
+    edge_b, edge_a = order[:-1][same], order[1:][same]
+    paired = np.zeros(len(key), dtype=bool)
+    paired[edge_a] = paired[edge_b] = True
+    one_sided = first[edge_a] == first[edge_b]
+    crowded = np.concatenate([[False], same[1:] & same[:-1]])[same]
+    bad = np.flatnonzero(one_sided | crowded)
+    if bad.size:
+        raise ModelError(
+            [
+                f"blocks {blocks.owner[edge_b[k]]} and {blocks.owner[edge_a[k]]} overlap: both lie on the same side of "
+                f"their edge at ({blocks.vertices[edge_a[k], 0]:.6g}, {blocks.vertices[edge_a[k], 1]:.6g}); "
+                "remove one or correct its corners"
+                for k in bad
+            ]
+        )
+    return edge_a, edge_b, np.flatnonzero(~paired).astype(np.int32)
+
+
+def _overlapping_edges(blocks: Blocks, edges: IntArray) -> Faces:
+    """Return the faces between edges that share only a part of their length."""
+    import shapely
+
+    start = blocks.vertices[edges]
+    along = blocks.edge_vectors[edges]
+    length = np.hypot(*along.T)
+    pairs = np.zeros((2, 0), dtype=np.int64)
+    if len(edges) > 1:
+        margin = COLLINEAR * length
+        low, high = np.minimum(start, start + along), np.maximum(start, start + along)
+        boxes = shapely.box(*(low - margin[:, None]).T, *(high + margin[:, None]).T)
+        pairs = shapely.STRtree(boxes).query(boxes)
+        pairs = pairs[:, pairs[0] < pairs[1]]
+    a, b = pairs[1], pairs[0]
+    keep = blocks.owner[edges[a]] != blocks.owner[edges[b]]
+    shorter = np.minimum(length[a], length[b])
+    unit = along[b] / length[b][:, None]
+    from_b = start[a] - start[b]
+    offset_start = unit[:, 0] * from_b[:, 1] - unit[:, 1] * from_b[:, 0]
+    offset_end = offset_start + unit[:, 0] * along[a][:, 1] - unit[:, 1] * along[a][:, 0]
+    # Edge a runs against b; where a is the longer one its far end may lie off b's line, so both are scaled.
+    scale = COLLINEAR * shorter * np.maximum(1.0, length[a] / length[b])
+    keep &= (np.abs(offset_start) <= scale) & (np.abs(offset_end) <= scale)
+    a_high = (unit * from_b).sum(axis=1)
+    a_low = a_high + (unit * along[a]).sum(axis=1)
+    keep &= a_low < a_high
+    tolerance = SHORTEST_FACE * shorter
+    low, high = np.maximum(a_low, 0.0), np.minimum(a_high, length[b])
+    keep &= high - low > tolerance
+    a, b, unit, low, high, tolerance = a[keep], b[keep], unit[keep], low[keep], high[keep], tolerance[keep]
+    return Faces(
+        edge_a=edges[a],
+        edge_b=edges[b],
+        start=start[b] + low[:, None] * unit,
+        end=start[b] + high[:, None] * unit,
+        start_corner_of_a=a_low[keep] >= -tolerance,
+        end_corner_of_a=a_high[keep] <= length[b] + tolerance,
+    )
+
+
+def _join(one: Faces, other: Faces) -> Faces:
+    return Faces(**{name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in Faces.__slots__})

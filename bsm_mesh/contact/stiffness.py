@@ -1,0 +1,102 @@
+"""Stiffness of faces from the rocks on both sides and the joint between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.faces import Faces
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.model import Model
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class FaceStiffness:
+    """Stiffness per area of every face, and its joint.
+
+    Attributes
+    ----------
+    normal, shear : (k,) float64 [Pa/m]
+        Wang's K_n and K_s of Eq. 3.27.
+    joint : (k,) int32
+        Number of the joint in ``model.joints``; -1 for unjointed rock.
+    """
+
+    normal: FloatArray
+    shear: FloatArray
+    joint: IntArray
+
+
+def face_stiffness(model: Model, faces: Faces) -> FaceStiffness:
+    """Return rock and joint in series (Wang Eqs. 3.24-3.27) for every face.
+
+    Raises
+    ------
+    ModelError
+        Where two rigid rocks meet without a joint: nothing there could deform.
+    """
+    blocks = model.blocks
+    joint = face_joints(model, faces)
+    moduli = np.array([_rock_moduli(model, name) for name in blocks.rock_names])
+    compliance = np.zeros((len(joint), 2))
+    least = _least_depth(blocks)
+    along = faces.end - faces.start
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+    for edge, side in ((faces.edge_b, 1.0), (faces.edge_a, -1.0)):
+        block = blocks.owner[edge]
+        depth = side * ((faces.start - blocks.moments.centroid[block]) * normal).sum(axis=1)
+        depth = np.maximum(depth, least[block])
+        compliance += depth[:, None] / moduli[blocks.rock[block]]  # Wang Eqs. 3.25, 3.26
+    jointed = joint >= 0
+    if jointed.any():
+        of_joint = np.array([given.contact_stiffness for given in model.joints])
+        compliance[jointed] += 1 / of_joint[joint[jointed]]  # Wang Eq. 3.27
+    stiff = np.flatnonzero(compliance[:, 0] == 0)
+    if stiff.size:
+        raise ModelError(_rigid_faults(model, faces, stiff))
+    return FaceStiffness(normal=1 / compliance[:, 0], shear=1 / compliance[:, 1], joint=joint)
+
+
+def face_joints(model: Model, faces: Faces) -> IntArray:
+    """Return the joint of every face: of edge b, else of edge a, else the default joint, else -1 (rock)."""
+    blocks = model.blocks
+    defined = [joint.name for joint in model.joints]
+    number = np.array([defined.index(n) if n in defined else -1 for n in blocks.joint_names] + [-1], dtype=np.int32)
+    of_edge = number[blocks.edge_joint]  # edge_joint -1 picks the last entry: no joint
+    joint = np.where(of_edge[faces.edge_b] >= 0, of_edge[faces.edge_b], of_edge[faces.edge_a])
+    if model.default_joint is not None:
+        joint = np.where(joint >= 0, joint, defined.index(model.default_joint))
+    return joint.astype(np.int32)
+
+
+def _rock_moduli(model: Model, name: str) -> tuple[float, float]:
+    return next((rock.contact_moduli for rock in model.rocks if rock.name == name), (np.inf, np.inf))
+
+
+def _least_depth(blocks: Blocks) -> FloatArray:
+    """Return the depth h [m] below which a face of a concave block does not fall: 2/3 of area over outline.
+
+    The centroid of a concave block may lie on the line of a face, or beyond it, and h would be zero or negative.
+    No convex block is changed: its centroid is a third of its width or more from every face, and area over
+    outline is half its least width or less.
+    """
+    outline = np.add.reduceat(np.hypot(*blocks.edge_vectors.T), blocks.offsets[:-1])
+    depth: FloatArray = 2 / 3 * (1 - 1e-9) * blocks.moments.area / outline
+    return depth
+
+
+def _rigid_faults(model: Model, faces: Faces, rows: IntArray) -> list[str]:
+    blocks = model.blocks
+    faults = []
+    for k in rows:
+        a, b = sorted((int(blocks.owner[faces.edge_a[k]]), int(blocks.owner[faces.edge_b[k]])))
+        rocks = sorted({blocks.rock_names[blocks.rock[a]], blocks.rock_names[blocks.rock[b]]})
+        faults.append(
+            f"blocks {a} and {b} meet at ({faces.start[k, 0]:.6g}, {faces.start[k, 1]:.6g}) without a joint and "
+            f"their rock ({' and '.join(rocks)}) is rigid; give the rock young and poisson, or the face a joint "
+            "(default_joint = ... for all faces)"
+        )
+    return faults

@@ -1,0 +1,85 @@
+"""An independent check of results: equilibrium of every block from the forces alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.results.records import Results, StageResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """What was found, worst stage first in every number.
+
+    Attributes
+    ----------
+    block_residual : float
+        Greatest force, or moment over radius of gyration, out of balance of a block, over the reference weight.
+    worst_block : int
+        The block where it is.
+    balance : float
+        Sum of loads and reactions, over the sum of the magnitudes of the loads.
+    tolerance : float
+        What both are held to.
+    """
+
+    block_residual: float
+    worst_block: int
+    balance: float
+    tolerance: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether all is within the tolerance."""
+        return self.block_residual <= self.tolerance and self.balance <= self.tolerance
+
+    def __str__(self) -> str:
+        """Return one line for a person."""
+        verdict = "in equilibrium" if self.ok else "NOT in equilibrium"
+        return (
+            f"{verdict}: greatest residual of a block {self.block_residual:.1e} (block {self.worst_block}), "
+            f"loads against reactions {self.balance:.1e}, tolerance {self.tolerance:.0e}"
+        )
+
+
+LINEAR_TOLERANCE = 1e-9  # of the reference weight: a linear solution loses no more than rounding
+NONLINEAR_TOLERANCE = 1e-6  # of the reference weight: where the iteration ends
+
+
+def check_results(results: Results) -> Check:
+    """Return the check of all stages."""
+    found = [_stage_residual(results, stage) for stage in results.stages]
+    residual, block = max(found)
+    balance = max(_stage_balance(stage) for stage in results.stages)
+    tolerance = LINEAR_TOLERANCE if results.scheme == "linear" else NONLINEAR_TOLERANCE
+    return Check(block_residual=residual, worst_block=block, balance=balance, tolerance=tolerance)
+
+
+def block_residuals(results: Results, stage: StageResult) -> FloatArray:
+    """Return the force out of balance of every block, (n, 3) [N/m, N/m, N/m: moment over radius of gyration]."""
+    total = stage.loads + stage.reactions
+    centroid = results.blocks.moments.centroid + stage.displacement[:, :2] * (results.scheme != "linear")
+    force = stage.contacts.force
+    for block, sign in ((stage.contacts.block_b, 1.0), (stage.contacts.block_a, -1.0)):
+        arm = stage.contacts.point - centroid[block]
+        moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+        for column, part in enumerate((force[:, 0], force[:, 1], moment)):
+            total[:, column] += sign * np.bincount(block, part, minlength=len(total))
+    total[:, 2] /= results.blocks.moments.gyration
+    total[~stage.present] = 0.0
+    return total
+
+
+def _stage_residual(results: Results, stage: StageResult) -> tuple[float, int]:
+    size = np.abs(block_residuals(results, stage)).max(axis=1) / max(stage.reference_weight, np.finfo(float).tiny)
+    worst = int(size.argmax())
+    return float(size[worst]), worst
+
+
+def _stage_balance(stage: StageResult) -> float:
+    applied = np.hypot(*stage.loads[:, :2].T).sum() + np.hypot(*stage.reactions[:, :2].T).sum()
+    off = float(np.hypot(*(stage.total_load + stage.total_reaction)))
+    return off / applied if applied > 0 else off

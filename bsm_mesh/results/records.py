@@ -1,0 +1,267 @@
+"""What came out: contacts, supports, steps, stages, and the results of a run. Complete when they exist."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.blocks import Blocks
+
+if TYPE_CHECKING:
+    from bsm_mesh.results.check import Check
+
+
+class Status(StrEnum):
+    """The verdict on a stage or a run."""
+
+    STABLE = "stable"
+    UNSTABLE = "unstable"
+    NOT_CONVERGED = "not_converged"
+
+
+class ContactStatus(IntEnum):
+    """State of a contact."""
+
+    STICKING = 0
+    SLIPPING = 1
+    OPEN = 2
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ContactForces:
+    """Forces in the contacts, one row a contact.
+
+    Attributes
+    ----------
+    block_a, block_b : (m,) int32
+        Block with the corner, block with the edge.
+    point : (m, 2) float64 [m]
+        Where the contact is.
+    normal : (m, 2) float64
+        Outward unit normal of `block_b`'s edge; t is the normal turned by +90 degrees.
+    length : (m,) float64 [m]
+        Share of the face's length.
+    normal_force, shear_force : (m,) float64 [N/m]
+        On `block_b` acts ``normal_force * n + shear_force * t``, on `block_a` its negative; tension positive.
+    opening, slip : (m,) float64 [m]
+        Displacement of a relative to b along n and t since the start.
+    status : (m,) int8
+        `ContactStatus`.
+    utilisation : (m,) float64
+        Shear force over shear strength; 0 where the strength is unlimited, at most `MOST_UTILISATION`.
+    joint : (m,) int32
+        Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
+    """
+
+    block_a: IntArray
+    block_b: IntArray
+    point: FloatArray
+    normal: FloatArray
+    length: FloatArray
+    normal_force: FloatArray
+    shear_force: FloatArray
+    opening: FloatArray
+    slip: FloatArray
+    status: IntArray
+    utilisation: FloatArray
+    joint: IntArray
+
+    @property
+    def force(self) -> FloatArray:
+        """Force on `block_b`, (m, 2) [N/m]."""
+        n = self.normal
+        tangent = n[:, ::-1] * (-1.0, 1.0)
+        force: FloatArray = self.normal_force[:, None] * n + self.shear_force[:, None] * tangent
+        return force
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class SupportForces:
+    """Forces with which the supports hold the blocks, one row a held point.
+
+    Attributes
+    ----------
+    block : (k,) int32
+        The held block.
+    point : (k, 2) float64 [m]
+        Where it is held.
+    reaction : (k, 2) float64 [N/m]
+        Force on the block.
+    moment : (k,) float64 [N]
+        Moment on the block, where its rotation is held.
+    """
+
+    block: IntArray
+    point: FloatArray
+    reaction: FloatArray
+    moment: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepRecord:
+    """One accepted step.
+
+    Attributes
+    ----------
+    stage, step : int
+        Number of the stage, and of the step within it, from 0.
+    residual : float
+        Greatest force (or moment over radius of gyration) out of balance of a block, over the reference weight.
+    max_displacement : float [m]
+        Greatest displacement of a centroid so far.
+    newton_iterations, factorizations : int
+        Spent on this step.
+    open_contacts, slipping_contacts : int
+        At its end.
+    seconds : float
+        Wall time of the step.
+    """
+
+    stage: int
+    step: int
+    residual: float
+    max_displacement: float
+    newton_iterations: int
+    factorizations: int
+    open_contacts: int
+    slipping_contacts: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StageResult:
+    """A stage at its end.
+
+    Attributes
+    ----------
+    name : str
+        Name of the stage; the first is ``initial``.
+    status : Status
+        The verdict.
+    present : (n,) bool
+        Which blocks are there.
+    displacement, stage_displacement : (n, 3) float64 [m, m, rad]
+        u, v and theta of every block, since the start and since the stage's start.
+    stress : (n, 2, 2) float64 [Pa]
+        Average stress of every block (Wang Eq. 3.45), tension positive.
+    loads, reactions : (n, 3) float64 [N/m, N/m, N]
+        Weight and loads, and support forces on every block: Fx, Fy, moment about the centroid.
+    contacts : ContactForces
+        Forces in the contacts.
+    supports : SupportForces
+        Forces at the supports.
+    unstable_blocks : (k,) int32
+        Blocks that come down; empty where the stage is stable.
+    residual : float
+        As in `StepRecord`, at the end.
+    reference_weight : float [N/m]
+        What residuals are relative to.
+    steps : tuple of StepRecord
+        How it got there.
+    """
+
+    name: str
+    status: Status
+    present: BoolArray
+    displacement: FloatArray
+    stage_displacement: FloatArray
+    stress: FloatArray
+    loads: FloatArray
+    reactions: FloatArray
+    contacts: ContactForces
+    supports: SupportForces
+    unstable_blocks: IntArray
+    residual: float
+    reference_weight: float
+    steps: tuple[StepRecord, ...]
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the stage [s]."""
+        return sum(step.seconds for step in self.steps)
+
+    @property
+    def total_load(self) -> FloatArray:
+        """Sum of weights and loads, (2,) [N/m]."""
+        total: FloatArray = self.loads[self.present, :2].sum(axis=0)
+        return total
+
+    @property
+    def total_reaction(self) -> FloatArray:
+        """Sum of support forces, (2,) [N/m]."""
+        total: FloatArray = self.reactions[self.present, :2].sum(axis=0)
+        return total
+
+    @property
+    def max_displacement(self) -> float:
+        """Greatest displacement of a centroid [m]."""
+        u, v, _ = self.displacement[self.present].T
+        return float((u**2 + v**2).max(initial=0.0) ** 0.5)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Results:
+    """All stages of a run.
+
+    Attributes
+    ----------
+    blocks : Blocks
+        The blocks at the start.
+    joint_names : tuple of str
+        Names for ``contacts.joint``.
+    stages : tuple of StageResult
+        At least one; the last gives the verdict.
+    scheme, linear_solver : str
+        What was used.
+    model_digest : str
+        SHA-256 of the model's content.
+    title : str
+        The model's title.
+    """
+
+    blocks: Blocks
+    joint_names: tuple[str, ...]
+    stages: tuple[StageResult, ...]
+    scheme: str
+    linear_solver: str
+    model_digest: str
+    title: str = ""
+
+    @property
+    def status(self) -> Status:
+        """The verdict: that of the last stage."""
+        return self.stages[-1].status
+
+    @property
+    def unstable_blocks(self) -> IntArray:
+        """Blocks that come down in the last stage."""
+        return self.stages[-1].unstable_blocks
+
+    def check(self) -> Check:
+        """Return how well every stage is in equilibrium, computed anew from the forces alone."""
+        from bsm_mesh.results.check import check_results
+
+        return check_results(self)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Write VTU, PVD, CSV and JSON files into `folder` and return it."""
+        from bsm_mesh.app.storage import save_results
+
+        return save_results(self, Path(folder))
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str]) -> Results:
+        """Return the results that `save` wrote into `folder`.
+
+        Raises
+        ------
+        ModelError
+            If the folder holds no complete results.
+        """
+        from bsm_mesh.app.storage import load_results
+
+        return load_results(Path(folder))

@@ -1,0 +1,53 @@
+"""Average stress of every block from the forces on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.kernels import add_contact_moments
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.model.blocks import Blocks
+
+PointForce = tuple[IntArray, FloatArray, FloatArray]
+"""Blocks (k,), points (k, 2) [m] and forces (k, 2) [N/m]."""
+
+
+def block_stress(
+    blocks: Blocks,
+    contacts: ContactTable,
+    normal_force: FloatArray,
+    shear_force: FloatArray,
+    point_forces: tuple[PointForce, ...],
+) -> FloatArray:
+    """Return the average stress, (n, 2, 2) [Pa], tension positive (Wang Eq. 3.45, Appendix B).
+
+    The sum x_i F_j runs over contacts, loads and supports, with x from the centroid, so that the weight drops
+    out (Eq. B.13). It is symmetric where the block is in equilibrium of moments; a block whose rotation is held
+    at its centroid is not, and the symmetric part is returned. Where a block is held as a whole (`Fixed` with
+    blocks) the place of the reaction is unknown and its contribution is left out.
+    """
+    dyad = np.zeros((blocks.count, 2, 2))
+    centroid = blocks.moments.centroid
+    add_contact_moments(
+        contacts.block_a,
+        contacts.block_b,
+        contacts.point,
+        contacts.normal,
+        normal_force,
+        shear_force,
+        centroid,
+        dyad,
+    )
+    for block, point, force in point_forces:
+        arm = point - centroid[block]
+        np.add.at(dyad, block, arm[:, :, None] * force[:, None, :])
+    stress: FloatArray = (dyad + dyad.transpose(0, 2, 1)) / (2 * blocks.moments.area[:, None, None])
+    return stress
+
+
+def principal_stresses(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (sigma_1, sigma_3) [Pa]: the most and the least compressive principal stress, tension positive."""
+    mean = (stress[:, 0, 0] + stress[:, 1, 1]) / 2
+    radius = np.hypot((stress[:, 0, 0] - stress[:, 1, 1]) / 2, stress[:, 0, 1])
+    return mean - radius, mean + radius

@@ -1,0 +1,156 @@
+"""Exact elimination of supports, block by block.
+
+A supported block's bars are rows c . u = w. The singular value decomposition of its rows gives axes in which
+the block is held and axes in which it is free; the held ones are struck out of the equations. No stiff bar
+(Wang's 1e20) ever enters the matrix, so soft joints and inclined bars keep their digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import Bars, bars_of
+
+RANK = 1e-9  # of a block's greatest singular value: a smaller one is a bar that repeats others
+CONFLICT = 1e-9  # of the greatest prescribed value: a larger misfit is a contradiction
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Constraints:
+    """Held and free axes of every supported block.
+
+    Attributes
+    ----------
+    bars : Bars
+        The bars themselves.
+    block : (k,) int32
+        The supported blocks.
+    number : (n,) int32
+        Row of each block of the model in the arrays below; -1 without support.
+    basis : (k, 3, 3) float64
+        Columns: the block's axes in (u, v, theta), the held ones first. They are orthonormal once theta is
+        multiplied by the block's radius of gyration.
+    held : (k,) int32
+        How many axes are held.
+    given : (n, 3) float64
+        Displacements that satisfy every bar and are zero along the free axes.
+    slot : (n_bars,) int32
+        Place of each bar among its block's bars.
+    share : (k, most bars, 3) float64
+        Turns a block's reaction (Fx, Fy, M) into the forces in its bars: least squares where they repeat.
+    """
+
+    bars: Bars
+    block: IntArray
+    number: IntArray
+    basis: FloatArray
+    held: IntArray
+    given: FloatArray
+    slot: IntArray
+    share: FloatArray
+
+    def free_part(self, forces: FloatArray) -> FloatArray:
+        """Return forces (n, 3) in the equations' axes with the held components zero."""
+        free = forces.copy()
+        turned = np.einsum("kri,kr->ki", self.basis, forces[self.block])
+        turned[np.arange(3) < self.held[:, None]] = 0.0
+        free[self.block] = turned
+        return free
+
+    def expand(self, solution: FloatArray) -> FloatArray:
+        """Return displacements (n, 3) from the unknowns along the equations' axes."""
+        U = solution.copy()
+        U[self.block] = np.einsum("kri,ki->kr", self.basis, solution[self.block])
+        return U
+
+    def reactions(self, forces: FloatArray) -> FloatArray:
+        """Return the reactions (n, 3) that balance `forces` (n, 3) along the held axes."""
+        reactions = np.zeros_like(forces)
+        inverse = np.linalg.inv(self.basis)  # rows: dual axes, so that the free axes do no work on the reaction
+        turned = np.einsum("kri,kr->ki", self.basis, forces[self.block])
+        turned[np.arange(3) >= self.held[:, None]] = 0.0
+        reactions[self.block] = -np.einsum("kir,ki->kr", inverse, turned)
+        return reactions
+
+    def bar_forces(self, reactions: FloatArray) -> FloatArray:
+        """Return the force in every bar, (n_bars,) [N/m, or N for a held rotation], from the blocks' reactions."""
+        forces = np.einsum("kbr,kr->kb", self.share, reactions[self.block])
+        of_bar: FloatArray = forces[self.number[self.bars.block], self.slot]
+        return of_bar
+
+
+def build_constraints(model: Model) -> Constraints:
+    """Return the constraints of the model's supports.
+
+    Raises
+    ------
+    ModelError
+        If bars on one block prescribe displacements that contradict each other.
+    """
+    bars = bars_of(model.supports, model.blocks)
+    moments = model.blocks.moments
+    block, row_of_bar, counts = np.unique(bars.block, return_inverse=True, return_counts=True)
+    slot = _slots(row_of_bar, counts)
+    k, most = len(block), int(counts.max(initial=1))
+    radius = moments.gyration[block]
+    rows, values = np.zeros((k, most, 3)), np.zeros((k, most))
+    arm = bars.point - moments.centroid[bars.block]
+    moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
+    rows[row_of_bar, slot] = np.column_stack([bars.direction, moment / radius[row_of_bar]])
+    values[row_of_bar, slot] = bars.value
+    left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
+    held = (size > RANK * size[:, :1]).sum(axis=1) if k else np.zeros(0, dtype=np.int64)
+    inverse = np.where(np.arange(3) < held[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
+    pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
+    given = np.einsum("kab,kb->ka", pseudo, values)
+    _check_conflicts(bars, block, row_of_bar, np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot])
+    scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
+    number = np.full(model.blocks.count, -1, dtype=np.int32)
+    number[block] = np.arange(k)
+    all_given = np.zeros((model.blocks.count, 3))
+    all_given[block] = given * scale
+    return Constraints(
+        bars=bars,
+        block=block.astype(np.int32),
+        number=number,
+        basis=np.ascontiguousarray(np.transpose(axes, (0, 2, 1)) * scale[:, :, None]),
+        held=held.astype(np.int32),
+        given=all_given,
+        slot=slot,
+        share=np.transpose(pseudo, (0, 2, 1)) * scale[:, None, :],
+    )
+
+
+def _slots(row_of_bar: IntArray, counts: IntArray) -> IntArray:
+    """Return the place of each bar among the bars of its block."""
+    order = np.argsort(row_of_bar, kind="stable")
+    slot = np.empty(len(row_of_bar), dtype=np.int32)
+    slot[order] = np.arange(len(row_of_bar)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return slot
+
+
+def _svd_padded(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the decomposition of blocks with fewer than three bars each, padded with empty bars."""
+    padded = np.concatenate([rows, np.zeros((len(rows), 3 - rows.shape[1], 3))], axis=1)
+    left, size, axes = np.linalg.svd(padded, full_matrices=False)
+    return left[:, : rows.shape[1]], size, axes
+
+
+def _check_conflicts(bars: Bars, block: IntArray, row_of_bar: IntArray, reached: FloatArray) -> None:
+    misfit = np.abs(reached - bars.value)
+    limit = CONFLICT * max(float(np.abs(bars.value).max(initial=0.0)), np.finfo(float).tiny)
+    bad = np.flatnonzero(misfit > limit)
+    if bad.size:
+        raise ModelError(
+            [
+                f"block {block[row_of_bar[i]]}: support {bars.support[i] + 1} prescribes {bars.value[i]:g} at "
+                f"({bars.point[i, 0]:.6g}, {bars.point[i, 1]:.6g}), which contradicts the block's other supports; "
+                "remove one of them"
+                for i in bad[np.unique(bars.block[bad], return_index=True)[1]]
+            ]
+        )

@@ -1,0 +1,175 @@
+"""The block pattern of the stiffness matrix, made once, and the compiled pass that fills it.
+
+The matrix is symmetric and positive semi-definite (Wang's Eq. 3.41 times -1) and is kept as its upper triangle
+of 3 x 3 blocks in compressed rows. An open contact keeps its place, so that the analysis of a pattern lasts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class BlockPattern:
+    """Upper triangle of a symmetric matrix of 3 x 3 blocks, in compressed rows.
+
+    Attributes
+    ----------
+    row_start : (n + 1,) int32
+        Row i owns the places ``row_start[i]:row_start[i + 1]``, the first of which is its diagonal block.
+    column : (n_places,) int32
+        Column of every place, rising within a row.
+    place : (m,) int32
+        Place of the block row-column pair of each contact.
+    """
+
+    row_start: IntArray
+    column: IntArray
+    place: IntArray
+
+    @property
+    def rows(self) -> int:
+        """Number of block rows."""
+        return len(self.row_start) - 1
+
+
+def block_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockPattern:
+    """Return the pattern of the pairs (block_a[c], block_b[c]) and the diagonal."""
+    row_start, column, place = _pattern(n_blocks, block_a, block_b)
+    return BlockPattern(row_start=row_start, column=column, place=place)
+
+
+@nb.njit(cache=True)
+def _pattern(
+    n: int, block_a: IntArray, block_b: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
+    """Return row starts, columns and places: a counting sort by row, an insertion sort within each row."""
+    m = block_a.size
+    start = np.zeros(n + 1, np.int64)
+    for c in range(m):
+        start[min(block_a[c], block_b[c]) + 1] += 1
+    for i in range(n):
+        start[i + 1] += start[i]
+    fill = start[:-1].copy()
+    contact = np.empty(m, np.int32)  # contacts in the order of their row
+    for c in range(m):
+        i = min(block_a[c], block_b[c])
+        contact[fill[i]] = c
+        fill[i] += 1
+    row_start = np.empty(n + 1, np.int32)
+    column = np.empty(m + n, np.int32)
+    place = np.empty(m, np.int32)
+    used = 0
+    for i in range(n):
+        row_start[i] = used
+        column[used] = i
+        used += 1
+        first = used
+        for k in range(start[i], start[i + 1]):
+            c = contact[k]
+            j = max(block_a[c], block_b[c])
+            at = used
+            while at > first and column[at - 1] >= j:
+                at -= 1
+            if at == used or column[at] != j:
+                for shift in range(used, at, -1):
+                    column[shift] = column[shift - 1]
+                column[at] = j
+                used += 1
+        for k in range(start[i], start[i + 1]):
+            c = contact[k]
+            j = max(block_a[c], block_b[c])
+            at = first
+            while column[at] != j:
+                at += 1
+            place[c] = at
+    row_start[n] = used
+    return row_start, column[:used].copy(), place
+
+
+@nb.njit(cache=True)
+def fill_stiffness(
+    row_start: IntArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    place: IntArray,
+    n_places: int,
+    point: FloatArray,
+    normal: FloatArray,
+    stiffness_n: FloatArray,
+    stiffness_s: FloatArray,
+    centroid: FloatArray,
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return the 3 x 3 blocks of K, (n_places, 3, 3): B^T T^T k T D of every contact (Wang Eq. 3.19)."""
+    data = np.zeros((n_places, 3, 3))
+    g = np.empty(3)  # rows of T B for the block with the lower and the higher number
+    h = np.empty(3)
+    for c in range(block_a.size):
+        low, high = min(block_a[c], block_b[c]), max(block_a[c], block_b[c])
+        for spring in range(2):
+            if spring == 0:
+                k, dx, dy = stiffness_n[c], normal[c, 0], normal[c, 1]
+            else:
+                k, dx, dy = stiffness_s[c], -normal[c, 1], normal[c, 0]
+            if k == 0.0:
+                continue
+            g[0] = dx
+            g[1] = dy
+            g[2] = (point[c, 0] - centroid[low, 0]) * dy - (point[c, 1] - centroid[low, 1]) * dx
+            h[0] = dx
+            h[1] = dy
+            h[2] = (point[c, 0] - centroid[high, 0]) * dy - (point[c, 1] - centroid[high, 1]) * dx
+            at_low, at_high, across = row_start[low], row_start[high], place[c]
+            for r in range(3):
+                for s in range(3):
+                    data[at_low, r, s] += k * g[r] * g[s]
+                    data[at_high, r, s] += k * h[r] * h[s]
+                    data[across, r, s] -= k * g[r] * h[s]
+    return data
+
+
+@nb.njit(cache=True)
+def constrain(
+    row_start: IntArray, column: IntArray, data: FloatArray, number: IntArray, basis: FloatArray, held: IntArray
+) -> None:  # pragma: no cover - compiled
+    """Turn the rows and columns of supported blocks into their own axes and strike out the held ones, in place.
+
+    Parameters
+    ----------
+    row_start, column, data
+        The pattern and its blocks.
+    number : (n,) int32
+        Row of each block in `basis` and `held`; -1 for a block without support.
+    basis : (k, 3, 3) float64
+        Columns: the block's own axes, held ones first.
+    held : (k,) int32
+        How many of them are held.
+    """
+    for i in range(row_start.size - 1):
+        for p in range(row_start[i], row_start[i + 1]):
+            j = column[p]
+            if number[i] >= 0:
+                _multiply(data[p], basis[number[i]], True)
+                data[p, : held[number[i]], :] = 0.0
+            if number[j] >= 0:
+                _multiply(data[p], basis[number[j]], False)
+                data[p, :, : held[number[j]]] = 0.0
+        if number[i] >= 0:
+            for r in range(held[number[i]]):
+                data[row_start[i], r, r] = 1.0
+
+
+@nb.njit(cache=True)
+def _multiply(block: FloatArray, basis: FloatArray, from_left: bool) -> None:  # pragma: no cover - compiled
+    """Replace a 3 x 3 block by basis^T block, or by block basis."""
+    old = block.copy()
+    for r in range(3):
+        for s in range(3):
+            block[r, s] = 0.0
+            for t in range(3):
+                block[r, s] += basis[t, r] * old[t, s] if from_left else old[r, t] * basis[t, s]

@@ -1,0 +1,200 @@
+"""The linear system of a model: assembled, supports eliminated, solved and refined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.solve.constraints import build_constraints
+from bsm_mesh.solve.linear_solvers import LinearSolver, SingularMatrixError, make_linear_solver
+from bsm_mesh.solve.mobility import unsupported_parts
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
+
+MOST_REFINEMENTS = 3
+GOOD_RESIDUAL = 1e-13  # of the reference weight: nothing is left to refine
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Solution:
+    """Displacements and forces of a linear solution.
+
+    Attributes
+    ----------
+    displacement : (n, 3) float64 [m, m, rad]
+        u, v and theta of every block.
+    normal_force, shear_force : (m,) float64 [N/m]
+        Of every contact.
+    unbalanced : (n, 3) float64 [N/m, N/m, N]
+        Loads plus contact forces on every block: what its supports bear.
+    linear_solver : str
+        Name of the solver.
+    factorizations : int
+        How many it took.
+    """
+
+    displacement: FloatArray
+    normal_force: FloatArray
+    shear_force: FloatArray
+    unbalanced: FloatArray
+    linear_solver: str
+    factorizations: int
+
+
+class LinearSystem:
+    """The equations K U = P of a model with given contacts (Wang Eqs. 3.40, 3.41), supports eliminated.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    contacts : ContactTable
+        Its contacts; all of them bear tension and shear.
+    """
+
+    def __init__(self, model: Model, contacts: ContactTable) -> None:
+        self.model = model
+        self.contacts = contacts
+        self.pattern = block_pattern(model.blocks.count, contacts.block_a, contacts.block_b)
+        self.constraints = build_constraints(model)
+        self.loads = external_loads(model)
+        self.reference = reference_weight(model, self.loads)
+
+    def check_supports(self) -> None:
+        """Raise `ModelError` for every part that its supports leave free."""
+        raise_faults(unsupported_parts(self.model.blocks, self.constraints, self.pattern))
+
+    def stiffness(self) -> FloatArray:
+        """Return the blocks of K with the supports eliminated."""
+        c, pattern, support = self.contacts, self.pattern, self.constraints
+        data: FloatArray = fill_stiffness(
+            pattern.row_start,
+            c.block_a,
+            c.block_b,
+            pattern.place,
+            len(pattern.column),
+            c.point,
+            c.normal,
+            c.normal_stiffness,
+            c.shear_stiffness,
+            self.model.blocks.moments.centroid,
+        )
+        constrain(pattern.row_start, pattern.column, data, support.number, support.basis, support.held)
+        return data
+
+    def solve(self, options: Options) -> Solution:
+        """Return displacements and contact forces in equilibrium.
+
+        Raises
+        ------
+        ModelError
+            If the matrix is singular, or a solver is chosen that is not there.
+        """
+        solver = make_linear_solver(options.linear_solver, self.pattern, options.threads)
+        try:
+            solver.factorize(self.stiffness())
+            return self._refine(solver)
+        except SingularMatrixError as error:
+            raise ModelError(
+                f"the stiffness matrix is singular ({error}): a part of the model can move without resistance; "
+                "look for blocks that touch at a corner only, and for stiffnesses many orders apart"
+            ) from error
+        finally:
+            solver.close()
+
+    def _refine(self, solver: LinearSolver) -> Solution:
+        """Return the solution after solving for what is out of balance until rounding is all that is left.
+
+        Contact forces are added up increment by increment, never computed anew from the sum of displacements:
+        where soft ground lets hard rock above it sink by metres, the rounding of those metres times the hard
+        rock's stiffness would be a force out of balance.
+        """
+        U = self.constraints.given
+        normal_force, shear_force = self.spring_forces(U)
+        best = self._solution(solver, U, normal_force, shear_force)
+        size = self._out_of_balance(best)
+        for _ in range(MOST_REFINEMENTS + 1):
+            if size <= GOOD_RESIDUAL * self.reference:
+                break
+            dU = self.constraints.expand(solver.solve(self.constraints.free_part(best.unbalanced)))
+            normal_part, shear_part = self.spring_forces(dU)
+            U = U + dU
+            normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
+            found = self._solution(solver, U, normal_force, shear_force)
+            before, size = size, self._out_of_balance(found)
+            if size >= before:
+                break
+            best = found
+        return best
+
+    def _solution(
+        self, solver: LinearSolver, U: FloatArray, normal_force: FloatArray, shear_force: FloatArray
+    ) -> Solution:
+        return Solution(
+            displacement=U,
+            normal_force=normal_force,
+            shear_force=shear_force,
+            unbalanced=self.unbalanced(normal_force, shear_force),
+            linear_solver=solver.name,
+            factorizations=1,
+        )
+
+    def _out_of_balance(self, solution: Solution) -> float:
+        return float(np.abs(self.constraints.free_part(solution.unbalanced)).max())
+
+    def reference_of(self, solution: Solution) -> float:
+        """Return what residuals are relative to [N/m].
+
+        Where displacements are prescribed they bring forces of their own, without any weight or load: then the
+        mean contact force counts too.
+        """
+        if not self.constraints.bars.value.any() or not self.contacts.count:
+            return self.reference
+        return max(self.reference, float(np.hypot(solution.normal_force, solution.shear_force).mean()))
+
+    def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the normal and shear force of every contact for displacements U (n, 3)."""
+        c, centroid = self.contacts, self.model.blocks.moments.centroid
+        forces: tuple[FloatArray, FloatArray] = spring_forces(
+            c.block_a, c.block_b, c.point, c.normal, c.normal_stiffness, c.shear_stiffness, centroid, U
+        )
+        return forces
+
+    def unbalanced(self, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:
+        """Return loads plus contact forces on every block, (n, 3)."""
+        c, total = self.contacts, self.loads.copy()
+        centroid = self.model.blocks.moments.centroid
+        add_contact_forces(c.block_a, c.block_b, c.point, c.normal, normal_force, shear_force, centroid, total)
+        return total
+
+
+def external_loads(model: Model) -> FloatArray:
+    """Return weight and loads on every block, (n, 3): Fx, Fy, moment about the centroid (Wang Eqs. 3.37, 3.38)."""
+    total = np.zeros((model.blocks.count, 3))
+    total[:, :2] = model.gravity_forces
+    forces = point_forces_of(model.loads, model.blocks)
+    arm = forces.point - model.blocks.moments.centroid[forces.block]
+    moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
+    np.add.at(total, forces.block, np.column_stack([forces.force, moment]))
+    return total
+
+
+def reference_weight(model: Model, loads: FloatArray) -> float:
+    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater."""
+    applied = np.hypot(loads[:, 0], loads[:, 1])
+    loaded = applied[applied > 0]
+    return max(float(model.weights.mean()), float(loaded.mean()) if loaded.size else 0.0)
+
+
+def relative_residual(model: Model, unbalanced: FloatArray, reference: float) -> float:
+    """Return the greatest force, or moment over radius of gyration, of `unbalanced` (n, 3) over the reference."""
+    scaled = unbalanced / np.column_stack([np.ones((len(unbalanced), 2)), model.blocks.moments.gyration])
+    greatest = float(np.abs(scaled).max())
+    return greatest / reference if reference > 0 else greatest
