@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import MeshWarning, ModelError, listing, nearest
+from bsm_mesh.errors import MeshWarning, ModelError, listing
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.overlap import find_overlaps
@@ -24,14 +24,12 @@ from converters.meshes.outlines import Outlines, outline_elements
 from converters.meshes.report import MeshReport, Note, NoteKind, places
 from geometries.physical_groups import GroupKind
 
-UNITS = {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048, "in": 0.0254}  # m
-
 
 def read_blocks(
     path: str | os.PathLike[str],
     *,
     groups: Mapping[str, str] | None = None,
-    unit: str | float = "m",
+    unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
 ) -> Blocks:
     """Return the blocks of a mesh file, with joints, boundaries and excavations; warn of all that was mended.
@@ -43,7 +41,7 @@ def read_blocks(
     MeshWarning
         For everything that was mended or left out.
     """
-    blocks, report = read_mesh(path, groups=groups, unit=unit, merge_tolerance=merge_tolerance)
+    blocks, report = read_mesh(path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     for note in report.notes:
         warnings.warn(f"{report.source}: {note.text}", MeshWarning, stacklevel=2)
     return blocks
@@ -53,7 +51,7 @@ def read_mesh(
     path: str | os.PathLike[str],
     *,
     groups: Mapping[str, str] | None = None,
-    unit: str | float = "m",
+    unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a mesh file and the report of what was found, mended and left out.
@@ -66,8 +64,8 @@ def read_mesh(
     groups : mapping of str to str
         What the mesh's own groups stand for, ``{"Schist": "rock:schist"}``; ``"*"`` stands for the surface elements in
         no rock, and ``"MaterialIDs=3"`` for the elements where that array has that value.
-    unit : str or float [m]
-        The mesh's unit of length: m, km, cm, mm, ft, in, or its length in metres.
+    unit_scale : float [m]
+        The mesh's unit of length: 0.001 for millimetres.
     merge_tolerance : float [m]
         Nodes nearer than this are one point, so that a mesh with doubled nodes along its joints conforms.
 
@@ -76,8 +74,7 @@ def read_mesh(
     ModelError
         If the file cannot be read, holds no plane mesh, no rock, or elements that overlap.
     """
-    length = _length(unit)
-    return _blocks_of(read_cells(path), groups or {}, length, merge_tolerance)
+    return _blocks_of(read_cells(path), groups or {}, unit_scale, merge_tolerance)
 
 
 def convert_mesh(
@@ -87,7 +84,7 @@ def convert_mesh(
     *,
     cell_data: CellArrays | None = None,
     groups: Mapping[str, str] | None = None,
-    unit: str | float = "m",
+    unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
     source: str = "mesh",
 ) -> tuple[Blocks, MeshReport]:
@@ -103,7 +100,7 @@ def convert_mesh(
         For every group, one entry for each entry of `cells`: the elements in it, counted from 0; or None.
     cell_data : mapping of str to a sequence of arrays
         Whole numbers of the elements, an array for each entry of `cells`.
-    groups, unit, merge_tolerance
+    groups, unit_scale, merge_tolerance
         As for `read_mesh`.
     source : str
         What messages call the mesh.
@@ -123,35 +120,32 @@ def convert_mesh(
     (2, ('granite',), ())
     """
     gathered = gather_cells(source, points, cells, sets=cell_sets or {}, arrays=cell_data or {})
-    return _blocks_of(gathered, groups or {}, _length(unit), merge_tolerance)
+    return _blocks_of(gathered, groups or {}, unit_scale, merge_tolerance)
 
 
-def convert_meshio(mesh: Any, **options: Any) -> tuple[Blocks, MeshReport]:
-    """Return the blocks of a ``meshio.Mesh``, and the report; options as for `convert_mesh`."""
-    from converters.meshes.meshio_files import cells_of_meshio
+def convert_meshio(
+    mesh: Any,
+    *,
+    groups: Mapping[str, str] | None = None,
+    unit_scale: float = 1.0,
+    merge_tolerance: float = MERGE_TOLERANCE,
+    source: str = "mesh",
+) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of a ``meshio.Mesh``, and the report; parameters and errors as for `convert_mesh`."""
+    from converters.meshes.from_meshio import cells_of_meshio
 
-    gathered = cells_of_meshio(mesh, options.get("source", "mesh"))
-    length = _length(options.get("unit", "m"))
-    return _blocks_of(gathered, options.get("groups") or {}, length, options.get("merge_tolerance", MERGE_TOLERANCE))
-
-
-def _length(unit: str | float) -> float:
-    if isinstance(unit, str):
-        if unit not in UNITS:
-            raise ModelError(f"mesh unit '{unit}' is not known{nearest(unit, UNITS)}")
-        return UNITS[unit]
-    if not (math.isfinite(unit) and unit > 0):
-        raise ModelError(f"mesh unit {unit}: must be a name ({', '.join(UNITS)}) or a length above 0 m")
-    return float(unit)
+    return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance)
 
 
 def _blocks_of(
-    cells: MeshCells, renaming: Mapping[str, str], length: float, merge_tolerance: float
+    cells: MeshCells, renaming: Mapping[str, str], unit_scale: float, merge_tolerance: float
 ) -> tuple[Blocks, MeshReport]:
+    if not (math.isfinite(unit_scale) and unit_scale > 0):
+        raise ModelError(f"unit_scale {unit_scale}: must be a length above 0 m")
     if not (math.isfinite(merge_tolerance) and merge_tolerance >= 0):
         raise ModelError(f"merge_tolerance {merge_tolerance}: must be 0 m or more")
     named = name_groups(cells, renaming)
-    outlines = outline_elements(cells, length=length, merge_tolerance=merge_tolerance)
+    outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)
     rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
     return _assemble(cells, named, outlines, rocks, merge_tolerance)

@@ -26,14 +26,14 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """
     file = Path(path)
     _refuse_unreadable(file)
-    from converters.meshes.msh_files import is_msh41, read_msh41
-    from converters.meshes.vtk_files import SUFFIXES, read_vtk
+    from converters.meshes.from_msh import is_msh41, read_msh41
+    from converters.meshes.from_vtk import SUFFIXES, read_vtk
 
     if file.suffix.lower() == ".msh" and is_msh41(file):
         return read_msh41(file)
     if file.suffix.lower() in SUFFIXES:
         return read_vtk(file)
-    from converters.meshes.meshio_files import read_by_meshio
+    from converters.meshes.from_meshio import read_by_meshio
 
     return read_by_meshio(file)
 

@@ -50,7 +50,7 @@ class Outlines:
     notes: tuple[Note, ...]
 
 
-def outline_elements(cells: MeshCells, *, length: float, merge_tolerance: float) -> Outlines:
+def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: float) -> Outlines:
     """Return the outlines of the surface elements of a mesh.
 
     Nodes nearer than the tolerance become one; corners that then repeat, and elements that then have no
@@ -60,7 +60,7 @@ def outline_elements(cells: MeshCells, *, length: float, merge_tolerance: float)
     ----------
     cells : MeshCells
         The mesh.
-    length : float [m]
+    unit_scale : float [m]
         The mesh's unit of length.
     merge_tolerance : float [m]
         Nodes nearer than this are one.
@@ -72,7 +72,7 @@ def outline_elements(cells: MeshCells, *, length: float, merge_tolerance: float)
     """
     used = _used_nodes(cells)
     axes, notes = _plane_axes(cells.source, cells.points, used)
-    flat = cells.points[used][:, axes] * length
+    flat = cells.points[used][:, axes] * unit_scale
     label = merge_points(flat, merge_tolerance)
     points = np.empty((int(label.max()) + 1, 2))
     points[label[::-1]] = flat[::-1]  # where nodes merge, the first one's place

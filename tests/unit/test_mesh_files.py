@@ -286,3 +286,24 @@ def test_a_file_cut_off_anywhere_is_an_error(model: Any, tmp_path: Path, version
         (tmp_path / "b.msh").write_bytes(whole[:length])
         with pytest.raises(ModelError, match=r"b\.msh"):
             read_mesh(tmp_path / "b.msh")
+
+
+def test_blocks_written_for_paraview_are_read_back_as_a_mesh(tmp_path: Path) -> None:
+    from converters.vtk_files import POLYGON, Grid, write_vtu
+
+    outlines = [POINTS[[1, 4, 5, 6, 2], :2], POINTS[[3, 2, 7], :2], POINTS[:4, :2]]
+    blocks = Blocks.from_polygons(outlines, rock=["schist", "gneiss", "schist"])
+    grid = Grid(
+        points=blocks.vertices,
+        connectivity=np.arange(len(blocks.vertices)),
+        offsets=blocks.offsets,
+        cell_type=POLYGON,
+        cell_data={"rock": blocks.rock},
+        field_data={"rock_names": blocks.rock_names},
+    )
+    write_vtu(tmp_path / "a.vtu", grid)
+    again, _ = read_mesh(tmp_path / "a.vtu")
+    np.testing.assert_array_equal(again.vertices, blocks.vertices)
+    np.testing.assert_array_equal(again.offsets, blocks.offsets)
+    assert [again.rock_names[k] for k in again.rock] == ["schist", "gneiss", "schist"]
+    assert again.nodes.max() == blocks.nodes.max()

@@ -111,9 +111,8 @@ def test_the_plane_of_the_mesh(columns: tuple[int, int], note: int) -> None:
 
 
 def test_units() -> None:
-    for unit in ("mm", 0.001):
-        blocks, _ = convert(SQUARE, ("quad", [(0, 1, 2, 3)]), unit=unit)
-        np.testing.assert_allclose(blocks.vertices, np.array(SQUARE) * 1e-3)
+    blocks, _ = convert(SQUARE, ("quad", [(0, 1, 2, 3)]), unit_scale=1e-3)
+    np.testing.assert_allclose(blocks.vertices, np.array(SQUARE) * 1e-3)
 
 
 TILTED = [(0, 0, 0), (1, 0, 1), (1, 1, 1), (0, 1, 0)]
@@ -131,8 +130,8 @@ TILTED = [(0, 0, 0), (1, 0, 1), (1, 1, 1), (0, 1, 0)]
         (SQUARE, ("quad", [(0, 1, 2, -1)]), {}, "nodes that are not in the file"),
         (SQUARE, ("polygon", [(0, 1, 2), (0, 1, 2, 3)]), {}, "a block of their own"),
         (SQUARE, ("triangle", [(0, 1, 1)]), {}, "none of the 1 surface elements has an area"),
-        (SQUARE, ("quad", [(0, 1, 2, 3)]), {"unit": "yard"}, "unit 'yard' is not known"),
-        (SQUARE, ("quad", [(0, 1, 2, 3)]), {"unit": -1.0}, "length above 0"),
+        (SQUARE, ("quad", [(0, 1, 2, 3)]), {"unit_scale": np.nan}, "above 0 m"),
+        (SQUARE, ("quad", [(0, 1, 2, 3)]), {"unit_scale": -1.0}, "above 0 m"),
         (SQUARE, ("quad", [(0, 1, 2, 3)]), {"merge_tolerance": -1.0}, "must be 0 m or more"),
         (SQUARE, ("triangle", [(0, 1, 2), (0, 1, 3)]), {}, "elements 0 and 1 overlap by 0.25 m2 near"),
         ([(0, 0), (2, 2), (2, 0), (0, 1)], ("quad", [(0, 1, 2, 3)]), {}, "crosses or touches itself"),
