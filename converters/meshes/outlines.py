@@ -16,6 +16,7 @@ from converters.meshes.repeats import first_of_equal
 from converters.meshes.report import Note, NoteKind, places
 
 PLANE_TOLERANCE = 1e-6  # of the mesh's size: single-precision coordinates are that exact
+FARTHEST = 1e12  # coordinates beyond this, and those that are no number, come from a damaged file
 FLATNESS = 1e-11  # area over perimeter squared; `Blocks` refuses below 1e-12
 
 
@@ -89,10 +90,10 @@ def _used_nodes(cells: MeshCells) -> BoolArray:
     used = np.zeros(len(cells.points), dtype=np.bool_)
     used[cells.corners] = True
     used[cells.pieces.ravel()] = True
-    bad = np.flatnonzero(used & ~np.isfinite(cells.points).all(axis=1))
+    bad = np.flatnonzero(used & ~(np.abs(cells.points) < FARTHEST).all(axis=1))
     if bad.size:
         raise ModelError(
-            f"{cells.source}: {bad.size} nodes have coordinates that are no finite numbers "
+            f"{cells.source}: {bad.size} nodes have coordinates that are no numbers below {FARTHEST:g} "
             f"(counted from 0: {listing(bad)}); mend the mesh"
         )
     return used
