@@ -1,0 +1,297 @@
+"""Plane-strain elastic solution of a model's domain by scikit-fem, averaged over the blocks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import scipy.sparse as sp
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.faces import find_faces
+from bsm_mesh.contact.stiffness import face_joints
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.materials import Rock
+from bsm_mesh.model.model import Model
+from converters.continuum_loads import load_vector
+from converters.continuum_mesh import build_continuum_mesh
+from converters.continuum_supports import held_displacements, nodal_unknowns
+from converters.continuum_system import solve_held
+from converters.elasticity import (
+    CellKind,
+    Elasticity,
+    block_axes,
+    cell_kind_of,
+    matched_elasticity,
+    nominal_elasticity,
+    rigid_rock_faults,
+)
+
+ElasticityName = Literal["nominal", "matched"]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ContinuumSolution:
+    """A continuum solution, averaged over the blocks, and its mesh.
+
+    Attributes
+    ----------
+    elasticity : {"nominal", "matched"}
+        Elastic constants: the rock's E and Poisson's ratio, or those of the continuum to which the
+        Block-Spring Model tends (`converters.elasticity.matched_elasticity`).
+    stress : (n, 2, 2) float64 [Pa]
+        Average stress of every block, tension positive.
+    displacement : (n, 3) float64 [m, m, rad]
+        Average of u, v and of the rotation (dv/dx - du/dy) / 2 over every block.
+    points : (p, 2) float64 [m]
+        Nodes: vertices of the triangles, then middles of their sides (second order).
+    point_displacement : (p, 2) float64 [m]
+        Displacement of the nodes.
+    triangles : (t, 3) or (t, 6) int32
+        Nodes of the triangles, counter-clockwise: corners, then the middles of sides 0-1, 1-2, 2-0 (as in VTK).
+    triangle_block : (t,) int32
+        Block of every triangle.
+    triangle_stress : (t, 2, 2) float64 [Pa]
+        Average stress of every triangle.
+    total_load, total_reaction : (2,) float64 [N/m]
+        Sum of weights and loads, and of the forces of the supports.
+    unknowns : int
+        Number of displacement components that were solved for.
+    seconds : float
+        Wall time.
+    notes : tuple of str
+        What the continuum leaves out or treats in its own way, a sentence each.
+    """
+
+    elasticity: ElasticityName
+    stress: FloatArray
+    displacement: FloatArray
+    points: FloatArray
+    point_displacement: FloatArray
+    triangles: IntArray
+    triangle_block: IntArray
+    triangle_stress: FloatArray
+    total_load: FloatArray
+    total_reaction: FloatArray
+    unknowns: int
+    seconds: float
+    notes: tuple[str, ...]
+
+
+def solve_continuum(model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2) -> ContinuumSolution:
+    """Return the continuum solution of a model: the same domain, supports and loads, its joints ignored.
+
+    Parameters
+    ----------
+    model : Model
+        What is given; every rock in use must be elastic.
+    elasticity : {"nominal", "matched"}
+        Elastic constants, see `ContinuumSolution`.
+    order : {1, 2}
+        Polynomial order of the displacements.
+
+    Raises
+    ------
+    ModelError
+        For rigid rocks, supports that contradict each other at a shared node, or a part free to move.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> square = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)]], rock="granite")
+    >>> square = square.with_boundary("bottom", lambda x, y: y < 1e-9)
+    >>> rock = bsm.Rock("granite", unit_weight=26e3, young=50e9, poisson=0.0)
+    >>> model = bsm.Model(blocks=square, rocks=[rock], supports=[bsm.Fixed(boundary="bottom")])
+    >>> print(f"{solve_continuum(model).stress[0, 1, 1]:.0f} Pa")
+    -13000 Pa
+    """
+    return Continuum(model, order).solve(elasticity)
+
+
+class Continuum:
+    """A model's mesh, loads and supports in scikit-fem, ready to be solved with different elastic constants.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    order : {1, 2}
+        Polynomial order of the displacements.
+    """
+
+    def __init__(self, model: Model, order: int = 2) -> None:
+        import skfem
+
+        if order not in (1, 2):
+            raise ModelError(f"order = {order!r} must be 1 or 2")
+        raise_faults(rigid_rock_faults(model.rocks, _rocks_in_use(model)))
+        began = time.perf_counter()
+        self.model = model
+        self.mesh = build_continuum_mesh(model.blocks)
+        element = skfem.ElementTriP2() if order == 2 else skfem.ElementTriP1()
+        self.basis = skfem.CellBasis(self.mesh.mesh, skfem.ElementVector(element))
+        self.averages = _block_averages(self.basis, self.mesh.block, model.blocks.moments.area)
+        self.supports = held_displacements(model, self.mesh, self.basis, self.averages)
+        self.load = load_vector(model, self.mesh, self.basis)
+        self.seconds = time.perf_counter() - began
+
+    def solve(self, elasticity: ElasticityName) -> ContinuumSolution:
+        """Return the solution with the named elastic constants."""
+        from skfem.models.elasticity import linear_elasticity
+
+        began = time.perf_counter()
+        constants, notes = self._constants(elasticity)
+        c12, c66, excess, angle = constants
+        K = linear_elasticity(c12[:, None], c66[:, None]).assemble(self.basis)
+        if excess.any():
+            K = K + _cubic_excess(self.basis, excess, angle)
+        u = solve_held(K, self.load, self.supports, nodal_unknowns(self.basis), self.basis.doflocs)
+        gradient = _mean_gradient(self.basis, u)
+        stress = _stress(gradient, *constants)
+        area = self.basis.dx.sum(axis=1)
+        block_area = self.model.blocks.moments.area
+        triangles, points = _quadratic_triangles(self.basis)
+        spin = (gradient[:, 1, 0] - gradient[:, 0, 1]) / 2
+        reaction = K @ u - self.load
+        node_dofs = nodal_unknowns(self.basis)
+        return ContinuumSolution(
+            elasticity=elasticity,
+            stress=_over_blocks(stress, area, self.mesh.block, block_area),
+            displacement=np.column_stack(
+                [*(part @ u for part in self.averages), _over_blocks(spin, area, self.mesh.block, block_area)]
+            ),
+            points=points,
+            point_displacement=u[node_dofs],
+            triangles=triangles,
+            triangle_block=self.mesh.block,
+            triangle_stress=stress,
+            total_load=self.load[node_dofs].sum(axis=0),
+            total_reaction=reaction[node_dofs].sum(axis=0),
+            unknowns=int(self.basis.N - self.supports.held.sum()),
+            seconds=self.seconds + time.perf_counter() - began,
+            notes=(*_ignored_joints(self.model), *notes),
+        )
+
+    def _constants(self, name: ElasticityName) -> tuple[tuple[FloatArray, ...], tuple[str, ...]]:
+        """Return (c12, c66, excess, angle of the axes) of every triangle, and what there is to say about them."""
+        if name not in ("nominal", "matched"):
+            raise ModelError(f"elasticity = {name!r} must be 'nominal' or 'matched'")
+        blocks = self.model.blocks
+        kind = cell_kind_of(blocks)
+        of_rock: Callable[[Rock], Elasticity] = nominal_elasticity
+        if name == "matched":
+            of_rock = lambda rock: matched_elasticity(rock, kind)  # noqa: E731
+        by_name = {rock.name: rock for rock in self.model.rocks}
+        used = _rocks_in_use(self.model)
+        given = {rock: of_rock(by_name[rock]) for rock in used}
+        table = np.array([_row(given.get(rock)) for rock in blocks.rock_names])[blocks.rock[self.mesh.block]]
+        angle = block_axes(blocks)[self.mesh.block]
+        notes = () if name == "nominal" else _matched_notes(kind, given)
+        return (table[:, 0], table[:, 1], table[:, 2], angle), notes
+
+
+def _row(elasticity: Elasticity | None) -> tuple[float, float, float]:
+    return (0.0, 0.0, 0.0) if elasticity is None else (elasticity.c12, elasticity.c66, elasticity.excess)
+
+
+def _rocks_in_use(model: Model) -> set[str]:
+    return {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
+
+
+def _ignored_joints(model: Model) -> tuple[str, ...]:
+    joint = face_joints(model, find_faces(model.blocks))
+    count = int((joint >= 0).sum())
+    if count == 0:
+        return ()
+    names = ", ".join(f"'{model.joints[number].name}'" for number in np.unique(joint[joint >= 0]))
+    return (f"joints are ignored: {count} of {len(joint)} faces ({names}) are taken as unbroken rock",)
+
+
+def _matched_notes(kind: CellKind, given: dict[str, Elasticity]) -> tuple[str, ...]:
+    axes = {"quad": "cubic in each block's own axes", "triangle": "isotropic", "polygon": "isotropic"}[kind]
+    return tuple(
+        f"rock '{name}': matched to most blocks, {kind}s ({axes}): E* = {e.modulus:.4g} Pa, nu* = {e.poisson:.4g}, "
+        f"G* = {e.shear:.4g} Pa (plane strain)"
+        for name, e in sorted(given.items())
+    )
+
+
+def _block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, Any]:
+    """Return the sparse matrices (n_blocks, N) that give the blocks' average displacement in x and in y."""
+    import skfem
+
+    constant = basis.with_element(skfem.ElementTriP0())
+    gather = sp.csr_matrix((np.ones(len(block)), (block, np.arange(len(block)))), shape=(len(area), len(block)))
+    gather = sp.diags(1 / area) @ gather
+    x, y = (
+        sp.csr_matrix(gather @ skfem.BilinearForm(lambda u, v, _, axis=axis: u[axis] * v).assemble(basis, constant))
+        for axis in (0, 1)
+    )
+    return x, y
+
+
+def _cubic_excess(basis: Any, excess: FloatArray, angle: FloatArray) -> Any:
+    """Return the stiffness that a cubic material has beyond the isotropic one with its c12 and c66."""
+    import skfem
+    from skfem.helpers import sym_grad
+
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+
+    def along_axes(field: Any) -> tuple[Any, Any]:
+        strain = sym_grad(field)
+        first = c * c * strain[0, 0] + 2 * c * s * strain[0, 1] + s * s * strain[1, 1]
+        return first, strain[0, 0] + strain[1, 1] - first
+
+    @skfem.BilinearForm
+    def form(u: Any, v: Any, _: Any) -> Any:
+        (u1, u2), (v1, v2) = along_axes(u), along_axes(v)
+        return excess[:, None] * (u1 * v1 + u2 * v2)
+
+    return form.assemble(basis)
+
+
+def _mean_gradient(basis: Any, u: FloatArray) -> FloatArray:
+    """Return the average displacement gradient H[i, j] = du_i/dx_j of every triangle, (t, 2, 2)."""
+    gradient: FloatArray = np.einsum("ijtq,tq->tij", basis.interpolate(u).grad, basis.dx)
+    return gradient / basis.dx.sum(axis=1)[:, None, None]
+
+
+def _stress(
+    gradient: FloatArray, c12: FloatArray, c66: FloatArray, excess: FloatArray, angle: FloatArray
+) -> FloatArray:
+    """Return the stress (t, 2, 2) [Pa] of cubic materials under a displacement gradient."""
+    strain = (gradient + gradient.transpose(0, 2, 1)) / 2
+    trace = np.trace(strain, axis1=1, axis2=2)
+    stress: FloatArray = 2 * c66[:, None, None] * strain + (c12 * trace)[:, None, None] * np.eye(2)
+    for axis in (
+        np.stack([np.cos(angle), np.sin(angle)], axis=1),
+        np.stack([-np.sin(angle), np.cos(angle)], axis=1),
+    ):
+        along = np.einsum("ti,tij,tj->t", axis, strain, axis)
+        stress += (excess * along)[:, None, None] * axis[:, :, None] * axis[:, None, :]
+    return stress
+
+
+def _over_blocks(values: FloatArray, area: FloatArray, block: IntArray, block_area: FloatArray) -> FloatArray:
+    """Return the area-weighted mean over each block of a value a triangle (t, ...)."""
+    total = np.zeros((len(block_area), *values.shape[1:]))
+    np.add.at(total, block, values * area.reshape(-1, *(1,) * (values.ndim - 1)))
+    mean: FloatArray = total / block_area.reshape(-1, *(1,) * (values.ndim - 1))
+    return mean
+
+
+def _quadratic_triangles(basis: Any) -> tuple[IntArray, FloatArray]:
+    """Return the triangles in VTK's order, counter-clockwise, and the coordinates of all nodes."""
+    mesh = basis.mesh
+    corners = mesh.p[:, mesh.t]
+    side1, side2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    clockwise = side1[0] * side2[1] - side1[1] * side2[0] < 0
+    nodes = mesh.t if not basis.facet_dofs.size else np.vstack([mesh.t, mesh.p.shape[1] + mesh.t2f])
+    # Sides of skfem's triangles: 0-1, 1-2, 0-2. Turned round, the corners are 0, 2, 1 and the sides 0-2, 2-1, 1-0.
+    turned = nodes[[0, 2, 1, 5, 4, 3][: len(nodes)]]
+    triangles: IntArray = np.where(clockwise, turned, nodes).T.astype(np.int32)
+    points: FloatArray = basis.doflocs[:, nodal_unknowns(basis)[:, 0]].T
+    return np.ascontiguousarray(triangles), np.ascontiguousarray(points)
