@@ -255,8 +255,9 @@ def _cubic_excess(basis: Any, excess: FloatArray, angle: FloatArray) -> Any:
 
 def _mean_gradient(basis: Any, u: FloatArray) -> FloatArray:
     """Return the average displacement gradient H[i, j] = du_i/dx_j of every triangle, (t, 2, 2)."""
-    gradient: FloatArray = np.einsum("ijtq,tq->tij", basis.interpolate(u).grad, basis.dx)
-    return gradient / basis.dx.sum(axis=1)[:, None, None]
+    total = np.einsum("ijtq,tq->tij", basis.interpolate(u).grad, basis.dx)
+    mean: FloatArray = total / basis.dx.sum(axis=1)[:, None, None]
+    return mean
 
 
 def _stress(

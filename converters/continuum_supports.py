@@ -104,7 +104,8 @@ def held_displacements(model: Model, mesh: ContinuumMesh, basis: Any, averages: 
             directions, displacement = held_directions(support, np.zeros((1, 2)))
             rows.extend(sp.csr_matrix(d @ probe) for d in directions)
             values.append(np.full(len(directions), displacement))
-    turn, held, given = _node_axes(*map(np.concatenate, zip(*nodal, strict=True)), node_dofs, basis.N)
+    node, direction, given_there = (np.concatenate(column) for column in zip(*nodal, strict=True))
+    turn, held, given = _node_axes(node, direction, given_there, node_dofs, basis.N)
     return HeldDisplacements(turn=turn, held=held, given=given, rows=sp.vstack(rows), values=np.concatenate(values))
 
 
