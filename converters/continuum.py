@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,21 +13,12 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.faces import find_faces
 from bsm_mesh.contact.stiffness import face_joints
 from bsm_mesh.errors import ModelError, raise_faults
-from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 from converters.continuum_loads import load_vector
 from converters.continuum_mesh import build_continuum_mesh
 from converters.continuum_supports import held_displacements, nodal_unknowns
 from converters.continuum_system import solve_held
-from converters.elasticity import (
-    CellKind,
-    Elasticity,
-    block_axes,
-    cell_kind_of,
-    matched_elasticity,
-    nominal_elasticity,
-    rigid_rock_faults,
-)
+from converters.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use
 
 ElasticityName = Literal["nominal", "matched"]
 
@@ -127,7 +117,7 @@ class Continuum:
 
         if order not in (1, 2):
             raise ModelError(f"order = {order!r} must be 1 or 2")
-        raise_faults(rigid_rock_faults(model.rocks, _rocks_in_use(model)))
+        raise_faults(rigid_rock_faults(model.rocks, rocks_in_use(model)))
         began = time.perf_counter()
         self.model = model
         self.mesh = build_continuum_mesh(model.blocks)
@@ -140,17 +130,15 @@ class Continuum:
 
     def solve(self, elasticity: ElasticityName) -> ContinuumSolution:
         """Return the solution with the named elastic constants."""
-        from skfem.models.elasticity import linear_elasticity
-
+        if elasticity not in ("nominal", "matched"):
+            raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
         began = time.perf_counter()
-        constants, notes = self._constants(elasticity)
-        c12, c66, excess, angle = constants
-        K = linear_elasticity(c12[:, None], c66[:, None]).assemble(self.basis)
-        if excess.any():
-            K = K + _cubic_excess(self.basis, excess, angle)
+        of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
+        stiffness = of_block[self.mesh.block]
+        K = _anisotropic(self.basis, stiffness)
         u = solve_held(K, self.load, self.supports, nodal_unknowns(self.basis), self.basis.doflocs)
         gradient = _mean_gradient(self.basis, u)
-        stress = _stress(gradient, *constants)
+        stress = _stress(gradient, stiffness)
         area = self.basis.dx.sum(axis=1)
         block_area = self.model.blocks.moments.area
         triangles, points = _quadratic_triangles(self.basis)
@@ -175,31 +163,6 @@ class Continuum:
             notes=(*_ignored_joints(self.model), *notes),
         )
 
-    def _constants(self, name: ElasticityName) -> tuple[tuple[FloatArray, ...], tuple[str, ...]]:
-        """Return (c12, c66, excess, angle of the axes) of every triangle, and what there is to say about them."""
-        if name not in ("nominal", "matched"):
-            raise ModelError(f"elasticity = {name!r} must be 'nominal' or 'matched'")
-        blocks = self.model.blocks
-        kind = cell_kind_of(blocks)
-        of_rock: Callable[[Rock], Elasticity] = nominal_elasticity
-        if name == "matched":
-            of_rock = lambda rock: matched_elasticity(rock, kind)  # noqa: E731
-        by_name = {rock.name: rock for rock in self.model.rocks}
-        used = _rocks_in_use(self.model)
-        given = {rock: of_rock(by_name[rock]) for rock in used}
-        table = np.array([_row(given.get(rock)) for rock in blocks.rock_names])[blocks.rock[self.mesh.block]]
-        angle = block_axes(blocks)[self.mesh.block]
-        notes = () if name == "nominal" else _matched_notes(kind, given)
-        return (table[:, 0], table[:, 1], table[:, 2], angle), notes
-
-
-def _row(elasticity: Elasticity | None) -> tuple[float, float, float]:
-    return (0.0, 0.0, 0.0) if elasticity is None else (elasticity.c12, elasticity.c66, elasticity.excess)
-
-
-def _rocks_in_use(model: Model) -> set[str]:
-    return {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
-
 
 def _ignored_joints(model: Model) -> tuple[str, ...]:
     joint = face_joints(model, find_faces(model.blocks))
@@ -208,15 +171,6 @@ def _ignored_joints(model: Model) -> tuple[str, ...]:
         return ()
     names = ", ".join(f"'{model.joints[number].name}'" for number in np.unique(joint[joint >= 0]))
     return (f"joints are ignored: {count} of {len(joint)} faces ({names}) are taken as unbroken rock",)
-
-
-def _matched_notes(kind: CellKind, given: dict[str, Elasticity]) -> tuple[str, ...]:
-    axes = {"quad": "cubic in each block's own axes", "triangle": "isotropic", "polygon": "isotropic"}[kind]
-    return tuple(
-        f"rock '{name}': matched to most blocks, {kind}s ({axes}): E* = {e.modulus:.4g} Pa, nu* = {e.poisson:.4g}, "
-        f"G* = {e.shear:.4g} Pa (plane strain)"
-        for name, e in sorted(given.items())
-    )
 
 
 def _block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, Any]:
@@ -233,22 +187,21 @@ def _block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any,
     return x, y
 
 
-def _cubic_excess(basis: Any, excess: FloatArray, angle: FloatArray) -> Any:
-    """Return the stiffness that a cubic material has beyond the isotropic one with its c12 and c66."""
+def _anisotropic(basis: Any, stiffness: FloatArray) -> Any:
+    """Return the stiffness matrix of a material that differs from triangle to triangle, (t, 3, 3)."""
     import skfem
     from skfem.helpers import sym_grad
 
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    C = stiffness.transpose(1, 2, 0)[:, :, :, None]
 
-    def along_axes(field: Any) -> tuple[Any, Any]:
-        strain = sym_grad(field)
-        first = c * c * strain[0, 0] + 2 * c * s * strain[0, 1] + s * s * strain[1, 1]
-        return first, strain[0, 0] + strain[1, 1] - first
+    def strain(field: Any) -> tuple[Any, Any, Any]:
+        e = sym_grad(field)
+        return e[0, 0], e[1, 1], 2 * e[0, 1]
 
     @skfem.BilinearForm
     def form(u: Any, v: Any, _: Any) -> Any:
-        (u1, u2), (v1, v2) = along_axes(u), along_axes(v)
-        return excess[:, None] * (u1 * v1 + u2 * v2)
+        of_u, of_v = strain(u), strain(v)
+        return sum(sum(C[i, j] * of_u[j] for j in range(3)) * of_v[i] for i in range(3))
 
     return form.assemble(basis)
 
@@ -260,20 +213,12 @@ def _mean_gradient(basis: Any, u: FloatArray) -> FloatArray:
     return mean
 
 
-def _stress(
-    gradient: FloatArray, c12: FloatArray, c66: FloatArray, excess: FloatArray, angle: FloatArray
-) -> FloatArray:
-    """Return the stress (t, 2, 2) [Pa] of cubic materials under a displacement gradient."""
-    strain = (gradient + gradient.transpose(0, 2, 1)) / 2
-    trace = np.trace(strain, axis1=1, axis2=2)
-    stress: FloatArray = 2 * c66[:, None, None] * strain + (c12 * trace)[:, None, None] * np.eye(2)
-    for axis in (
-        np.stack([np.cos(angle), np.sin(angle)], axis=1),
-        np.stack([-np.sin(angle), np.cos(angle)], axis=1),
-    ):
-        along = np.einsum("ti,tij,tj->t", axis, strain, axis)
-        stress += (excess * along)[:, None, None] * axis[:, :, None] * axis[:, None, :]
-    return stress
+def _stress(gradient: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Return the stress (t, 2, 2) [Pa] under a displacement gradient."""
+    H = gradient
+    strain = np.stack([H[:, 0, 0], H[:, 1, 1], H[:, 0, 1] + H[:, 1, 0]], axis=1)
+    xx, yy, xy = np.einsum("tij,tj->it", stiffness, strain)
+    return np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
 
 
 def _over_blocks(values: FloatArray, area: FloatArray, block: IntArray, block_area: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +12,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.materials import Rock
+from bsm_mesh.model.model import Model
 
 CellKind = Literal["triangle", "quad", "polygon"]
 
@@ -47,9 +49,9 @@ class Elasticity:
         return self.c66
 
     @property
-    def excess(self) -> float:
-        """c11 - c12 - 2 c66 [Pa]: zero if isotropic."""
-        return self.c11 - self.c12 - 2 * self.c66
+    def matrix(self) -> FloatArray:
+        """Stiffness (3, 3) [Pa] from (e_xx, e_yy, 2 e_xy) to (sigma_xx, sigma_yy, sigma_xy), in the axes."""
+        return np.array([(self.c11, self.c12, 0.0), (self.c12, self.c11, 0.0), (0.0, 0.0, self.c66)])
 
 
 def nominal_elasticity(rock: Rock) -> Elasticity:
@@ -74,10 +76,13 @@ def matched_elasticity(rock: Rock, cell_kind: CellKind) -> Elasticity:
     With (E_N, E_T) the rock's `contact_moduli` (springs E_N / h and E_T / h per area):
 
     * triangles: G* = E_N E_T / (E_N + E_T), lambda* = E_N / 2 - G*;
-    * quads: squares in their own axes, c11 = E_N, c12 = 0, c66 = E_T / 2 (half of E_T, because blocks turn with
-      the continuum and each shear is shared by two families of faces);
+    * quads: aligned rectangles in their own axes, c11 = E_N, c12 = 0, c66 = E_T / 2 (half of E_T, because blocks
+      turn with the continuum and the shear is shared by two families of faces);
     * other polygons: lambda* = (E_N - E_T) / 4, G* = (E_N + E_T) / 4, the mean over all directions of a face if
       blocks move with the continuum, as those of a Voronoi mesh nearly do.
+
+    Quads that are no rectangles, and polygons as they really lie, have the stiffness of `affine_stiffness`, of which
+    the last two are special cases.
 
     Raises
     ------
@@ -96,6 +101,50 @@ def matched_elasticity(rock: Rock, cell_kind: CellKind) -> Elasticity:
     return Elasticity(c11=lame + 2 * G, c12=lame, c66=G)
 
 
+def affine_stiffness(blocks: Blocks, moduli: FloatArray) -> FloatArray:
+    """Return the stiffness of a continuum made of many blocks like each one, (n, 3, 3) [Pa].
+
+    The centroids move with the strain e and the block turns by r against the continuum, as moment equilibrium
+    demands. On a face at d from the centroid, at the depth h = d . n, half of the springs' displacement is
+    ``e d + r (n_z x d)``; so, with the sum over the faces of length L,
+
+        W(e, r) = 1 / (2 A) sum L / h (E_N (n . delta)^2 + E_T (t . delta)^2),
+
+    from which r is condensed. Exact for a lattice of equal parallelograms; nearly so for recombined quads and
+    Voronoi cells; too stiff for triangles, whose neighbours lie turned round and move on their own.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Outlines.
+    moduli : (n, 2) float64 [Pa]
+        E_N and E_T of every block's rock.
+
+    Returns
+    -------
+    (n, 3, 3) float64 [Pa]
+        From (e_xx, e_yy, 2 e_xy) to (sigma_xx, sigma_yy, sigma_xy), in x and y.
+    """
+    along, moments = blocks.edge_vectors, blocks.moments
+    length = np.hypot(*along.T)
+    tangent = along / length[:, None]
+    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+    x, y = (blocks.vertices + along / 2 - moments.centroid[blocks.owner]).T
+    depth = x * normal[:, 0] + y * normal[:, 1]
+    outline = np.add.reduceat(length, blocks.offsets[:-1])
+    depth = np.where(depth > 0, depth, (moments.area / outline)[blocks.owner])  # as the contacts do
+    zero = np.zeros_like(x)
+    delta = np.stack([np.stack([x, zero, y / 2, -y], axis=1), np.stack([zero, y, x / 2, x], axis=1)], axis=1)
+    weight = length / (depth * moments.area[blocks.owner])
+    energy = np.zeros((len(length), 4, 4))
+    for axis, modulus in ((normal, moduli[:, 0]), (tangent, moduli[:, 1])):
+        part = np.einsum("ei,eij->ej", axis, delta)
+        energy += (weight * modulus[blocks.owner])[:, None, None] * part[:, :, None] * part[:, None, :]
+    M = np.add.reduceat(energy, blocks.offsets[:-1], axis=0)
+    stiffness: FloatArray = M[:, :3, :3] - M[:, :3, 3:] * M[:, 3:, :3] / M[:, 3:, 3:]
+    return stiffness
+
+
 def cell_kind_of(blocks: Blocks) -> CellKind:
     """Return what most blocks are, by number."""
     corners = np.diff(blocks.offsets)
@@ -107,13 +156,51 @@ def cell_kind_of(blocks: Blocks) -> CellKind:
     return max(counts, key=lambda kind: counts[kind])
 
 
-def block_axes(blocks: Blocks) -> FloatArray:
-    """Return the angle of every block's axes, (n,) [rad], between -pi/4 and pi/4: the fourfold mean of its edges."""
-    along = blocks.edge_vectors
-    length, angle = np.hypot(*along.T), np.arctan2(along[:, 1], along[:, 0])
-    mean = np.add.reduceat(length * np.exp(4j * angle), blocks.offsets[:-1])
-    axes: FloatArray = np.angle(mean) / 4
-    return axes
+def nominal_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the stiffness (n, 3, 3) [Pa] of every block's rock by its E and Poisson's ratio; nothing to note."""
+    matrices = _by_rock(model, lambda rock: nominal_elasticity(rock).matrix)
+    return matrices[model.blocks.rock], ()
+
+
+def matched_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the stiffness (n, 3, 3) [Pa] that the blocks as a continuum have, and what was chosen.
+
+    Where most blocks are triangles all are taken as such (`matched_elasticity`); else every block has its own
+    `affine_stiffness`. Joints and the springs' place on an edge do not enter.
+    """
+    blocks = model.blocks
+    kind = cell_kind_of(blocks)
+    used = [rock for rock in model.rocks if rock.name in rocks_in_use(model)]
+    notes = tuple(_matched_note(rock, kind) for rock in used)
+    if kind == "triangle":
+        return _by_rock(model, lambda rock: matched_elasticity(rock, kind).matrix)[blocks.rock], notes
+    return affine_stiffness(blocks, _by_rock(model, lambda rock: np.array(rock.contact_moduli))[blocks.rock]), notes
+
+
+def rocks_in_use(model: Model) -> set[str]:
+    """Return the names of the rocks of which there are blocks."""
+    return {model.blocks.rock_names[number] for number in np.unique(model.blocks.rock)}
+
+
+def _by_rock(model: Model, value: Callable[[Rock], FloatArray]) -> FloatArray:
+    """Return a value for every name in ``blocks.rock_names``; NaN where no block has that rock."""
+    used = rocks_in_use(model)
+    values = {rock.name: value(rock) for rock in model.rocks if rock.name in used}
+    nothing = np.full_like(next(iter(values.values())), np.nan)
+    return np.array([values.get(name, nothing) for name in model.blocks.rock_names])
+
+
+def _matched_note(rock: Rock, kind: CellKind) -> str:
+    e = matched_elasticity(rock, kind)
+    what = {
+        "triangle": "most blocks are triangles, isotropic with",
+        "quad": "most blocks are quads, each with the stiffness of its own shape and direction; rectangles have",
+        "polygon": "most blocks are polygons, each with the stiffness of its own shape and direction; on average",
+    }[kind]
+    return (
+        f"rock '{rock.name}', matched: {what} E* = {e.modulus:.4g} Pa, nu* = {e.poisson:.4g}, G* = {e.shear:.4g} Pa "
+        "(plane strain)"
+    )
 
 
 def rigid_rock_faults(rocks: tuple[Rock, ...], used: set[str]) -> list[str]:
