@@ -40,7 +40,7 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | No
         array = np.asarray(values)
         if np.issubdtype(np.dtype(dtype), np.integer) and np.issubdtype(array.dtype, np.floating) and array.size:
             raise TypeError
-        frozen = array.dtype == dtype and not array.flags.writeable and array.flags.c_contiguous
+        frozen = array.dtype == dtype and not array.flags.writeable and array.flags.c_contiguous and array.base is None
         array = array if frozen else np.array(array, dtype=dtype, order="C")
     except (TypeError, ValueError):
         raise ModelError(f"{name}: not an array of {np.dtype(dtype).name} numbers") from None

@@ -42,12 +42,13 @@ def face_stiffness(model: Model, faces: Faces) -> FaceStiffness:
     joint = face_joints(model, faces)
     moduli = np.array([_rock_moduli(model, name) for name in blocks.rock_names])
     compliance = np.zeros((len(joint), 2))
+    least = _least_depth(blocks)
     along = faces.end - faces.start
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
     for edge, side in ((faces.edge_b, 1.0), (faces.edge_a, -1.0)):
         block = blocks.owner[edge]
         depth = side * ((faces.start - blocks.moments.centroid[block]) * normal).sum(axis=1)
-        depth = np.where(depth > 0, depth, _mean_depth(blocks)[block]) if (depth <= 0).any() else depth
+        depth = np.maximum(depth, least[block])
         compliance += depth[:, None] / moduli[blocks.rock[block]]  # Wang Eqs. 3.25, 3.26
     jointed = joint >= 0
     if jointed.any():
@@ -75,10 +76,15 @@ def _rock_moduli(model: Model, name: str) -> tuple[float, float]:
     return next((rock.contact_moduli for rock in model.rocks if rock.name == name), (np.inf, np.inf))
 
 
-def _mean_depth(blocks: Blocks) -> FloatArray:
-    """Return area over outline [m]: the depth where a concave block's centroid lies before its face."""
+def _least_depth(blocks: Blocks) -> FloatArray:
+    """Return the depth h [m] below which a face of a concave block does not fall: 2/3 of area over outline.
+
+    The centroid of a concave block may lie on the line of a face, or beyond it, and h would be zero or negative.
+    No convex block is changed: its centroid is a third of its width or more from every face, and area over
+    outline is half its least width or less.
+    """
     outline = np.add.reduceat(np.hypot(*blocks.edge_vectors.T), blocks.offsets[:-1])
-    depth: FloatArray = blocks.moments.area / outline
+    depth: FloatArray = 2 / 3 * (1 - 1e-9) * blocks.moments.area / outline
     return depth
 
 

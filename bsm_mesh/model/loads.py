@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import TypeAlias
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray, own_array
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.values import Rules
+from bsm_mesh.model.values import Rules, plain_numbers
 
 LinearField: TypeAlias = tuple[float, float, float]
 """Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``."""
@@ -38,12 +39,12 @@ class PointLoad:
 
     def __post_init__(self) -> None:
         rules = Rules(f"point load on block {self.block}")
-        for name in ("point", "force"):
-            for axis, value in zip("xy", getattr(self, name), strict=True):
-                rules.number(f"{name} {axis}", value, "m" if name == "point" else "N/m")
+        if not isinstance(self.block, Integral) or isinstance(self.block, bool):
+            rules.faults.append(f"point load: block = {self.block!r} must be a block's number")
+        object.__setattr__(self, "point", rules.point("point", self.point, "m"))
+        object.__setattr__(self, "force", rules.point("force", self.force, "N/m"))
         raise_faults(rules.faults)
-        object.__setattr__(self, "point", (float(self.point[0]), float(self.point[1])))
-        object.__setattr__(self, "force", (float(self.force[0]), float(self.force[1])))
+        plain_numbers(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,8 +83,8 @@ class Traction:
 
     def __post_init__(self) -> None:
         name = f"load on '{self.boundary}': traction"
-        if len(self.traction) != 2:
-            raise ModelError(f"{name} needs two components (t_x, t_y), has {len(self.traction)}")
+        if not isinstance(self.traction, Sequence | np.ndarray) or len(self.traction) != 2:
+            raise ModelError(f"{name} = {self.traction!r} needs two components (t_x, t_y)")
         fields = tuple(linear_field(part, f"{name} {axis}") for part, axis in zip(self.traction, "xy", strict=True))
         object.__setattr__(self, "traction", fields)
 
@@ -115,7 +116,7 @@ Load: TypeAlias = PointLoad | Pressure | Traction | EdgeTractions
 
 def linear_field(value: float | Sequence[float], name: str) -> LinearField:
     """Return the three coefficients of a constant or linear field."""
-    parts: Sequence[float] = [value] if isinstance(value, int | float) else list(value)
+    parts: Sequence[float] = list(value) if isinstance(value, Iterable) else [value]
     rules = Rules(name)
     if len(parts) not in (1, 3):
         rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
-from bsm_mesh.model.values import Rules
+from bsm_mesh.model.values import Rules, is_number, plain_numbers
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
 
@@ -37,10 +37,12 @@ class Patton:
         rules = Rules("law 'patton'")
         rules.number("friction", self.friction, "degrees", least=0, below=90)
         rules.number("dilation", self.dilation, "degrees", least=0, below=90)
-        rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
+        if is_number(self.friction) and is_number(self.dilation):
+            rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
         rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90)
+        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
         raise_faults(rules.faults)
+        plain_numbers(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,8 +67,9 @@ class MohrCoulomb:
         rules = Rules("law 'mohr_coulomb'")
         rules.number("friction", self.friction, "degrees", least=0, below=90)
         rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90)
+        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
         raise_faults(rules.faults)
+        plain_numbers(self)
 
 
 JointLaw: TypeAlias = Patton | MohrCoulomb
@@ -96,6 +99,7 @@ class Filling:
         rules.number("young", self.young, "Pa", above=0)
         rules.number("poisson", self.poisson, "", least=0, below=0.5)
         raise_faults(rules.faults)
+        plain_numbers(self)
 
     @property
     def normal_stiffness(self) -> float:
@@ -145,11 +149,11 @@ class Rock:
         rules = Rules(f"rock '{self.name}'")
         rules.name(self.name)
         rules.number("unit_weight", self.unit_weight, "N/m3", least=0)
-        rules.number("young", self.young, "Pa", above=0)
-        rules.number("poisson", self.poisson, "", least=0, below=0.5)
-        rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("friction", self.friction, "degrees", least=0, below=90)
-        rules.number("tensile_strength", self.tensile_strength, "Pa", least=0)
+        rules.number("young", self.young, "Pa", above=0, optional=True)
+        rules.number("poisson", self.poisson, "", least=0, below=0.5, optional=True)
+        rules.number("cohesion", self.cohesion, "Pa", least=0, optional=True)
+        rules.number("friction", self.friction, "degrees", least=0, below=90, optional=True)
+        rules.number("tensile_strength", self.tensile_strength, "Pa", least=0, optional=True)
         known = get_args(RockStiffness)
         if self.stiffness not in known:
             rules.faults.append(
@@ -158,6 +162,7 @@ class Rock:
         if self.young is not None and self.poisson is None and self.stiffness != "rigid":
             rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
         raise_faults(rules.faults)
+        plain_numbers(self)
 
     @property
     def is_rigid(self) -> bool:
@@ -209,8 +214,8 @@ class Joint:
     def __post_init__(self) -> None:
         rules = Rules(f"joint '{self.name}'")
         rules.name(self.name)
-        rules.number("normal_stiffness", self.normal_stiffness, "Pa/m", above=0)
-        rules.number("shear_stiffness", self.shear_stiffness, "Pa/m", above=0)
+        rules.number("normal_stiffness", self.normal_stiffness, "Pa/m", above=0, optional=True)
+        rules.number("shear_stiffness", self.shear_stiffness, "Pa/m", above=0, optional=True)
         rules.number("tensile_strength", self.tensile_strength, "Pa", least=0)
         given = [self.normal_stiffness is not None, self.shear_stiffness is not None]
         if self.filling is not None and any(given):
@@ -221,6 +226,7 @@ class Joint:
                 "{thickness, young, poisson}"
             )
         raise_faults(rules.faults)
+        plain_numbers(self)
 
     @property
     def contact_stiffness(self) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, listing, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.locate import blocks_at
-from bsm_mesh.model.values import Rules
+from bsm_mesh.model.values import Rules, plain_numbers
 
 Point: TypeAlias = tuple[float, float]
 
@@ -35,20 +35,25 @@ class Target:
     point: Point | None = None
 
     def __post_init__(self) -> None:
-        if self.blocks is not None:
-            object.__setattr__(self, "blocks", tuple(int(b) for b in np.atleast_1d(np.asarray(self.blocks, dtype=int))))
-        if self.point is not None:
-            x, y = self.point
-            object.__setattr__(self, "point", (float(x), float(y)))
         given = [n for n in ("blocks", "boundary", "point") if getattr(self, n) is not None]
         rules = Rules(f"support {type(self).__name__}")
+        if self.blocks is not None:
+            numbers = np.atleast_1d(np.asarray(self.blocks))
+            if numbers.ndim == 1 and (numbers.size == 0 or np.issubdtype(numbers.dtype, np.integer)):
+                object.__setattr__(self, "blocks", tuple(int(b) for b in numbers))
+            else:  # a mask, read as numbers, would hold the blocks 0 and 1
+                rules.faults.append(f"{rules.thing}: blocks must be block numbers; of a mask give np.flatnonzero(mask)")
+        if self.point is not None:
+            object.__setattr__(self, "point", rules.point("point", self.point, "m"))
         if len(given) != 1:
             rules.faults.append(
                 f"{rules.thing}: give exactly one of blocks, boundary, point; given: {', '.join(given) or 'none'}"
             )
         for name, unit in (("direction", "degrees"), ("displacement", "m")):
-            rules.number(name, getattr(self, name, None), unit)
+            if hasattr(self, name):
+                rules.number(name, getattr(self, name), unit)
         raise_faults(rules.faults)
+        plain_numbers(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -45,13 +45,14 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
     system = LinearSystem(model, contacts)
     system.check_supports()
     report("linear solution")
-    U, solver_name, factorizations = system.solve(options)
+    solution = system.solve(options)
     report("forces and stresses")
-    normal_force, shear_force, unbalanced = system.forces(U)
+    U, normal_force, shear_force = solution.displacement, solution.normal_force, solution.shear_force
     constraints = system.constraints
-    reactions = constraints.reactions(unbalanced)
+    reactions = constraints.reactions(solution.unbalanced)
     supports = _support_forces(constraints, reactions)
-    residual = relative_residual(model, unbalanced + reactions, system.reference)
+    reference = system.reference_of(solution)
+    residual = relative_residual(model, solution.unbalanced + reactions, reference)
     forces = point_forces_of(model.loads, model.blocks)
     acting: tuple[PointForce, ...] = (
         (forces.block, forces.point, forces.force),
@@ -63,7 +64,7 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
         residual=residual,
         max_displacement=float(np.hypot(U[:, 0], U[:, 1]).max()),
         newton_iterations=1,
-        factorizations=factorizations,
+        factorizations=solution.factorizations,
         open_contacts=0,
         slipping_contacts=0,
         seconds=time.perf_counter() - began,
@@ -81,10 +82,10 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
         supports=supports,
         unstable_blocks=np.zeros(0, dtype=np.int32),
         residual=residual,
-        reference_weight=system.reference,
+        reference_weight=reference,
         steps=(step,),
     )
-    return stage, solver_name
+    return stage, solution.linear_solver
 
 
 def _support_forces(constraints: Constraints, reactions: FloatArray) -> SupportForces:

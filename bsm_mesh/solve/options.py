@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
@@ -37,6 +38,8 @@ class Options:
         rules = Rules("solver")
         rules.number("tolerance", self.tolerance, "", above=0, below=1)
         rules.number("threads", self.threads, "", least=0)
+        if not isinstance(self.threads, Integral):
+            rules.faults.append(f"solver: threads = {self.threads!r} must be a whole number")
         for name, known in (("scheme", get_args(Scheme)), ("linear_solver", get_args(LinearSolverName))):
             value = getattr(self, name)
             if value not in known:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
@@ -18,6 +20,32 @@ from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
 
 MOST_REFINEMENTS = 3
 GOOD_RESIDUAL = 1e-13  # of the reference weight: nothing is left to refine
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Solution:
+    """Displacements and forces of a linear solution.
+
+    Attributes
+    ----------
+    displacement : (n, 3) float64 [m, m, rad]
+        u, v and theta of every block.
+    normal_force, shear_force : (m,) float64 [N/m]
+        Of every contact.
+    unbalanced : (n, 3) float64 [N/m, N/m, N]
+        Loads plus contact forces on every block: what its supports bear.
+    linear_solver : str
+        Name of the solver.
+    factorizations : int
+        How many it took.
+    """
+
+    displacement: FloatArray
+    normal_force: FloatArray
+    shear_force: FloatArray
+    unbalanced: FloatArray
+    linear_solver: str
+    factorizations: int
 
 
 class LinearSystem:
@@ -46,7 +74,7 @@ class LinearSystem:
     def stiffness(self) -> FloatArray:
         """Return the blocks of K with the supports eliminated."""
         c, pattern, support = self.contacts, self.pattern, self.constraints
-        data = fill_stiffness(
+        data: FloatArray = fill_stiffness(
             pattern.row_start,
             c.block_a,
             c.block_b,
@@ -61,12 +89,18 @@ class LinearSystem:
         constrain(pattern.row_start, pattern.column, data, support.number, support.basis, support.held)
         return data
 
-    def solve(self, options: Options) -> tuple[FloatArray, str, int]:
-        """Return the displacements, the solver's name and the number of factorizations."""
+    def solve(self, options: Options) -> Solution:
+        """Return displacements and contact forces in equilibrium.
+
+        Raises
+        ------
+        ModelError
+            If the matrix is singular, or a solver is chosen that is not there.
+        """
         solver = make_linear_solver(options.linear_solver, self.pattern, options.threads)
         try:
             solver.factorize(self.stiffness())
-            U = self._refine(solver, self.constraints.given)
+            return self._refine(solver)
         except SingularMatrixError as error:
             raise ModelError(
                 f"the stiffness matrix is singular ({error}): a part of the model can move without resistance; "
@@ -74,30 +108,71 @@ class LinearSystem:
             ) from error
         finally:
             solver.close()
-        return U, solver.name, 1
 
-    def _refine(self, solver: LinearSolver, U: FloatArray) -> FloatArray:
-        """Return U after solving for what is out of balance until rounding is all that is left."""
-        before, best = np.inf, U
-        for _ in range(1 + MOST_REFINEMENTS):
-            unbalanced = self.constraints.free_part(self.forces(U)[2])
-            size = float(np.abs(unbalanced).max())
-            if size >= before:
-                return best
-            before, best = size, U
+    def _refine(self, solver: LinearSolver) -> Solution:
+        """Return the solution after solving for what is out of balance until rounding is all that is left.
+
+        Contact forces are added up increment by increment, never computed anew from the sum of displacements:
+        where soft ground lets hard rock above it sink by metres, the rounding of those metres times the hard
+        rock's stiffness would be a force out of balance.
+        """
+        U = self.constraints.given
+        normal_force, shear_force = self.spring_forces(U)
+        best = self._solution(solver, U, normal_force, shear_force)
+        size = self._out_of_balance(best)
+        for _ in range(MOST_REFINEMENTS + 1):
             if size <= GOOD_RESIDUAL * self.reference:
                 break
-            U = U + self.constraints.expand(solver.solve(unbalanced))
+            dU = self.constraints.expand(solver.solve(self.constraints.free_part(best.unbalanced)))
+            normal_part, shear_part = self.spring_forces(dU)
+            U = U + dU
+            normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
+            found = self._solution(solver, U, normal_force, shear_force)
+            before, size = size, self._out_of_balance(found)
+            if size >= before:
+                break
+            best = found
         return best
 
-    def forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return normal forces, shear forces, and loads plus contact forces on every block (n, 3)."""
+    def _solution(
+        self, solver: LinearSolver, U: FloatArray, normal_force: FloatArray, shear_force: FloatArray
+    ) -> Solution:
+        return Solution(
+            displacement=U,
+            normal_force=normal_force,
+            shear_force=shear_force,
+            unbalanced=self.unbalanced(normal_force, shear_force),
+            linear_solver=solver.name,
+            factorizations=1,
+        )
+
+    def _out_of_balance(self, solution: Solution) -> float:
+        return float(np.abs(self.constraints.free_part(solution.unbalanced)).max())
+
+    def reference_of(self, solution: Solution) -> float:
+        """Return what residuals are relative to [N/m].
+
+        Where displacements are prescribed they bring forces of their own, without any weight or load: then the
+        mean contact force counts too.
+        """
+        if not self.constraints.bars.value.any() or not self.contacts.count:
+            return self.reference
+        return max(self.reference, float(np.hypot(solution.normal_force, solution.shear_force).mean()))
+
+    def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the normal and shear force of every contact for displacements U (n, 3)."""
         c, centroid = self.contacts, self.model.blocks.moments.centroid
-        table = (c.block_a, c.block_b, c.point, c.normal)
-        normal_force, shear_force = spring_forces(*table, c.normal_stiffness, c.shear_stiffness, centroid, U)
-        total = self.loads.copy()
-        add_contact_forces(*table, normal_force, shear_force, centroid, total)
-        return normal_force, shear_force, total
+        forces: tuple[FloatArray, FloatArray] = spring_forces(
+            c.block_a, c.block_b, c.point, c.normal, c.normal_stiffness, c.shear_stiffness, centroid, U
+        )
+        return forces
+
+    def unbalanced(self, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:
+        """Return loads plus contact forces on every block, (n, 3)."""
+        c, total = self.contacts, self.loads.copy()
+        centroid = self.model.blocks.moments.centroid
+        add_contact_forces(c.block_a, c.block_b, c.point, c.normal, normal_force, shear_force, centroid, total)
+        return total
 
 
 def external_loads(model: Model) -> FloatArray:

@@ -1,0 +1,35 @@
+"""Pictures in a process of their own: a renderer without its system libraries dies of a segmentation fault."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from bsm_mesh.app.storage import read_summary
+from bsm_mesh.errors import ModelError
+
+CURE = (
+    "the renderer needs system libraries: on Debian 'apt-get install libgl1 libegl1 libgl1-mesa-dri', "
+    "or use the results without pictures"
+)
+
+
+def draw_in_subprocess(folder: Path) -> list[Path]:
+    """Draw the pictures of a results folder into ``pictures/`` and return their paths.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results, or the renderer fails or dies.
+    """
+    read_summary(folder)
+    done = subprocess.run(
+        [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)], capture_output=True, text=True, check=False
+    )
+    if done.returncode < 0:
+        raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
+    return [Path(line) for line in done.stdout.splitlines()]
