@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def corner_displacement(blocks: Blocks, displacement: FloatArray) -> FloatArray:
 def contact_grid(results: Results, stage: StageResult) -> Grid:
     """Return the contacts, a vertex a contact."""
     contacts = stage.contacts
-    cells = {
+    cells: dict[str, Any] = {
         "block_a": contacts.block_a.astype(np.int32),
         "block_b": contacts.block_b.astype(np.int32),
         "length": contacts.length,
@@ -102,7 +103,7 @@ def contact_grid(results: Results, stage: StageResult) -> Grid:
 def support_grid(results: Results, stage: StageResult) -> Grid:
     """Return the supports, a vertex a held point."""
     supports = stage.supports
-    cells = {
+    cells: dict[str, Any] = {
         "block_id": supports.block.astype(np.int32),
         "reaction": spatial(supports.reaction),
         "moment": supports.moment,
@@ -152,7 +153,7 @@ def _six_components(stress: FloatArray) -> FloatArray:
     return np.column_stack([stress[:, 0, 0], stress[:, 1, 1], zero, stress[:, 0, 1], zero, zero])
 
 
-def _vertices(points: FloatArray, cells: dict[str, FloatArray], names: dict[str, tuple[str, ...]]) -> Grid:
+def _vertices(points: FloatArray, cells: dict[str, Any], names: dict[str, tuple[str, ...]]) -> Grid:
     count = len(points)
     return Grid(
         points=points,

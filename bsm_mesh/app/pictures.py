@@ -13,7 +13,7 @@ import numpy as np
 
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 
 WIDTH = 1400  # pixels
 MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
@@ -232,7 +232,7 @@ def _outline(grid: Any) -> Any:
     )
 
 
-def _spread(grid: Any) -> tuple[FloatArray, float]:
+def _spread(grid: Any) -> tuple[IntArray, float]:
     """Return at most `MOST_GLYPHS` cells spread evenly over the model, and their mean spacing [m]."""
     centre = grid.cell_centers().points[:, :2]
     area = float(np.sum(grid.compute_cell_sizes(length=False, volume=False)["Area"]))

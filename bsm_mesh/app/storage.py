@@ -99,10 +99,9 @@ def _write_history(results: Results, path: Path) -> None:
 
 def _read_history(path: Path) -> list[StepRecord]:
     with path.open(newline="", encoding="utf-8") as file:
-        return [
-            StepRecord(**{f.name: (int if f.type == "int" else float)(row[f.name]) for f in fields(StepRecord)})
-            for row in csv.DictReader(file)
-        ]
+        rows = list(csv.DictReader(file))
+    kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
+    return [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
 
 
 def load_results(folder: Path) -> Results:

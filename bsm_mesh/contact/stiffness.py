@@ -77,14 +77,14 @@ def _rock_moduli(model: Model, name: str) -> tuple[float, float]:
 
 
 def _least_depth(blocks: Blocks) -> FloatArray:
-    """Return the depth h [m] below which a face of a concave block does not fall: 2/3 of area over outline.
+    """Return the depth h [m] below which a face of a concave block does not fall: a tenth of area over outline.
 
     The centroid of a concave block may lie on the line of a face, or beyond it, and h would be zero or negative.
     No convex block is changed: its centroid is a third of its width or more from every face, and area over
     outline is half its least width or less.
     """
     outline = np.add.reduceat(np.hypot(*blocks.edge_vectors.T), blocks.offsets[:-1])
-    depth: FloatArray = 2 / 3 * (1 - 1e-9) * blocks.moments.area / outline
+    depth: FloatArray = 0.1 * blocks.moments.area / outline
     return depth
 
 

@@ -26,12 +26,12 @@ def peak_strength(law: JointLaw, pressure: FloatArray, length: FloatArray) -> Fl
     """
     friction = np.tan(np.radians(law.friction))
     if isinstance(law, MohrCoulomb):
-        strength: FloatArray = law.cohesion * length + pressure * friction
-        return strength
+        return np.asarray(law.cohesion * length + pressure * friction)
     residual = law.friction if law.residual_friction is None else law.residual_friction
-    first = pressure * np.tan(np.radians(law.friction + law.dilation))  # Wang Eq. 4.1
+    first: FloatArray = pressure * np.tan(np.radians(law.friction + law.dilation))  # Wang Eq. 4.1
     second = law.cohesion * length + pressure * np.tan(np.radians(residual))  # Wang Eq. 4.2
-    return np.minimum(first, second)
+    strength = np.minimum(first, second)
+    return strength
 
 
 def utilisation(model: Model, contacts: ContactTable, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:

@@ -18,9 +18,10 @@ def blocks_at(blocks: Blocks, point: tuple[float, float], tolerance: float = 1e-
     point : (x, y) [m]
         Where.
     tolerance : float [m]
-        Distance within which the point is on a corner or an edge.
+        Distance within which the point is on a corner or an edge; far from the origin not less than rounding.
     """
     at = np.array(point, dtype=np.float64)
+    tolerance = max(tolerance, 16 * np.finfo(np.float64).eps * float(np.abs(at).max()))
     start = blocks.vertices - at
     corner = np.hypot(*start.T) <= tolerance
     if corner.any():

@@ -21,7 +21,7 @@ class Check:
     worst_block : int
         The block where it is.
     balance : float
-        Sum of loads and reactions, over the sum of the magnitudes of the loads.
+        Sum of loads and reactions, over the sum of their magnitudes.
     tolerance : float
         What both are held to.
     """
@@ -76,10 +76,11 @@ def block_residuals(results: Results, stage: StageResult) -> FloatArray:
 def _stage_residual(results: Results, stage: StageResult) -> tuple[float, int]:
     size = np.abs(block_residuals(results, stage)).max(axis=1) / max(stage.reference_weight, np.finfo(float).tiny)
     worst = int(size.argmax())
-    return float(size[worst]), worst
+    return float(np.nan_to_num(size[worst], nan=np.inf)), worst  # so that the maximum of stages keeps it
 
 
 def _stage_balance(stage: StageResult) -> float:
-    applied = np.hypot(*stage.loads[:, :2].T).sum() + np.hypot(*stage.reactions[:, :2].T).sum()
-    off = float(np.hypot(*(stage.total_load + stage.total_reaction)))
+    loads, reactions = stage.loads[stage.present, :2], stage.reactions[stage.present, :2]
+    applied = float(np.hypot(*loads.T).sum() + np.hypot(*reactions.T).sum())
+    off = float(np.nan_to_num(np.hypot(*(stage.total_load + stage.total_reaction)), nan=np.inf))
     return off / applied if applied > 0 else off

@@ -16,7 +16,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 
-RANK = 1e-9  # of a block's greatest singular value: a smaller one is a bar that repeats others
+RANK = 1e-9  # of a block's greatest singular value: a smaller one is a bar that repeats others (or `rounding`)
 CONFLICT = 1e-9  # of the greatest prescribed value: a larger misfit is a contradiction
 
 
@@ -104,11 +104,13 @@ def build_constraints(model: Model) -> Constraints:
     rows[row_of_bar, slot] = np.column_stack([bars.direction, moment / radius[row_of_bar]])
     values[row_of_bar, slot] = bars.value
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
-    held = (size > RANK * size[:, :1]).sum(axis=1) if k else np.zeros(0, dtype=np.int64)
+    noise = rounding(model.blocks.vertices) / radius
+    held = (size > np.maximum(RANK, noise)[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(3) < held[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
     given = np.einsum("kab,kb->ka", pseudo, values)
-    _check_conflicts(bars, block, row_of_bar, np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot])
+    misfit = np.abs(np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot] - bars.value)
+    _check_conflicts(bars, misfit, np.maximum(CONFLICT, noise)[row_of_bar])
     scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
     number[block] = np.arange(k)
@@ -141,14 +143,17 @@ def _svd_padded(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return left[:, : rows.shape[1]], size, axes
 
 
-def _check_conflicts(bars: Bars, block: IntArray, row_of_bar: IntArray, reached: FloatArray) -> None:
-    misfit = np.abs(reached - bars.value)
-    limit = CONFLICT * max(float(np.abs(bars.value).max(initial=0.0)), np.finfo(float).tiny)
-    bad = np.flatnonzero(misfit > limit)
+def rounding(points: FloatArray) -> float:
+    """Return how far the coordinates of points on one line may be off it by rounding [m]."""
+    return 16 * float(np.finfo(np.float64).eps) * float(np.abs(points).max(initial=0.0))
+
+
+def _check_conflicts(bars: Bars, misfit: FloatArray, tolerance: FloatArray) -> None:
+    bad = np.flatnonzero(misfit > tolerance * float(np.abs(bars.value).max(initial=0.0)))
     if bad.size:
         raise ModelError(
             [
-                f"block {block[row_of_bar[i]]}: support {bars.support[i] + 1} prescribes {bars.value[i]:g} at "
+                f"block {bars.block[i]}: support {bars.support[i] + 1} prescribes {bars.value[i]:g} at "
                 f"({bars.point[i, 0]:.6g}, {bars.point[i, 1]:.6g}), which contradicts the block's other supports; "
                 "remove one of them"
                 for i in bad[np.unique(bars.block[bad], return_index=True)[1]]

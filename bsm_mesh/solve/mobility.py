@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import listing
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.solve.constraints import RANK, Constraints
+from bsm_mesh.solve.constraints import RANK, Constraints, rounding
 from bsm_mesh.solve.pattern import BlockPattern
 
 
@@ -53,20 +53,23 @@ def _free_motion(constraints: Constraints, chosen: FloatArray) -> str:
     point, direction = bars.point[chosen], bars.direction[chosen]
     centre = point.mean(axis=0)
     arm = point - centre
-    size = max(float(np.abs(arm).max()), 1e-300)
+    size = max(float(np.abs(arm).max()), 1e3 * rounding(point), 1e-300)
     moment = (arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]) / size + bars.holds_rotation[chosen]
     rows = np.column_stack([direction, moment])
     _, values, axes = np.linalg.svd(np.vstack([rows, np.zeros((3, 3))]))
-    rank = int((values > RANK * values[0]).sum())
+    rank = int((values > max(RANK, rounding(point) / size) * values[0]).sum())
     if rank == 3:
         return ""
     u, v, turn = axes[rank]
+    if rank == 1:  # of two free motions name the plain one, a slide
+        u, v, turn = axes[1] * axes[2, 2] - axes[2] * axes[1, 2]
+        u, v, turn = (u, v, 0.0) if np.hypot(u, v) > RANK else axes[1]
     if abs(turn) < 1e-6:
         return f"slide in the direction {np.degrees(np.arctan2(v, u)) % 180:.4g} degrees"
     x, y = centre[0] - v * size / turn, centre[1] + u * size / turn
-    return f"turn about ({x:.4g}, {y:.4g})"
+    return f"turn about ({x:.7g}, {y:.7g})"
 
 
 def _place(blocks: Blocks, block: int) -> str:
     x, y = blocks.moments.centroid[block]
-    return f"({x:.4g}, {y:.4g})"
+    return f"({x:.7g}, {y:.7g})"

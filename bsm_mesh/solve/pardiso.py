@@ -56,6 +56,7 @@ class Pardiso:
     """
 
     name = "pardiso"
+    _analysed = False  # also where __init__ raises, for __del__
 
     def __init__(self, pattern: BlockPattern, threads: int = 0) -> None:
         library = _library()
@@ -73,7 +74,6 @@ class Pardiso:
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
-        self._analysed = False
         self._mkl.MKL_Set_Num_Threads(ctypes.c_int(threads or os.cpu_count() or 1))
 
     def factorize(self, data: FloatArray) -> None:

@@ -4,11 +4,21 @@
 surfaces `rock:gneiss`, curves `joint:J1` and `boundary:bottom`.
 """
 
+from pathlib import Path
+
 import gmsh
 import numpy as np
 
 
-def build(path, radius=2.0, width=24.0, height=24.0, dip=60.0, spacing=3.0, size=0.9):
+def build(
+    path: str | Path,
+    radius: float = 2.0,
+    width: float = 24.0,
+    height: float = 24.0,
+    dip: float = 60.0,
+    spacing: float = 3.0,
+    size: float = 0.9,
+) -> None:
     """Write the mesh to `path`. Lengths in m, dip in degrees from the horizontal."""
     gmsh.initialize(interruptible=False)
     try:
@@ -36,7 +46,7 @@ def build(path, radius=2.0, width=24.0, height=24.0, dip=60.0, spacing=3.0, size
         traces = [tag for child in children[len(rock) :] for dim, tag in child if dim == 1]
         gmsh.model.addPhysicalGroup(2, sorted(set(surfaces)), name="rock:gneiss")
         gmsh.model.addPhysicalGroup(1, sorted(set(traces)), name="joint:J1")
-        sides = {"bottom": [], "top": [], "sides": []}
+        sides: dict[str, list[int]] = {"bottom": [], "top": [], "sides": []}
         for _, tag in gmsh.model.getEntities(1):
             x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(1, tag)
             if max(abs(y0 + height / 2), abs(y1 + height / 2)) < 1e-3:

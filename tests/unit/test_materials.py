@@ -1,0 +1,90 @@
+"""Rocks, joints and laws: rules of their numbers, and the moduli of Wang Eqs. 3.21-3.26."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.model.materials import confined_modulus, shear_modulus
+
+RTOL = 1e-14  # a handful of operations
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: bsm.Rock("r", young=-1.0, poisson=0.2), "rock 'r': young = -1 Pa must be above 0"),
+        (lambda: bsm.Rock("r", young=1e9), "rock 'r': young is given without poisson; give poisson (0 to 0.5) as well"),
+        (lambda: bsm.Rock("r", young=1e9, poisson=0.5), "rock 'r': poisson = 0.5 must be below 0.5"),
+        (lambda: bsm.Rock("r", unit_weight=-1), "rock 'r': unit_weight = -1 N/m3 must be 0 or more"),
+        (lambda: bsm.Rock("r", unit_weight=None), "rock 'r': unit_weight = None is not a finite number [N/m3]"),
+        (lambda: bsm.Rock("r", unit_weight=True), "rock 'r': unit_weight = True is not a finite number [N/m3]"),
+        (lambda: bsm.Rock("r", friction=90), "rock 'r': friction = 90 degrees must be below 90"),
+        (lambda: bsm.Rock("r", stiffness="wag"), "stiffness = 'wag' is unknown; did you mean 'wang'?"),
+        (lambda: bsm.Rock(" "), "the name must be a non-empty text"),
+        (lambda: bsm.Joint("J"), "joint 'J': needs normal_stiffness and shear_stiffness [Pa/m], or filling"),
+        (lambda: bsm.Joint("J", normal_stiffness=1e9), "joint 'J': needs normal_stiffness and shear_stiffness"),
+        (lambda: bsm.Joint("J", 0, 1e9), "joint 'J': normal_stiffness = 0 Pa/m must be above 0"),
+        (
+            lambda: bsm.Joint("J", 1e9, 1e9, bsm.Filling(thickness=0.1, young=1e9, poisson=0.3)),
+            "joint 'J': give normal_stiffness and shear_stiffness or filling, not both",
+        ),
+        (lambda: bsm.Filling(thickness=0, young=1e9, poisson=0.3), "filling: thickness = 0 m must be above 0"),
+        (lambda: bsm.Patton(friction=math.nan), "law 'patton': friction = nan is not a finite number [degrees]"),
+        (lambda: bsm.Patton(friction=None), "law 'patton': friction = None is not a finite number [degrees]"),
+        (lambda: bsm.Patton(friction="30"), "law 'patton': friction = '30' is not a finite number [degrees]"),
+        (lambda: bsm.Patton(friction=50, dilation=40), "law 'patton': friction + dilation = 90 degrees must be below"),
+        (lambda: bsm.MohrCoulomb(friction=30, cohesion=-1), "law 'mohr_coulomb': cohesion = -1 Pa must be 0 or more"),
+    ],
+)
+def test_faults_say_thing_value_and_rule(make, message):
+    with pytest.raises(bsm.ModelError, match=re.escape(message)):
+        make()
+
+
+def test_all_faults_of_a_rock_come_at_once():
+    with pytest.raises(bsm.ModelError) as caught:
+        bsm.Rock("r", unit_weight=-1, young=0, poisson=0.7)
+    assert len(caught.value.faults) == 3
+
+
+def test_numpy_numbers_become_plain_ones():
+    rock = bsm.Rock("r", unit_weight=np.int64(26000), young=np.float32(1e9), poisson=np.float64(0.25))
+    assert type(rock.unit_weight) is int
+    assert type(rock.young) is float
+    assert type(rock.contact_moduli[0]) is float
+
+
+def test_elastic_moduli():
+    E, mu = 50e9, 0.25
+    assert_allclose(confined_modulus(E, mu), (1 - mu) * E / ((1 + mu) * (1 - 2 * mu)), rtol=RTOL)  # Wang Eq. 3.21
+    assert_allclose(shear_modulus(E, mu), E / (2 * (1 + mu)), rtol=RTOL)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.15, 0.25, 0.35, 0.49])
+def test_contact_moduli_of_the_named_choices(mu):
+    E = 3e9
+    G, lame = E / (2 * (1 + mu)), E * mu / ((1 + mu) * (1 - 2 * mu))
+    moduli = {
+        name: bsm.Rock("r", young=E, poisson=mu, stiffness=name).contact_moduli
+        for name in ("wang", "homogeneous", "triangle", "rigid")
+    }
+    assert_allclose(moduli["wang"], (lame + 2 * G, G), rtol=1e-12)  # E' = lambda + 2 G
+    assert_allclose(moduli["homogeneous"], (E / (1 - mu**2),) * 2, rtol=RTOL)
+    assert_allclose(moduli["triangle"], (2 * (lame + G), 2 * G * (lame + G) / (2 * lame + G)), rtol=1e-12)
+    assert moduli["rigid"] == (math.inf, math.inf)
+
+
+def test_rigid_without_young():
+    assert bsm.Rock("r").is_rigid
+    assert bsm.Rock("r", young=1e9, stiffness="rigid").is_rigid
+    assert not bsm.Rock("r", young=1e9, poisson=0.2).is_rigid
+
+
+def test_filling_is_a_layer():
+    filling = bsm.Filling(thickness=0.02, young=1e8, poisson=0.3)
+    expected = confined_modulus(1e8, 0.3) / 0.02, shear_modulus(1e8, 0.3) / 0.02  # Wang Eq. 3.26
+    assert_allclose(bsm.Joint("J", filling=filling).contact_stiffness, expected, rtol=RTOL)

@@ -1,0 +1,108 @@
+"""The model as a whole: cross-checks collected, names with the nearest known one, equality."""
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import framed, grid, square
+
+import bsm_mesh as bsm
+
+BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 1), rock=["granite", "schist"]), 2, 1)
+ROCKS = (bsm.Rock("granite", unit_weight=26e3), bsm.Rock("schist", unit_weight=20e3))
+JOINT = bsm.Joint("J1", 1e9, 1e9)
+
+
+def model(**changes):
+    given = {"blocks": BLOCKS, "rocks": ROCKS, "joints": (JOINT,), "default_joint": "J1"}
+    return bsm.Model(**{**given, **changes})
+
+
+def fault(match):
+    return pytest.raises(bsm.ModelError, match=re.escape(match))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"rocks": (bsm.Rock("granit"), ROCKS[1])},
+            "rock 'granite' of 1 block (0) is not defined; add it; did you mean 'granit'? (known: granit, schist)",
+        ),
+        ({"rocks": ()}, "rock 'schist' of 1 block (1) is not defined; add it (there are none)"),
+        ({"rocks": (*ROCKS, ROCKS[0])}, "rock 'granite' is defined more than once; remove all but one"),
+        ({"joints": (JOINT, JOINT)}, "joint 'J1' is defined more than once; remove all but one"),
+        ({"default_joint": "J2"}, "default_joint: there is no joint 'J2'; did you mean 'J1'? (known: J1)"),
+        (
+            {"blocks": BLOCKS.with_joint("SZ", lambda x, y: abs(x - 1) < 1e-9)},
+            "joint 'SZ' of 2 edges (1, 7) is not defined; add it",
+        ),
+        ({"gravity_direction": np.inf}, "model: gravity_direction = inf is not a finite number [degrees]"),
+        ({"contact_points": "end"}, "model: contact_points = 'end' must be 'ends' or 'gauss'"),
+        (
+            {"supports": (bsm.Fixed(boundary="tp"),)},
+            "support 1 (Fixed): there is no boundary 'tp'; did you mean 'top'?",
+        ),
+        (
+            {"loads": (bsm.Pressure(boundary="tp", pressure=1.0),)},
+            "load 1 (Pressure): there is no boundary 'tp'; did you mean 'top'?",
+        ),
+        (
+            {"loads": (bsm.PointLoad(block=2, point=(0, 0), force=(1, 0)),)},
+            "load 1 (PointLoad): there is no block 2; blocks are numbered 0 to 1",
+        ),
+        (
+            {"loads": (bsm.PointLoad(block=1, point=(0.5, 0.5), force=(1, 0)),)},
+            "load 1 (PointLoad): the point (0.5, 0.5) is not in block 1, whose centroid is (1.5, 0.5)",
+        ),
+    ],
+)
+def test_cross_checks(changes, message):
+    with fault(message):
+        model(**changes)
+
+
+def test_all_faults_come_at_once():
+    with pytest.raises(bsm.ModelError) as caught:
+        model(
+            rocks=(),
+            default_joint="x",
+            supports=(bsm.Fixed(boundary="x"),),
+            loads=(bsm.Pressure(boundary="x", pressure=1),),
+        )
+    assert len(caught.value.faults) == 5
+
+
+def test_many_faults_are_cut_short_in_the_message_only():
+    loads = [bsm.PointLoad(block=9, point=(0, 0), force=(1, 0))] * 20
+    with pytest.raises(bsm.ModelError) as caught:
+        model(loads=loads)
+    assert len(caught.value.faults) == 20
+    assert str(caught.value).endswith("and 8 more")
+
+
+def test_unused_rocks_and_joints_are_welcome():
+    assert len(model(rocks=(*ROCKS, bsm.Rock("spare"))).rocks) == 3
+
+
+def test_weights_follow_rock_and_direction():
+    m = model(gravity_direction=-60.0)
+    assert_allclose(m.weights, [26e3, 20e3])
+    assert_allclose(m.gravity_forces, np.outer([26e3, 20e3], (0.5, -np.sqrt(3) / 2)))
+
+
+def test_equality_and_digest():
+    assert model() == model(title="another name")
+    assert hash(model()) == hash(model())
+    assert model() != model(gravity_direction=-89.0)
+    assert model() != model(supports=(bsm.Fixed(blocks=[0]),))
+    assert model() != model(joints=(bsm.Joint("J1", 1e9, 2e9),))
+    moved = framed(bsm.Blocks.from_polygons([square(0, 0), square(1.0, 1e-12)], rock=["granite", "schist"]), 2, 1)
+    assert model() != model(blocks=moved)
+    assert model() != 3
+
+
+def test_replace_checks_anew():
+    with fault("default_joint: there is no joint 'J9'"):
+        model().replace(default_joint="J9")

@@ -1,0 +1,54 @@
+"""Average stress of a block (Wang Eq. 3.45, Appendix B) and principal stresses."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import square, turned
+
+import bsm_mesh as bsm
+from bsm_mesh.contact.table import initial_contacts
+from bsm_mesh.results.stress import block_stress, principal_stresses
+
+ROCK = bsm.Rock("r", young=1e9, poisson=0.2)
+RTOL = 1e-12
+
+
+def stress_of(polygon, points, forces):
+    blocks = bsm.Blocks.from_polygons([polygon], rock="r")
+    none = np.zeros(0)
+    contacts = initial_contacts(bsm.Model(blocks=blocks, rocks=[ROCK]))
+    acting = (np.zeros(len(points), dtype=np.int32), np.asarray(points, float), np.asarray(forces, float))
+    return block_stress(blocks, contacts, none, none, (acting,))[0]
+
+
+def test_two_forces_that_pull_give_tension():
+    found = stress_of(square(3, 4), [(4, 4.5), (3, 4.5)], [(7, 0), (-7, 0)])
+    assert_allclose(found, [(7, 0), (0, 0)], atol=1e-15)
+
+
+def test_a_self_balanced_shear():
+    points = [(1, 0.5), (0, 0.5), (0.5, 1), (0.5, 0)]
+    found = stress_of(square(0, 0), points, [(0, 2), (0, -2), (2, 0), (-2, 0)])
+    assert_allclose(found, [(0, 2), (2, 0)], atol=1e-15)
+
+
+def test_only_the_symmetric_part_is_returned():
+    found = stress_of(square(0, 0), [(1, 0.5), (0, 0.5)], [(0, 2), (0, -2)])
+    assert_allclose(found, [(0, 1), (1, 0)], atol=1e-15)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_contact_forces_on_both_blocks(sign):
+    blocks = bsm.Blocks.from_polygons([square(0, 0), square(0, 1)][::sign], rock="r")
+    contacts = initial_contacts(bsm.Model(blocks=blocks, rocks=[ROCK]))
+    found = block_stress(blocks, contacts, np.array([-3.0, -3.0]), np.zeros(2), ())
+    # 6 N over 1 m on one side only: half of it as a mean over the block, compression negative
+    assert_allclose(found[:, 1, 1], -3.0, rtol=RTOL)
+    assert_allclose(found[:, 0, :], 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("degrees", [0, 20, 90, 200])
+def test_principal_stresses(degrees):
+    turn = turned(np.eye(2), degrees).T
+    found = principal_stresses((turn @ np.diag([-5.0, 2.0]) @ turn.T)[None])
+    assert_allclose(found, [[-5.0], [2.0]], rtol=RTOL)
