@@ -10,7 +10,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.loads import EdgeTractions, PointLoad, Pressure, Traction, edge_tractions
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import unit_vector
-from converters.continuum_mesh import ContinuumMesh
+from converters.continuum.mesh import ContinuumMesh
 
 
 def load_vector(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:

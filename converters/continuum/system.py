@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
-from converters.continuum_supports import HeldDisplacements
+from converters.continuum.supports import HeldDisplacements
 
 SOLVED = 1e-6  # of the greatest force: a larger residual means a singular matrix, or constraints in contradiction
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds

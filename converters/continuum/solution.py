@@ -14,11 +14,11 @@ from bsm_mesh.contact.faces import find_faces
 from bsm_mesh.contact.stiffness import face_joints
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.model import Model
-from converters.continuum_loads import load_vector
-from converters.continuum_mesh import build_continuum_mesh
-from converters.continuum_supports import held_displacements, nodal_unknowns
-from converters.continuum_system import solve_held
-from converters.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use
+from converters.continuum.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use
+from converters.continuum.loads import load_vector
+from converters.continuum.mesh import build_continuum_mesh
+from converters.continuum.supports import held_displacements, nodal_unknowns
+from converters.continuum.system import solve_held
 
 ElasticityName = Literal["nominal", "matched"]
 
@@ -31,7 +31,7 @@ class ContinuumSolution:
     ----------
     elasticity : {"nominal", "matched"}
         Elastic constants: the rock's E and Poisson's ratio, or those of the continuum to which the
-        Block-Spring Model tends (`converters.elasticity.matched_elasticity`).
+        Block-Spring Model tends (`converters.continuum.elasticity.matched_elasticity`).
     stress : (n, 2, 2) float64 [Pa]
         Average stress of every block, tension positive.
     displacement : (n, 3) float64 [m, m, rad]

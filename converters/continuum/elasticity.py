@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.stiffness import least_depth
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.materials import Rock
@@ -131,8 +132,7 @@ def affine_stiffness(blocks: Blocks, moduli: FloatArray) -> FloatArray:
     normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
     x, y = (blocks.vertices + along / 2 - moments.centroid[blocks.owner]).T
     depth = x * normal[:, 0] + y * normal[:, 1]
-    outline = np.add.reduceat(length, blocks.offsets[:-1])
-    depth = np.where(depth > 0, depth, (moments.area / outline)[blocks.owner])  # as the contacts do
+    depth = np.maximum(depth, least_depth(blocks)[blocks.owner])
     zero = np.zeros_like(x)
     delta = np.stack([np.stack([x, zero, y / 2, -y], axis=1), np.stack([zero, y, x / 2, x], axis=1)], axis=1)
     weight = length / (depth * moments.area[blocks.owner])

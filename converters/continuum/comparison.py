@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.stress import principal_stresses
-from converters.continuum import Continuum, ContinuumSolution
+from converters.continuum.sections import Section
+from converters.continuum.solution import Continuum, ContinuumSolution
 
 NEGLIGIBLE = 1e-6  # of the whole stress: a component of the continuum below it has no scale of its own
 
@@ -67,26 +68,6 @@ class Difference:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Section:
-    """Stress in some blocks by both methods, in the order in which the blocks were named.
-
-    Attributes
-    ----------
-    block : (k,) int32
-        The blocks.
-    centroid : (k, 2) float64 [m]
-        Where they are.
-    bsm, fem : (k, 2, 2) float64 [Pa]
-        Average stress of the blocks, tension positive.
-    """
-
-    block: IntArray
-    centroid: FloatArray
-    bsm: FloatArray
-    fem: FloatArray
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Comparison:
     """The Block-Spring Model beside the continuum; differences are the first less the second.
 
@@ -135,7 +116,13 @@ class Comparison:
     def along(self, blocks: npt.ArrayLike) -> Section:
         """Return the stresses in the named blocks, for example along a section."""
         ids = np.asarray(blocks, dtype=np.int32)
-        return Section(block=ids, centroid=self.centroid[ids], bsm=self.stress[ids], fem=self.nominal.stress[ids])
+        return Section(
+            block=ids,
+            area=self.area[ids],
+            centroid=self.centroid[ids],
+            bsm=self.stress[ids],
+            fem=self.nominal.stress[ids],
+        )
 
     def table(self) -> tuple[Row, ...]:
         """Return lines for a terminal: means and worst blocks, displacements, times."""
