@@ -9,20 +9,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from converters.continuum import Comparison, ContinuumSolution, compare, solve_continuum
     from converters.meshes.convert import convert_mesh, convert_meshio, read_blocks, read_mesh
     from converters.meshes.report import MeshReport, Note, NoteKind
 
 __all__ = [
+    "Comparison",
+    "ContinuumSolution",
     "MeshReport",
     "Note",
     "NoteKind",
+    "compare",
     "convert_mesh",
     "convert_meshio",
     "read_blocks",
     "read_mesh",
+    "solve_continuum",
 ]
 
 _HOME = {
+    "Comparison": "converters.continuum",
+    "ContinuumSolution": "converters.continuum",
+    "compare": "converters.continuum",
+    "solve_continuum": "converters.continuum",
     "convert_mesh": "converters.meshes.convert",
     "convert_meshio": "converters.meshes.convert",
     "read_blocks": "converters.meshes.convert",

@@ -141,7 +141,7 @@ def test_a_face_before_the_centroid_has_a_positive_stiffness():
 
 @settings(max_examples=40, derandomize=True, deadline=None)
 @given(st.lists(st.floats(0, 2 * np.pi), min_size=3, max_size=9, unique=True), st.floats(0.05, 1), st.floats(0, 90))
-def test_the_least_depth_of_concave_blocks_is_none_of_convex_ones(angles, flat, turn):
+def test_theleast_depth_of_concave_blocks_is_none_of_convex_ones(angles, flat, turn):
     angles = np.sort(angles)
     outline = turned(np.stack([np.cos(angles), flat * np.sin(angles)], axis=1), turn)
     try:
