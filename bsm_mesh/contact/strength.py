@@ -31,7 +31,8 @@ def peak_strength(law: JointLaw, pressure: FloatArray, length: FloatArray) -> Fl
     residual = law.friction if law.residual_friction is None else law.residual_friction
     first = pressure * np.tan(np.radians(law.friction + law.dilation))  # Wang Eq. 4.1
     second = law.cohesion * length + pressure * np.tan(np.radians(residual))  # Wang Eq. 4.2
-    return np.minimum(first, second)
+    weaker: FloatArray = np.minimum(first, second)
+    return weaker
 
 
 def utilisation(model: Model, contacts: ContactTable, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:
