@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scenes import brute_faces, grid, rectangle, running_bond, square, turned
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.faces import find_faces
+from bsm_mesh.model.faces import find_faces
 
 ATOL = 1e-8  # m, of faces about 1 m long whose corners carry noise of 1e-9 m at most
 
