@@ -13,6 +13,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
+from bsm_mesh.model.loads import PointLoad
 from bsm_mesh.model.model import Model
 from converters.continuum.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use
 from converters.continuum.loads import load_vector
@@ -136,7 +137,7 @@ class Continuum:
         of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
         stiffness = of_block[self.mesh.block]
         K = _anisotropic(self.basis, stiffness)
-        u = solve_held(K, self.load, self.supports, nodal_unknowns(self.basis), self.basis.doflocs)
+        u = solve_held(K, self.load, self.supports, self.basis)
         gradient = _mean_gradient(self.basis, u)
         stress = _stress(gradient, stiffness)
         area = self.basis.dx.sum(axis=1)
@@ -160,17 +161,21 @@ class Continuum:
             total_reaction=reaction[node_dofs].sum(axis=0),
             unknowns=int(self.basis.N - self.supports.held.sum()),
             seconds=self.seconds + time.perf_counter() - began,
-            notes=(*_ignored_joints(self.model), *notes),
+            notes=(*_departures(self.model), *notes),
         )
 
 
-def _ignored_joints(model: Model) -> tuple[str, ...]:
+def _departures(model: Model) -> tuple[str, ...]:
+    """Return what the continuum leaves out of the model or treats in its own way, a sentence each."""
+    notes = []
     joint = face_joints(model, find_faces(model.blocks))
     count = int((joint >= 0).sum())
-    if count == 0:
-        return ()
-    names = ", ".join(f"'{model.joints[number].name}'" for number in np.unique(joint[joint >= 0]))
-    return (f"joints are ignored: {count} of {len(joint)} faces ({names}) are taken as unbroken rock",)
+    if count:
+        names = ", ".join(f"'{model.joints[number].name}'" for number in np.unique(joint[joint >= 0]))
+        notes.append(f"joints are ignored: {count} of {len(joint)} faces ({names}) are taken as unbroken rock")
+    if any(isinstance(load, PointLoad) for load in model.loads):
+        notes.append("point loads are spread over their blocks, with the same force, moment and average stress")
+    return tuple(notes)
 
 
 def _block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, Any]:

@@ -9,17 +9,16 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
-from converters.continuum.supports import HeldDisplacements
+from converters.continuum.supports import HeldDisplacements, nodal_unknowns
 
 SOLVED = 1e-6  # of the greatest force: a larger residual means a singular matrix, or constraints in contradiction
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds
+HINGED = "parts that touch at a single point are hinged there; hold them, or remove them"
 
 
-def solve_held(
-    K: Any, f: FloatArray, supports: HeldDisplacements, node_dofs: IntArray, places: FloatArray
-) -> FloatArray:
+def solve_held(K: Any, f: FloatArray, supports: HeldDisplacements, basis: Any) -> FloatArray:
     """Return the displacements u (N,) of K u = f under the supports.
 
     The held unknowns are condensed. Rows C u = w that take in many unknowns are met by multipliers: with
@@ -34,10 +33,8 @@ def solve_held(
         Forces.
     supports : HeldDisplacements
         The constraints.
-    node_dofs : (nodes, 2) int32
-        Unknowns of every node.
-    places : (2, N) float64 [m]
-        Where the unknowns are.
+    basis : skfem.CellBasis
+        What K and f were assembled on.
 
     Raises
     ------
@@ -46,22 +43,18 @@ def solve_held(
     """
     from skfem import condense
 
-    _refuse_free_motion(K, supports, node_dofs, places)
+    _refuse_free_motion(supports, basis)
     turn, C = supports.turn, supports.rows
     turned = (K, f, C) if turn is None else (turn.T @ K @ turn, turn.T @ f, C @ turn)
     held = np.flatnonzero(supports.held)
+    if len(held) == len(f):
+        return supports.given if turn is None else turn @ supports.given
     A, b, w, free = condense(turned[0], turned[1], x=supports.given, D=held)
     rows = turned[2][:, free]
     values = supports.values - turned[2] @ np.where(supports.held, supports.given, 0.0)
-    scale = float(A.diagonal().max()) / max(
-        float(rows.multiply(rows).sum(axis=1).max()) if rows.shape[0] else 1.0, 1e-300
-    )
-    factors = splu(
-        sp.csc_matrix(A + scale * (rows.T @ rows)),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
+    strength = float(C.multiply(C).sum(axis=1).max()) if C.shape[0] else 1.0
+    scale = float(A.diagonal().max()) / strength
+    factors = _factorize(A + scale * (rows.T @ rows))
     y = factors.solve(b + scale * (rows.T @ values))
     if rows.shape[0]:
         spread = factors.solve(rows.T.toarray())
@@ -69,18 +62,33 @@ def solve_held(
         y -= spread @ multipliers
     else:
         multipliers = np.zeros(0)
-    _check_solved(A @ y + rows.T @ multipliers - b, b, rows @ y - values)
     solution = w.copy()
     solution[free] = y
+    _check_misfit(turned[2] @ solution - supports.values, solution)
+    _check_solved(A @ y + rows.T @ multipliers - b, b)
     u: FloatArray = solution if turn is None else turn @ solution
     return u
 
 
-def _refuse_free_motion(K: Any, supports: HeldDisplacements, node_dofs: IntArray, places: FloatArray) -> None:
+def _factorize(A: Any) -> Any:
+    """Return SuperLU's factors of a positive definite matrix."""
+    try:
+        return splu(
+            sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:
+        raise ModelError(f"the continuum's equations are singular: {HINGED}") from None
+
+
+def _refuse_free_motion(supports: HeldDisplacements, basis: Any) -> None:
     """Raise if a connected part has a rigid motion that no support holds."""
-    count, part_of_dof = connected_components(K, directed=False)
+    node_dofs = nodal_unknowns(basis)
+    together = basis.element_dofs  # each triangle ties its first unknown to all its others
+    rows = np.tile(together[0], len(together))
+    graph = sp.coo_matrix((np.ones(len(rows), np.int8), (rows, together.ravel())), shape=(basis.N, basis.N))
+    count, part_of_dof = connected_components(graph, directed=False)
     part = part_of_dof[node_dofs[:, 0]]
-    where = places[:, node_dofs[:, 0]].T
+    where = basis.doflocs[:, node_dofs[:, 0]].T
     centre = np.stack([np.bincount(part, x, minlength=count) for x in where.T], axis=1)
     arm = where - (centre / np.bincount(part, minlength=count)[:, None])[part]
     size = max(float(np.abs(arm).max()), 1e-300)
@@ -89,9 +97,9 @@ def _refuse_free_motion(K: Any, supports: HeldDisplacements, node_dofs: IntArray
     motions[node_dofs[:, 0], 2], motions[node_dofs[:, 1], 2] = -arm[:, 1] / size, arm[:, 0] / size
 
     turned = motions if supports.turn is None else supports.turn.T @ motions
-    rows = sp.csr_matrix(supports.rows)
-    first = rows.indices[rows.indptr[:-1]] if rows.shape[0] else np.zeros(0, np.int32)
-    held = np.concatenate([turned[supports.held], rows @ motions])
+    many = sp.csr_matrix(supports.rows)
+    first = many.indices[many.indptr[:-1]] if many.shape[0] else np.zeros(0, np.int32)
+    held = np.concatenate([turned[supports.held], many @ motions])
     of_part = np.concatenate([part_of_dof[supports.held], part_of_dof[first]])
     gram = np.zeros((count, 3, 3))
     np.add.at(gram, of_part, held[:, :, None] * held[:, None, :])
@@ -107,13 +115,15 @@ def _refuse_free_motion(K: Any, supports: HeldDisplacements, node_dofs: IntArray
         )
 
 
-def _check_solved(residual: FloatArray, forces: FloatArray, misfit: FloatArray) -> None:
+def _check_solved(residual: FloatArray, forces: FloatArray) -> None:
     off = float(np.abs(residual).max(initial=0.0))
     scale = float(np.abs(forces).max(initial=0.0))
     if not off <= SOLVED * scale:  # also true for NaN
         raise ModelError(
-            f"the continuum's equations cannot be solved (residual {off:.2g} of {scale:.2g} N/m): parts that touch at "
-            "a single point are hinged there; hold them, or remove them"
+            f"the continuum's equations cannot be solved (residual {off:.2g} of {scale:.2g} N/m): {HINGED}"
         )
-    if misfit.size and not np.abs(misfit).max() <= SOLVED * max(scale, 1.0):
+
+
+def _check_misfit(misfit: FloatArray, displacement: FloatArray) -> None:
+    if misfit.size and not np.abs(misfit).max() <= SOLVED * np.abs(displacement).max():
         raise ModelError("supports of blocks or points contradict others that hold the same nodes; remove one of them")

@@ -1,4 +1,4 @@
-"""CASES.md C12: a circular hole under sigma_v = 10 MPa, K = 0.5 (Kirsch 1898; Jumikis in Wang Eq. 3.46).
+"""Closed form: a circular hole under sigma_v = 10 MPa, K = 0.5 (Kirsch 1898; Jumikis in Wang Eq. 3.46).
 
 A quarter of a plate of radius 20 a in rays and rings of near-squares, rollers on the two axes, Kirsch's tractions on
 the edge. With the stiffness ``homogeneous`` such quads are isotropic (c11 - c12 = 2 c66) and tend to Kirsch's stresses.

@@ -16,9 +16,9 @@ from converters.continuum import blocks_on_line
 
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0
 K0 = MU / (1 - MU)
-SECTION_L2, SECTION_MAX = 0.06, 0.12  # METHOD.md section 1: 1000 to 4000 triangles, block against averaged continuum
-NEAR_L2 = {0.9: 0.12, 0.45: 0.08}  # METHOD.md: all blocks r < 3a have 8.8 and 5.9 %
-MATCHED_L2 = 0.05  # METHOD.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
+SECTION_L2, SECTION_MAX = 0.06, 0.12  # docs/theory.md section 3: 1000 to 4000 triangles, block against averaged continuum
+NEAR_L2 = {0.9: 0.12, 0.45: 0.08}  # docs/theory.md: all blocks r < 3a have 8.8 and 5.9 %
+MATCHED_L2 = 0.05  # docs/theory.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
 CONTINUUM = 0.015  # Eq. 3.46 takes gamma h for a uniform field: over the tunnel's height it is not
 
 
@@ -102,7 +102,7 @@ def test_stresses_near_the_tunnel(tunnel):
 
 
 def test_displacements_against_matched_and_nominal_continuum(tunnel):
-    """METHOD.md section 1: against nominal E the thesis's stiffness is 17-31 % off; that is the model, not a bug."""
+    """docs/theory.md section 3: against nominal E the thesis's stiffness is 17-31 % off; that is the model, not a bug."""
     _, _, _, comparison = tunnel
     matched, nominal = comparison.displacement_errors
     assert matched.l2 < MATCHED_L2
