@@ -50,7 +50,7 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
         "rotation": stage.displacement[:, 2],
         "stage_displacement": spatial(stage.stage_displacement[:, :2]),
         "stage_rotation": stage.stage_displacement[:, 2],
-        "stress": _six_components(stage.stress),
+        "stress": six_components(stage.stress),
         "sigma_1": sigma_1,
         "sigma_3": sigma_3,
         "unstable": unstable,
@@ -147,7 +147,7 @@ def supports_of_grid(grid: Grid) -> SupportForces:
     )
 
 
-def _six_components(stress: FloatArray) -> FloatArray:
+def six_components(stress: FloatArray) -> FloatArray:
     """Return XX YY ZZ XY YZ XZ; ZZ is 0: rigid blocks in the plane have no out-of-plane stress."""
     zero = np.zeros(len(stress))
     return np.column_stack([stress[:, 0, 0], stress[:, 1, 1], zero, stress[:, 0, 1], zero, zero])

@@ -139,9 +139,7 @@ def _unknown_names(case: Case, given: Mapping[str, object]) -> list[str]:
     if case.script is not None and accepts_any(case.function):
         return []
     return [
-        f"{case.name}: there is no parameter '{name}'{nearest_name(name, known)}"
-        for name in given
-        if name not in known
+        f"{case.name}: there is no parameter '{name}'{nearest_name(name, known)}" for name in given if name not in known
     ]
 
 

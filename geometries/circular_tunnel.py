@@ -186,9 +186,7 @@ def _check_lengths(checks: ParameterChecks, given: dict[str, Any]) -> None:
                 f"the outline: increase {name} or reduce radius"
             )
         if given["outline"] == "circle" and given[name] not in (None, depth):
-            checks.add(
-                f"{name} means nothing with outline = 'circle', of radius depth = {depth} m; leave it out"
-            )
+            checks.add(f"{name} means nothing with outline = 'circle', of radius depth = {depth} m; leave it out")
     at_wall = given["size_at_wall"] or size / 2.0
     if at_wall > radius:
         checks.add(f"size_at_wall = {at_wall} m exceeds the radius {radius} m; give a smaller one")

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from bsm_mesh.app.model_file import (
     JointTable,
@@ -28,6 +29,9 @@ from bsm_mesh.model.materials import Filling, Joint, JointLaw, MohrCoulomb, Patt
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.solve.options import Options
+
+if TYPE_CHECKING:
+    from converters import MeshReport
 
 Reporter = Callable[[str], None]
 Made = TypeVar("Made")
@@ -49,6 +53,8 @@ class LoadedModel:
         How it is to be solved.
     notes : tuple of str
         What was mended or left out of the mesh, a line each.
+    mesh_lines : tuple of str
+        What was found in the mesh, a line each, the notes included.
     """
 
     path: Path
@@ -56,6 +62,7 @@ class LoadedModel:
     model: Model
     options: Options
     notes: tuple[str, ...]
+    mesh_lines: tuple[str, ...]
 
     @property
     def output_folder(self) -> Path:
@@ -90,7 +97,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
     options = _collect(faults, [partial(Options, **file.solver.model_dump())])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
-    blocks, notes = _blocks(file.mesh, file.groups, path)
+    blocks, mesh_report = _blocks(file.mesh, file.groups, path)
     model = Model(
         blocks=blocks,
         rocks=tuple(rocks),
@@ -102,7 +109,14 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         contact_points=file.mesh.contact_points,
         title=file.title,
     )
-    return LoadedModel(path=path, file=file, model=model, options=options[0], notes=notes)
+    return LoadedModel(
+        path=path,
+        file=file,
+        model=model,
+        options=options[0],
+        notes=tuple(note.text for note in mesh_report.notes),
+        mesh_lines=tuple(mesh_report.lines()[1:]),
+    )
 
 
 def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
@@ -186,7 +200,7 @@ def _load(table: LoadTable, place: str) -> Load:
     )
 
 
-def _blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, tuple[str, ...]]:
+def _blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, MeshReport]:
     """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
     if (mesh.file is None) == (mesh.geometry is None):
         raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'")
@@ -194,30 +208,30 @@ def _blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks
         if mesh.parameters:
             raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
         return _read(path.parent / mesh.file, mesh, groups)
-    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder:
-        return _read(
-            build_geometry(str(mesh.geometry), Path(folder) / "mesh.msh", mesh.parameters, path.parent), mesh, groups
-        )
+    from geometries.cases import find_case
+
+    name = str(mesh.geometry)
+    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder, geometry_faults():
+        case = find_case(path.parent / name if name.endswith(".py") else name)
+        return _read(case.build(Path(folder) / "mesh.msh", **mesh.parameters), mesh, groups)
 
 
-def _read(path: Path, mesh: MeshTable, groups: dict[str, str]) -> tuple[Blocks, tuple[str, ...]]:
+def _read(path: Path, mesh: MeshTable, groups: dict[str, str]) -> tuple[Blocks, MeshReport]:
     from converters import read_mesh
 
     try:
         scale = convert(f"1 {mesh.unit}", "m")
     except ValueError as error:
         raise ModelError(f'[mesh] unit = "{mesh.unit}": {error}') from None
-    blocks, report = read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
-    return blocks, tuple(report.lines())
+    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
 
 
-def build_geometry(case: str, path: Path, parameters: dict[str, Any], folder: Path) -> Path:
-    """Build a geometry, a case by name or a user's ``.py`` file relative to `folder`, into a mesh file."""
-    from geometries.cases import find_case
+@contextmanager
+def geometry_faults() -> Iterator[None]:
+    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
     from geometries.errors import GeometryError
 
     try:
-        script = folder / case
-        return find_case(str(script) if case.endswith(".py") else case).build(path, **parameters)
+        yield
     except GeometryError as error:
-        raise ModelError(str(error)) from error
+        raise ModelError(error.faults) from error

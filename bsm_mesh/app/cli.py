@@ -33,7 +33,10 @@ def cli() -> None:
 @cli.command()
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("bsm-mesh-demo"), show_default=True)
 def demo(output: Path) -> None:
-    """Run the whole chain on a built-in tunnel: geometry, mesh, solution, VTU, pictures."""
+    """Run the whole chain on a built-in tunnel.
+
+    Geometry, mesh, solution, VTU files and pictures, in a folder of their own.
+    """
     from bsm_mesh.app.commands import run_demo
 
     run_demo(output)
@@ -43,7 +46,10 @@ def demo(output: Path) -> None:
 @click.argument("case")
 @click.argument("folder", type=click.Path(path_type=Path))
 def new(case: str, folder: Path) -> None:
-    """Write a starter into FOLDER: a geometry script and model.toml, ready to run and to change."""
+    """Write a starter CASE into FOLDER.
+
+    A geometry script and model.toml, ready to run and to change. CASE: tunnel.
+    """
     from bsm_mesh.app.starters import write_starter
 
     files = write_starter(case, folder)
@@ -57,7 +63,10 @@ def new(case: str, folder: Path) -> None:
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A parameter of the geometry; repeatable.")
 @click.option("--list", "list_cases", is_flag=True, help="List the cases, or the parameters of CASE.")
 def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_cases: bool) -> None:
-    """Build the mesh of a geometry: a built-in CASE, or a .py file with build(path)."""
+    """Build the mesh of a geometry.
+
+    CASE is a built-in geometry (--list shows them) or a .py file with build(path).
+    """
     from bsm_mesh.app.commands import build_mesh, print_cases
 
     if case is None or list_cases:
@@ -70,7 +79,7 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @model_argument
 @json_option
 def check(model: Path, as_json: bool) -> None:
-    """Validate MODEL and report on its mesh and the quality of its blocks."""
+    """Validate MODEL; report on mesh and blocks."""
     from bsm_mesh.app.commands import check_model
 
     check_model(model, as_json=as_json)
@@ -83,7 +92,7 @@ def check(model: Path, as_json: bool) -> None:
 @json_option
 @quiet_option
 def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool) -> None:
-    """Solve MODEL and write VTU, PVD, CSV and JSON files."""
+    """Solve MODEL; write VTU, PVD, CSV and JSON."""
     from bsm_mesh.app.commands import run_model
 
     sys.exit(run_model(model, output, pictures=pictures, as_json=as_json, quiet=quiet))
@@ -96,7 +105,10 @@ def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: 
 @json_option
 @quiet_option
 def compare(model: Path, output: Path | None, order: int, as_json: bool, quiet: bool) -> None:
-    """Solve MODEL as blocks and as a continuum (scikit-fem, same mesh and loads): table and VTU."""
+    """Set MODEL beside a continuum (scikit-fem).
+
+    Same mesh, same loads: a table, and a VTU file of both and of the difference.
+    """
     from bsm_mesh.app.commands import compare_model
 
     compare_model(model, output, order=order, as_json=as_json, quiet=quiet)
@@ -105,7 +117,7 @@ def compare(model: Path, output: Path | None, order: int, as_json: bool, quiet: 
 @cli.command()
 @click.argument("out", type=click.Path(path_type=Path))
 def plot(out: Path) -> None:
-    """Draw PNG pictures of the results in folder OUT, without a display."""
+    """Draw PNG pictures of the results in OUT."""
     from bsm_mesh.app.plot import draw_in_subprocess
 
     for path in draw_in_subprocess(out):
@@ -114,7 +126,7 @@ def plot(out: Path) -> None:
 
 @cli.command()
 def schema() -> None:
-    """Print the JSON Schema of the model file, for editors."""
+    """Print the JSON Schema of the model file."""
     import json
 
     from bsm_mesh.app.model_file import ModelFile

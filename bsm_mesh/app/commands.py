@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from bsm_mesh.app.build import LoadedModel, build_geometry, load_model_file
+from bsm_mesh.app.build import LoadedModel, geometry_faults, load_model_file
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.storage import save_results, summary, write_text
-from bsm_mesh.app.tables import print_table, result_rows
+from bsm_mesh.app.tables import engineering, print_table, result_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.run import run
+
+if TYPE_CHECKING:
+    from converters import Comparison
 
 EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
@@ -78,32 +82,42 @@ def run_demo(folder: Path) -> None:
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
     """Build a geometry into a mesh file and say what is in it."""
+    from converters import read_mesh
     from geometries.cases import find_case, parse_settings
-    from geometries.errors import GeometryError
 
     path = output or Path(f"{Path(case).stem}.msh")
-    try:
-        parameters = parse_settings(find_case(case), settings)
-    except GeometryError as error:
-        raise ModelError(str(error)) from error
-    build_geometry(case, path, parameters, Path())
+    texts = dict(_key_and_value(setting) for setting in settings)
+    with geometry_faults():
+        found = find_case(case)
+        found.build(path, **parse_settings(found, texts))
+    _, report = read_mesh(path, groups={"*": "rock:rock"})
     click.echo(f"written: {path}")
+    print_table("physical groups", ("group", "elements"), [(name, str(n)) for name, n in report.groups.items()])
+
+
+def _key_and_value(setting: str) -> tuple[str, str]:
+    key, equals, value = setting.partition("=")
+    if not equals or not key.strip():
+        raise ModelError(f"--set {setting}: write KEY=VALUE, for example --set radius=2.5")
+    return key.strip(), value.strip()
 
 
 def print_cases(case: str | None) -> None:
     """Print the built-in geometries, or the parameters of one."""
     from geometries.cases import case_names, case_parameters, find_case
-    from geometries.errors import GeometryError
 
-    if case is None:
-        for name in case_names():
-            click.echo(name)
-        return
-    try:
-        for name, default in case_parameters(find_case(case)).items():
-            click.echo(f"{name} = {default!r}")
-    except GeometryError as error:
-        raise ModelError(str(error)) from error
+    with geometry_faults():
+        if case is None:
+            rows = [(name, find_case(name).summary) for name in case_names()]
+            print_table("cases (bsm-mesh mesh CASE --list: its parameters)", ("case", ""), rows, texts=2)
+            return
+        parameters = case_parameters(find_case(case))
+    print_table(
+        f"parameters of {case}",
+        ("parameter", "default", "meaning"),
+        [(name, "required" if p.required else str(p.default), p.summary) for name, p in parameters.items()],
+        texts=3,
+    )
 
 
 def check_model(path: Path, *, as_json: bool) -> None:
@@ -119,11 +133,47 @@ def check_model(path: Path, *, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({**report, "notes": loaded.notes}, indent=2))
         return
-    for note in loaded.notes:
-        click.echo(f"mesh: {note}")
+    for line in loaded.mesh_lines:
+        click.echo(f"mesh: {line}")
     print_table(f"{path}: the model is valid", ("", ""), quality_rows(report))
 
 
 def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:
-    """Solve a model as blocks and as a continuum and print both."""
-    raise NotImplementedError
+    """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
+    from converters import compare
+    from converters.continuum.files import write_comparison
+
+    with Progress(quiet=quiet or as_json) as progress:
+        loaded = load_model_file(path, progress.report)
+        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        progress.report("continuum (scikit-fem)")
+        comparison = compare(loaded.model, results, order=order)
+        file = (output or loaded.output_folder) / "compare.vtu"
+        write_comparison(comparison, loaded.model.blocks, file)
+    if as_json:
+        table = [row._asdict() for row in comparison.table()]
+        notes = [*loaded.notes, *comparison.notes]
+        click.echo(json.dumps({"rows": table, "notes": notes, "file": str(file)}, indent=2))
+        return
+    _print_comparison(loaded.model.title or str(path), comparison)
+    for note in (*loaded.notes, *comparison.notes):
+        click.echo(f"note: {note}")
+    click.echo(f"written: {file}")
+
+
+def _print_comparison(title: str, comparison: Comparison) -> None:
+    rows = [
+        (
+            error.name,
+            engineering(error.rms_bsm, error.unit),
+            engineering(error.rms_fem, error.unit),
+            f"{100 * error.l2:.2f} %",
+            f"{100 * error.largest:.2f} %",
+            str(error.worst_block),
+        )
+        for error in (*comparison.stress_errors, *comparison.displacement_errors)
+    ]
+    header = ("", "blocks, r.m.s.", "continuum", "L2 diff.", "greatest", "in block")
+    print_table(title, header, rows)
+    blocks, fem = comparison.bsm_seconds, comparison.fem_seconds
+    click.echo(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")

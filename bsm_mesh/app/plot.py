@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -24,12 +25,19 @@ def draw_in_subprocess(folder: Path) -> list[Path]:
         If the folder holds no results, or the renderer fails or dies.
     """
     read_summary(folder)
-    done = subprocess.run(
-        [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)], capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=_environment())
     if done.returncode < 0:
         raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
     return [Path(line) for line in done.stdout.splitlines()]
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment with VTK told to use EGL on Linux: it falls back to OSMesa, and asks for no display."""
+    environment = dict(os.environ)
+    if sys.platform.startswith("linux"):
+        environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    return environment

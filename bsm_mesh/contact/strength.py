@@ -30,8 +30,7 @@ def peak_strength(law: JointLaw, pressure: FloatArray, length: FloatArray) -> Fl
     residual = law.friction if law.residual_friction is None else law.residual_friction
     first: FloatArray = pressure * np.tan(np.radians(law.friction + law.dilation))  # Wang Eq. 4.1
     second = law.cohesion * length + pressure * np.tan(np.radians(residual))  # Wang Eq. 4.2
-    strength = np.minimum(first, second)
-    return strength
+    return np.asarray(np.minimum(first, second))
 
 
 def utilisation(model: Model, contacts: ContactTable, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:

@@ -72,21 +72,49 @@ class EdgeTable:
         within = np.arange(len(query)) - np.repeat(np.cumsum(count) - count, count)
         return query, self.order[low[query] + within]
 
+    def pairs(self) -> tuple[LongArray, LongArray]:
+        """Return the edges that join the same two points in opposite directions, and no third one does.
+
+        Returns
+        -------
+        one, other : (k,) int64
+            Edge numbers, the lower first.
+        """
+        starts, uses = self._runs()
+        twice = starts[uses == 2]
+        one, other = self.order[twice], self.order[twice + 1]
+        opposite = self.rising[one] != self.rising[other]
+        return one[opposite], other[opposite]
+
+    def contested(self) -> LongArray:
+        """Return pairs of edges that claim the same side of the same two points, or are more than two, (k, 2)."""
+        starts, uses = self._runs()
+        twice = starts[uses == 2]
+        one, other = self.order[twice], self.order[twice + 1]
+        same = self.rising[one] == self.rising[other]
+        three = self.order[starts[uses > 2][:, None] + np.arange(3)]  # two of them run the same way
+        rising = self.rising[three]
+        last = np.where(rising[:, 0] == rising[:, 1], 1, 2)
+        first = np.where(rising[:, 0] == rising[np.arange(len(three)), last], 0, 1)
+        rows = np.arange(len(three))
+        crowded = np.stack([three[rows, first], three[rows, last]], axis=1)
+        return np.concatenate([np.stack([one[same], other[same]], axis=1), crowded])
+
     def unpaired(self) -> BoolArray:
-        """Return which edges are not matched by exactly one edge of the opposite direction, (n_edges,).
+        """Return which edges are in none of the `pairs`, (n_edges,).
 
         These are the outline of the body, both lips of a gap, edges with a corner of a neighbour between
         their ends, and edges that several blocks claim.
         """
-        starts = np.flatnonzero(np.concatenate([[True], self.keys[1:] != self.keys[:-1]]))
-        uses = np.diff(np.append(starts, len(self.keys)))
-        twice = starts[uses == 2]
-        one, other = self.order[twice], self.order[twice + 1]
-        opposite = self.rising[one] != self.rising[other]
         unpaired: BoolArray = np.ones(len(self.keys), dtype=np.bool_)
-        unpaired[one[opposite]] = False
-        unpaired[other[opposite]] = False
+        for edges in self.pairs():
+            unpaired[edges] = False
         return unpaired
+
+    def _runs(self) -> tuple[LongArray, LongArray]:
+        """Return where each key starts, and how many edges bear it."""
+        starts = np.flatnonzero(np.concatenate([[True], self.keys[1:] != self.keys[:-1]]))
+        return starts, np.diff(np.append(starts, len(self.keys)))
 
 
 def _keys(first: npt.NDArray[np.integer], last: npt.NDArray[np.integer], base: int) -> LongArray:

@@ -56,9 +56,7 @@ class Overlaps:
         ]
 
 
-def find_overlaps(
-    vertices: FloatArray, offsets: IntArray, nodes: IntArray, table: EdgeTable | None = None
-) -> Overlaps:
+def find_overlaps(vertices: FloatArray, offsets: IntArray, nodes: IntArray, table: EdgeTable | None = None) -> Overlaps:
     """Return the pairs of blocks that overlap by more than a millionth of the smaller one's area.
 
     Outlines that cross themselves, which `Blocks` refuses, are passed over.

@@ -100,16 +100,21 @@ def build_constraints(model: Model) -> Constraints:
     radius = moments.gyration[block]
     rows, values = np.zeros((k, most, 3)), np.zeros((k, most))
     arm = bars.point - moments.centroid[bars.block]
+    arm /= radius[row_of_bar, None]
     moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
-    rows[row_of_bar, slot] = np.column_stack([bars.direction, moment / radius[row_of_bar]])
-    values[row_of_bar, slot] = bars.value
+    rows[row_of_bar, slot] = np.column_stack([bars.direction, moment])
+    # A bar that holds the rotation counts as one at the radius of gyration, or units of length would weigh it.
+    lever = np.where(bars.holds_rotation, radius[row_of_bar], 1.0)
+    values[row_of_bar, slot] = bars.value * lever
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
     noise = rounding(model.blocks.vertices) / radius
     held = (size > np.maximum(RANK, noise)[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(3) < held[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
     given = np.einsum("kab,kb->ka", pseudo, values)
-    misfit = np.abs(np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot] - bars.value)
+    misfit = np.abs(np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot] - bars.value * lever)
+    share = np.transpose(pseudo, (0, 2, 1))
+    share[row_of_bar, slot] *= lever[:, None]
     _check_conflicts(bars, misfit, np.maximum(CONFLICT, noise)[row_of_bar])
     scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
@@ -124,7 +129,7 @@ def build_constraints(model: Model) -> Constraints:
         held=held.astype(np.int32),
         given=all_given,
         slot=slot,
-        share=np.transpose(pseudo, (0, 2, 1)) * scale[:, None, :],
+        share=share * scale[:, None, :],
     )
 
 

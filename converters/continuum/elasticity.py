@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.stiffness import least_depth
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.face_stiffness import least_depth
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 

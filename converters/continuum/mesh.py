@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.faces import SHORTEST_FACE, find_faces
 from bsm_mesh.model.blocks import Blocks, merge_points
+from bsm_mesh.model.faces import SHORTEST_FACE, find_faces
 from bsm_mesh.model.polygons import next_corner, polygon_moments
 
 FLATTEST = 1e-9  # of a polygon's area: a smaller triangle of its fan means that the centroid does not see the edge

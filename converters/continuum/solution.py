@@ -10,9 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.faces import find_faces
-from bsm_mesh.contact.stiffness import face_joints
 from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.face_stiffness import face_joints
+from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointLoad
 from bsm_mesh.model.model import Model
 from converters.continuum.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use

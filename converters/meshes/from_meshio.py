@@ -72,9 +72,7 @@ def cells_of_meshio(
         [(block.type, block.data if len(block.data) else np.empty((0, 2))) for block in mesh.cells],
         sets=sets,
         arrays=mesh.cell_data,
-        notes=[
-            Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)
-        ],
+        notes=[Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)],
     )
 
 

@@ -174,9 +174,7 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
 
 
 def _empty(group: NamedGroup) -> Note:
-    return Note(
-        kind=NoteKind.EMPTY_GROUP, name=str(group.name), count=0, text=f"group {group.said} holds no elements"
-    )
+    return Note(kind=NoteKind.EMPTY_GROUP, name=str(group.name), count=0, text=f"group {group.said} holds no elements")
 
 
 def settle_dimensions(named: NamedGroups, piece_of: LongArray) -> NamedGroups:
@@ -291,7 +289,7 @@ def _no_rock(cells: MeshCells) -> str:
     found = [f"{group.name} ({group.elements.size} elements)" for group in cells.groups if group.elements.size]
     values = value_names(cells)
     names = [group.name for group in cells.groups if group.elements.size] or values
-    example = f"\"{names[0]}\" = \"rock:granite\"" if names else '"*" = "rock:granite"'
+    example = f'"{names[0]}" = "rock:granite"' if names else '"*" = "rock:granite"'
     seen = "surface groups found: " + ", ".join(found) if found else "it has no named surface groups"
     if values and not found:
         seen += "; values found: " + ", ".join(values[:12])

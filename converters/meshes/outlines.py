@@ -125,9 +125,7 @@ def _plane_axes(source: str, points: FloatArray, used: BoolArray) -> tuple[list[
     )
 
 
-def _clean(
-    cells: MeshCells, points: FloatArray, number: IntArray, tolerance: float, notes: list[Note]
-) -> Outlines:
+def _clean(cells: MeshCells, points: FloatArray, number: IntArray, tolerance: float, notes: list[Note]) -> Outlines:
     given = number[cells.corners]
     corners, kept = _drop_repeated(given, cells.offsets)
     interface = (np.diff(cells.offsets) >= 4) & (kept == 2)

@@ -107,14 +107,16 @@ def test_reactions_do_no_work_on_free_motions_and_balance_the_held_part():
         assert_allclose(basis[:, : c.held[row]].T @ (forces + reactions)[block], 0, atol=ATOL)
 
 
-def test_bar_forces_add_up_to_the_reaction():
-    supports = [bsm.Fixed(boundary="bottom"), bsm.Roller(point=(0.3, 0.2), direction=25)]
+@pytest.mark.parametrize("fixed", [{"boundary": "bottom"}, {"blocks": [0]}, {"blocks": [0, 0]}])
+def test_bar_forces_add_up_to_the_reaction(fixed):
+    supports = [bsm.Fixed(**fixed), bsm.Roller(point=(0.3, 0.2), direction=25)]
     blocks, c = constraints(supports)
     reactions = c.reactions(np.random.default_rng(2).normal(size=(blocks.count, 3)))
     size = c.bar_forces(reactions)
     total = np.zeros_like(reactions)
     for bar, block in enumerate(c.bars.block):
         total[block] += size[bar] * corner_row(blocks.moments.centroid[block], c.bars.point[bar], c.bars.direction[bar])
+        total[block, 2] += size[bar] * c.bars.holds_rotation[bar]
     assert_allclose(total, reactions, atol=ATOL)
 
 
@@ -124,6 +126,20 @@ def test_repeated_bars_share_evenly():
     reactions = np.zeros((blocks.count, 3))
     reactions[0, 1] = 8.0
     assert_allclose(c.bar_forces(reactions), 2.0)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_units_do_not_weigh_the_bar_that_holds_a_rotation(scale):
+    """A block held as a whole and at a corner: forces in the bars are the same in millimetres."""
+    forces = np.array([[3.0, -5.0, 7.0]])
+    found = []
+    for size in (1.0, scale):
+        supports = [bsm.Fixed(blocks=[0]), bsm.Fixed(point=(0, 0))]
+        _, c = constraints(supports, [size * square(0, 0)])
+        bar_forces = c.bar_forces(-forces * (1, 1, size))
+        found.append(bar_forces / np.where(c.bars.holds_rotation, size, 1.0))
+    assert_allclose(found[1], found[0], rtol=1e-12, atol=1e-12)
+    assert np.abs(found[0]).min() > 0.1
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,9 @@ def test_unknown_name():
 
 def test_auto_says_what_it_took(monkeypatch):
     pattern = random_system(2, 1, seed=0)[0]
-    assert make_linear_solver("auto", pattern, positions(pattern)).name == ("pardiso" if pardiso.is_available() else "superlu")
+    assert make_linear_solver("auto", pattern, positions(pattern)).name == (
+        "pardiso" if pardiso.is_available() else "superlu"
+    )
     monkeypatch.setattr(pardiso, "is_available", lambda: False)
     assert isinstance(make_linear_solver("auto", pattern, positions(pattern)), SuperLU)
 

@@ -99,9 +99,7 @@ def test_an_element_given_once_for_each_of_its_groups_is_one_block_in_both() -> 
         convert_mesh(SQUARE, [cells], {"rock:a": [[0, 1]], "rock:b": [[2]]})
 
 
-@pytest.mark.parametrize(
-    ("columns", "note"), [((0, 1), 0), ((0, 2), 1), ((1, 2), 1)], ids=["xy", "xz", "yz"]
-)
+@pytest.mark.parametrize(("columns", "note"), [((0, 1), 0), ((0, 2), 1), ((1, 2), 1)], ids=["xy", "xz", "yz"])
 def test_the_plane_of_the_mesh(columns: tuple[int, int], note: int) -> None:
     points = np.full((4, 3), 7.0)
     points[:, columns] = SQUARE

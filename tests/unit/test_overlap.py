@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from bsm_mesh.model import Blocks
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 
 Outline = list[tuple[float, float]]
@@ -18,8 +19,14 @@ def rectangle(x: float, y: float, width: float, height: float) -> Outline:
 
 def overlaps(*outlines: Outline, move: npt.ArrayLike = (0.0, 0.0), turn: float = 0.0) -> Overlaps:
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    blocks = Blocks.from_polygons([np.array(o) @ rotation.T + move for o in outlines], rock="granite")
-    return find_overlaps(blocks.vertices, blocks.offsets, blocks.nodes)
+    vertices = np.concatenate([np.array(o) @ rotation.T + move for o in outlines])
+    offsets = np.cumsum([0, *map(len, outlines)]).astype(np.int32)
+    return find_overlaps(vertices, offsets, merge_points(vertices, MERGE_TOLERANCE))
+
+
+def test_blocks_made_of_overlapping_polygons_are_refused() -> None:
+    with pytest.raises(ModelError, match=r"blocks 0 and 1 overlap by 1 m2 near \(1.5, 1.5\); remove one"):
+        Blocks.from_polygons([rectangle(0, 0, 2, 2), rectangle(1, 1, 2, 2)], rock="granite")
 
 
 @pytest.mark.parametrize(

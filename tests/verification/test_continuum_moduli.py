@@ -120,11 +120,12 @@ def test_the_calibrated_pair_gives_the_rocks_own_moduli(mu):
     assert_allclose(E_N / 2 - G, E * mu / ((1 + mu) * (1 - 2 * mu)), rtol=1e-12)
 
 
-def test_scatter_of_stresses_on_triangles():
-    """METHOD.md: at most 2.4 % in single triangles under uniaxial stress with Eq. 3.24, away from the sides."""
-    rock = bsm.Rock("rock", young=E, poisson=0.25)
+@pytest.mark.parametrize("choice", ["wang", "homogeneous", "triangle"])
+def test_scatter_of_stresses_on_triangles(choice):
+    """METHOD.md measured at most 2.4 % in single triangles under uniaxial stress, on its mesh; held to twice that."""
+    rock = bsm.Rock("rock", young=E, poisson=0.25, stiffness=choice)
     stage, _ = strained(triangles(), 40.0, 40.0, rock, UNIAXIAL, "ends")
-    x = triangles().mean(axis=1)
-    inner = np.abs(x / 40 - 0.5).max(axis=1) < 0.4
-    scatter = np.abs(stage.stress[inner, 1, 1] + S) / S
-    assert np.sqrt((scatter**2).mean()) < 0.05
+    inner = np.abs(triangles().mean(axis=1) / 40 - 0.5).max(axis=1) < 0.4
+    scatter = np.abs(stage.stress[inner] - UNIAXIAL)[:, 1, 1] / S
+    assert scatter.max() < 0.05
+    assert np.sqrt((scatter**2).mean()) < 0.01

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from scenes import grid, rectangle, turned
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.faces import find_faces
-from bsm_mesh.contact.stiffness import face_joints, face_stiffness
+from bsm_mesh.model.face_stiffness import face_joints, face_stiffness
+from bsm_mesh.model.faces import find_faces
 
 RTOL = 1e-12
 E1, MU1, E2, MU2 = 50e9, 0.25, 2e9, 0.35

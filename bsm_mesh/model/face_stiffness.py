@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.faces import Faces
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.faces import Faces
 from bsm_mesh.model.model import Model
 
 

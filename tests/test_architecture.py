@@ -1,0 +1,129 @@
+"""Arrows between the three packages point one way, and `import bsm_mesh` stays light (DESIGN section 2)."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("bsm_mesh", "geometries", "converters")
+FOR_CONVERTERS = (
+    "bsm_mesh.model",
+    "bsm_mesh.results",
+    "bsm_mesh.errors",
+    "bsm_mesh.arrays",
+    "geometries.physical_groups",
+)
+HEAVY = ("gmsh", "vtk", "vtkmodules", "meshio", "skfem", "pyvista", "matplotlib", "numba", "scipy.sparse")
+
+
+def module_name(path: Path, root: Path) -> str:
+    parts = path.relative_to(root).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(source: str, module: str, is_package: bool) -> list[tuple[str, bool, int]]:
+    """Return (imported module, whether it is done when the module is loaded, line) of every import of a source text."""
+    found = []
+
+    def is_for_types_only(node: ast.AST) -> bool:
+        return isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+
+    def visit(node: ast.AST, at_load: bool) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.Import):
+                found.extend((alias.name, at_load, child.lineno) for alias in child.names)
+            elif isinstance(child, ast.ImportFrom):
+                base = child.module or ""
+                if child.level:
+                    package = module.split(".") if is_package else module.split(".")[:-1]
+                    package = package[: len(package) - child.level + 1]
+                    base = ".".join([*package, base] if base else package)
+                found.extend((f"{base}.{alias.name}", at_load, child.lineno) for alias in child.names)
+            inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) or is_for_types_only(child)
+            visit(child, at_load and not inside)
+
+    visit(ast.parse(source), True)
+    return found
+
+
+def below(name: str, package: str) -> bool:
+    return name == package or name.startswith(package + ".")
+
+
+def wrong_arrows(root: Path) -> list[str]:
+    """Return one sentence for every import against the design."""
+    wrong = []
+    for package in PACKAGES:
+        for path in sorted((root / package).rglob("*.py")):
+            module = module_name(path, root)
+            for name, at_load, line in imports(path.read_text(encoding="utf-8"), module, path.stem == "__init__"):
+                own = below(name, package)
+                others = [other for other in PACKAGES if other != package and below(name, other)]
+                if own or not others:
+                    continue
+                allowed = {
+                    "geometries": False,
+                    "converters": any(below(name, target) for target in FOR_CONVERTERS),
+                    "bsm_mesh": below(module, "bsm_mesh.app") and not at_load,
+                }[package]
+                if not allowed:
+                    wrong.append(f"{path.relative_to(root)}:{line} imports {name}")
+    return wrong
+
+
+def test_no_wrong_arrow():
+    assert wrong_arrows(ROOT) == []
+
+
+def test_geometries_need_no_gmsh_to_be_imported():
+    for name in ("__init__.py", "physical_groups.py"):
+        found = imports((ROOT / "geometries" / name).read_text(encoding="utf-8"), "geometries", True)
+        assert not [i for i in found if below(i[0], "gmsh")]
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "wrong"),
+    [
+        ("geometries/case.py", "import converters", True),
+        ("geometries/case.py", "def build():\n    from bsm_mesh.model import Blocks", True),
+        ("geometries/case.py", "from geometries.session import gmsh_session\nimport gmsh", False),
+        ("converters/meshes.py", "from bsm_mesh.model import Blocks\nfrom bsm_mesh.errors import ModelError", False),
+        ("converters/meshes.py", "from geometries.physical_groups import parse_group_name", False),
+        ("converters/meshes.py", "from geometries import tunnel", True),
+        ("converters/meshes.py", "from bsm_mesh.solve.linear import solve_linear", True),
+        ("converters/meshes.py", "import bsm_mesh.run", True),
+        ("bsm_mesh/run.py", "import converters", True),
+        ("bsm_mesh/run.py", "def run():\n    import converters", True),
+        ("bsm_mesh/app/cli.py", "def run():\n    import converters", False),
+        ("bsm_mesh/app/cli.py", "if True:\n    import converters", True),
+        ("bsm_mesh/app/cli.py", "class A:\n    from geometries import tunnel", True),
+        ("bsm_mesh/app/cli.py", "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import converters", False),
+        ("converters/inner.py", "from . import meshes\nfrom .meshes import a", False),
+    ],
+)
+def test_the_walk_finds_wrong_arrows(tmp_path, path, text, wrong):
+    file = tmp_path / path
+    file.parent.mkdir(parents=True)
+    file.write_text(text, encoding="utf-8")
+    assert bool(wrong_arrows(tmp_path)) == wrong
+
+
+def loaded_by(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print('\\n'.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    return set(done.stdout.split())
+
+
+@pytest.mark.parametrize("statement", ["import bsm_mesh", "import bsm_mesh.model, bsm_mesh.results"])
+def test_importing_the_package_stays_light(statement):
+    modules = loaded_by(statement)
+    assert "bsm_mesh" in modules
+    assert sorted(m for m in modules for heavy in HEAVY if below(m, heavy)) == []
+    assert sorted(m for m in modules if below(m, "converters") or below(m, "geometries")) == []
+
+
+def test_importing_geometries_loads_no_gmsh_and_no_numpy():
+    assert not {"gmsh", "numpy", "bsm_mesh", "converters"} & loaded_by("import geometries.physical_groups")
