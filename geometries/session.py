@@ -61,8 +61,10 @@ BASE_OPTIONS: Mapping[str, float] = {
     "Mesh.Optimize": 1,
 }
 
+_LAST = "name groups last, after fragmenting and synchronising"
 _ONE_AT_A_TIME = threading.RLock()  # Gmsh has one state for the whole process
 _NUMBERS = itertools.count(1)
+_NAMED: list[dict[tuple[int, int], int]] = []  # a session: how many curves or surfaces each group was given
 
 
 def load_gmsh() -> ModuleType:
@@ -126,6 +128,8 @@ def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = N
             own = f"{name} (session {next(_NUMBERS)})"
             gmsh.model.add(own)
             closing.callback(_remove_model, gmsh, own)
+            _NAMED.append({})
+            closing.callback(_NAMED.pop)
             yield gmsh
 
 
@@ -157,9 +161,10 @@ def name_groups(groups: Mapping[str, Sequence[int]]) -> None:
         elif not tags:
             faults.append(f"group '{text}' is empty; leave it out or give it a {what}")
         else:
-            gmsh.model.addPhysicalGroup(dimension, list(tags), name=str(group))
-    if faults:
-        raise GeometryError(faults)
+            number = gmsh.model.addPhysicalGroup(dimension, list(tags), name=str(group))
+            if _NAMED:
+                _NAMED[-1][dimension, number] = len(set(tags))
+    _raise_faults(faults)
 
 
 def write_mesh(path: str | os.PathLike[str]) -> Path:
@@ -182,7 +187,8 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
     ------
     GeometryError
         Where the folder or file cannot be written; where there are no elements; where a group has
-        none or a surface is in no group, whose elements Gmsh would leave out without a word.
+        none or has lost curves or surfaces to a fragmentation that came after it was named; where a
+        surface is in no group: Gmsh would leave its elements out without a word.
     """
     gmsh = load_gmsh()
     target = Path(path)
@@ -190,13 +196,14 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
         raise GeometryError(f"{target}: a mesh is written as .msh; give a name that ends in .msh")
     if target.is_dir():
         raise GeometryError(f"{target} is a folder; give the name of a file in it")
-    _check_groups(gmsh)
+    _raise_faults(_group_faults(gmsh))
     draft = target.with_name(f".{target.stem}.{os.getpid()}-{threading.get_ident()}.msh")
     changed = {key: BASE_OPTIONS[key] for key in ("Mesh.MshFileVersion", "Mesh.Binary", "Mesh.SaveAll")}
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with _changed_options(gmsh, changed):
             gmsh.write(str(draft))
+        _raise_faults(_lost_groups(gmsh, draft))
         draft.replace(target)
     except OSError as fault:
         reason = fault.strerror or fault
@@ -211,24 +218,44 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def _check_groups(gmsh: Any) -> None:
-    faults: list[str] = []
+def _group_faults(gmsh: Any) -> list[str]:
+    """Return what is wrong with the groups of the current model: without elements, or surfaces in none."""
     meshed = {tag for _, tag in gmsh.model.getEntities(2) if len(gmsh.model.mesh.getElements(2, tag)[0])}
     if not meshed:
-        raise GeometryError("there are no elements to write; call gmsh.model.mesh.generate(2) first")
+        return ["there are no elements to write; call gmsh.model.mesh.generate(2) first"]
+    faults: list[str] = []
     grouped: set[int] = set()
-    for dimension, group in gmsh.model.getPhysicalGroups():
-        tags = gmsh.model.getEntitiesForPhysicalGroup(dimension, group)
+    for dimension, number in gmsh.model.getPhysicalGroups():
+        tags = [int(tag) for tag in gmsh.model.getEntitiesForPhysicalGroup(dimension, number)]
         if dimension == 2:
-            grouped.update(int(tag) for tag in tags)
-        if not any(len(gmsh.model.mesh.getElements(dimension, tag)[0]) for tag in tags):
-            name = gmsh.model.getPhysicalName(dimension, group)
-            faults.append(f"group '{name}' has no elements; name groups after fragmenting and synchronising")
+            grouped.update(tags)
+        if dimension and not any(len(gmsh.model.mesh.getElements(dimension, tag)[0]) for tag in tags):
+            faults.append(f"group '{gmsh.model.getPhysicalName(dimension, number)}' has no elements; {_LAST}")
     if left := sorted(meshed - grouped):
         faults.append(
             f"{len(left)} surface(s) with elements are in no group, the first is {left[0]}; "
-            "put each in a group rock:name, after fragmenting"
+            f"put each in a group rock:name; {_LAST}"
         )
+    return faults
+
+
+def _lost_groups(gmsh: Any, draft: Path) -> list[str]:
+    """Return the groups that lost curves or surfaces after they were named: Gmsh keeps their names only."""
+    left = {group: len(gmsh.model.getEntitiesForPhysicalGroup(*group)) for group in gmsh.model.getPhysicalGroups()}
+    given = dict(_NAMED[-1]) if _NAMED else {}
+    names: dict[tuple[int, int], str] = {}
+    text = draft.read_bytes().partition(b"$PhysicalNames\n")[2].partition(b"$EndPhysicalNames")[0].decode()
+    for line in text.splitlines()[1:]:
+        dimension, number, name = line.split(maxsplit=2)
+        names[int(dimension), int(number)] = name.strip('"')
+    return [
+        f"group '{name}' lost {'all' if group not in left else 'some'} of its curves or surfaces; {_LAST}"
+        for group, name in names.items()
+        if left.get(group, 0) < given.get(group, 1)
+    ]
+
+
+def _raise_faults(faults: list[str]) -> None:
     if faults:
         raise GeometryError(faults)
 

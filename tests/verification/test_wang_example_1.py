@@ -16,9 +16,14 @@ from converters.continuum import blocks_on_line
 
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0
 K0 = MU / (1 - MU)
-SECTION_L2, SECTION_MAX = 0.06, 0.12  # docs/theory.md section 3: 1000 to 4000 triangles, block against averaged continuum
+SECTION_L2, SECTION_MAX = (
+    0.06,
+    0.12,
+)  # docs/theory.md section 3: 1000 to 4000 triangles, block against averaged continuum
 NEAR_L2 = {0.9: 0.12, 0.45: 0.08}  # docs/theory.md: all blocks r < 3a have 8.8 and 5.9 %
-MATCHED_L2 = 0.05  # docs/theory.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
+MATCHED_L2 = (
+    0.05  # docs/theory.md: displacements against the matched continuum at 4000 blocks; coarser ones hold it too
+)
 CONTINUUM = 0.015  # Eq. 3.46 takes gamma h for a uniform field: over the tunnel's height it is not
 
 
