@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
-from bsm_mesh.model.values import Rules, is_number, plain_numbers
+from bsm_mesh.model.values import Rules, plain_numbers
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
 
@@ -37,7 +37,7 @@ class Patton:
         rules = Rules("law 'patton'")
         rules.number("friction", self.friction, "degrees", least=0, below=90)
         rules.number("dilation", self.dilation, "degrees", least=0, below=90)
-        if is_number(self.friction) and is_number(self.dilation):
+        if not rules.faults and self.dilation > 0:
             rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
         rules.number("cohesion", self.cohesion, "Pa", least=0)
         rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
