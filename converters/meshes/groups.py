@@ -166,7 +166,7 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
             more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
             text = (
                 f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
-                f'for example "{names[0]}" = "{example}:{names[0].replace(":", "_")}"'
+                f'for example "{names[0]}" = "{example}:{names[0].rpartition(":")[2] or "name"}"'
             )
             count = int(sum(sizes.values()))
             notes.append(Note(kind=NoteKind.UNKNOWN_GROUP, name=", ".join(names), count=count, text=text))
