@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import ModelError
 
 WIDTH = 1400  # pixels
 MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
@@ -50,16 +52,21 @@ def draw_pictures(folder: Path) -> list[Path]:
     import pyvista
 
     pyvista.OFF_SCREEN = True
-    from converters.vtk_files import read_pvd
+    from converters.vtk_files import read_pvd, read_vtu
 
     told = read_summary(folder)
     stage = told["stages"][-1]
-    grid = pyvista.read(read_pvd(folder / "blocks.pvd")[-1][1])
+    file = read_pvd(folder / "blocks.pvd")[-1][1]
+    read_vtu(file, needs=("displacement", "sigma_1", "stress"))
+    grid = pyvista.read(file)
     title = f"{told['title'] or 'bsm-mesh'}: stage {stage['name']}, {stage['status']}"
     scene = Scene(grid=grid, title=title, size=float(grid.length))
     target = folder / "pictures"
-    target.mkdir(exist_ok=True)
-    return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+    try:
+        target.mkdir(exist_ok=True)
+        return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+    except OSError as error:
+        raise ModelError(f"{target}: cannot be written: {error.strerror or error}") from error
 
 
 def _save(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
@@ -259,5 +266,9 @@ def _round_factor(factor: float) -> float:
 
 
 if __name__ == "__main__":
-    for picture in draw_pictures(Path(sys.argv[1])):
-        print(picture)
+    try:
+        for picture in draw_pictures(Path(sys.argv[1])):
+            print(picture)
+    except ModelError as error:
+        print(error, file=sys.stderr)
+        sys.exit(BAD_INPUT)
