@@ -12,7 +12,8 @@ import click
 from bsm_mesh import __version__
 from bsm_mesh.errors import ModelError
 
-EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 2, 3, 130, 141
+EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 2, 3, 130
+EXIT_BROKEN_PIPE = 1  # as click and rich leave
 
 model_argument = click.argument("model", type=click.Path(path_type=Path))
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout and nothing else.")

@@ -28,7 +28,7 @@ def fault(match):
     [
         (
             {"rocks": (bsm.Rock("granit"), ROCKS[1])},
-            "rock 'granite' of 1 block (0) is not defined; define it, [rock.granite] in a model file; did you mean 'granit'?",
+            "rock 'granite' of 1 block (0) is not defined; define it, [rock.granite] in a model file; did you mean",
         ),
         ({"rocks": ()}, "rock 'schist' of 1 block (1) is not defined; define it, [rock.schist] in a model file"),
         ({"rocks": (*ROCKS, ROCKS[0])}, "rock 'granite' is defined more than once; remove all but one"),
