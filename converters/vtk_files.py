@@ -115,7 +115,7 @@ def read_vtu(path: Path, *, needs: Sequence[str] = ()) -> Grid:
     missing = [name for name in needs if not data.GetCellData().HasArray(name)]
     if reader.GetErrorCode() or data.GetPoints() is None or missing:
         raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
-    types = np.unique(vtk_to_numpy(data.GetCellTypesArray())) if data.GetNumberOfCells() else np.array([VERTEX])
+    types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
     if len(types) > 1:
         raise ModelError(f"{path}: has cells of the types {types.tolist()}; one type is needed")
     arrays = [_arrays(attributes) for attributes in (data.GetPointData(), data.GetCellData())]

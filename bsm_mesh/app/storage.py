@@ -121,11 +121,19 @@ def _write_history(results: Results, path: Path) -> None:
         writer.writerows(asdict(step) for stage in results.stages for step in stage.steps)
 
 
-def _read_history(path: Path) -> list[StepRecord]:
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+def _read_history(path: Path, count: int) -> list[StepRecord]:
     kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
-    return [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        steps = [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
+    except FileNotFoundError:
+        raise ModelError(f"{path}: there is no such file; run the model again") from None
+    except (KeyError, TypeError, ValueError):
+        steps = []
+    if len(steps) != count:
+        raise ModelError(f"{path} is damaged; run the model again")
+    return steps
 
 
 def load_results(folder: Path) -> Results:
@@ -133,7 +141,7 @@ def load_results(folder: Path) -> Results:
     from converters.result_files import blocks_of_grid, read_stage_grids
 
     told = read_summary(folder)
-    steps = _read_history(folder / "history.csv")
+    steps = _read_history(folder / "history.csv", sum(stage["steps"] for stage in told["stages"]))
     stages = [_load_stage(folder, k, stage, steps) for k, stage in enumerate(told["stages"])]
     return Results(
         blocks=blocks_of_grid(read_stage_grids(folder, 0)[0]),
