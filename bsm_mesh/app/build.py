@@ -106,7 +106,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         file=file,
         model=model,
         options=options[0],
-        notes=tuple(note.text for note in mesh_report.notes),
+        notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks)),
         mesh_lines=tuple(mesh_report.lines()[1:]),
     )
 
@@ -130,6 +130,10 @@ def _model(
         contact_points=file.mesh.contact_points,
         title=file.title,
     )
+
+
+def _unused_excavations(blocks: Blocks) -> list[str]:
+    return [f"excavation '{name}' ({len(ids)} blocks) is left in place" for name, ids in blocks.excavations.items()]
 
 
 @contextmanager
@@ -274,21 +278,25 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
 
 @contextmanager
 def stdout_to_stderr() -> Iterator[None]:
-    """Lead what is printed on stdout to stderr, also what a library such as Gmsh prints past Python."""
+    """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
     sys.stdout.flush()
-    try:
-        kept = os.dup(1)
-    except OSError:  # no such thing as stdout
-        kept = None
-    if kept is not None:
-        os.dup2(2, 1)
-    try:
-        with redirect_stdout(sys.stderr):
-            yield
-    finally:
+    with tempfile.TemporaryFile() as printed:
+        try:
+            kept = os.dup(1)
+        except OSError:  # no such thing as stdout
+            kept = None
         if kept is not None:
-            os.dup2(kept, 1)
-            os.close(kept)
+            os.dup2(printed.fileno(), 1)
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        finally:
+            if kept is not None:
+                os.dup2(kept, 1)
+                os.close(kept)
+            printed.seek(0)
+            lines = printed.read().decode(errors="replace").splitlines()
+            sys.stderr.writelines(f"{line}\n" for line in lines if not line.startswith("Info "))
 
 
 @contextmanager

@@ -172,8 +172,8 @@ def check_model(path: Path, *, as_json: bool) -> None:
         click.echo(json.dumps({**report, "notes": loaded.notes}, indent=2))
         return
     for line in loaded.mesh_lines:
-        click.echo(f"mesh: {line}")
-    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report))
+        click.echo(f"mesh: {line.strip()}")
+    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
 
 
 def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:

@@ -117,20 +117,28 @@ def _scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
     return values / factor, prefixed
 
 
+def _limits(values: FloatArray) -> tuple[tuple[float, float], str]:
+    """Return the ends of the colour scale, and what to say where a few outliers lie beyond them."""
+    least, low, high, greatest = np.percentile(values, [0, 1, 99, 100])
+    if greatest - least <= 2 * (high - low) or high == low:
+        return (float(least), float(greatest)), ""
+    return (float(low), float(high)), "; colours end at the 1st and 99th percentile"
+
+
 def draw_displacement(plotter: Any, scene: Scene) -> str:
     """Blocks by the magnitude of their displacement."""
     size = np.linalg.norm(scene.grid.cell_data["displacement"], axis=1)
     values, unit = _scaled(size, "m")
-    _add_blocks(plotter, scene, values, f"displacement, {unit}", "viridis")
-    return f"displacement of the blocks, greatest {engineering(float(size.max()), 'm')}"
+    remark = _add_blocks(plotter, scene, values, f"displacement, {unit}", "viridis")
+    return f"displacement of the blocks, greatest {engineering(float(size.max()), 'm')}{remark}"
 
 
 def draw_sigma_1(plotter: Any, scene: Scene) -> str:
     """Blocks by their most compressive principal stress."""
     sigma = np.asarray(scene.grid.cell_data["sigma_1"])
     values, unit = _scaled(sigma, "Pa")
-    _add_blocks(plotter, scene, values, f"sigma_1, {unit} (compression negative)", "viridis_r")
-    return f"most compressive principal stress, {engineering(float(sigma.min()), 'Pa')} at most"
+    remark = _add_blocks(plotter, scene, values, f"sigma_1, {unit} (compression negative)", "viridis_r")
+    return f"most compressive principal stress, {engineering(float(sigma.min()), 'Pa')} at most{remark}"
 
 
 def draw_arrows(plotter: Any, scene: Scene) -> str:
@@ -208,12 +216,15 @@ PICTURES: dict[str, Callable[[Any, Scene], str]] = {
 }
 
 
-def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colours: str) -> None:
+def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colours: str) -> str:
+    """Draw the blocks by a value, and return what to say about the ends of the colours."""
+    limits, remark = _limits(values)
     grid = scene.grid.copy()
     grid.cell_data["shown"] = values
     plotter.add_mesh(
         grid,
         scalars="shown",
+        clim=limits,
         cmap=colours,
         show_edges=scene.outlines,
         edge_color="#555555",
@@ -221,6 +232,7 @@ def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colo
         lighting=False,
         scalar_bar_args=_scalar_bar(title),
     )
+    return remark
 
 
 def _add_paper(plotter: Any, scene: Scene) -> None:

@@ -31,7 +31,7 @@ def read_by_meshio(path: Path) -> MeshCells:
     said = io.StringIO()
     try:
         # meshio prints its errors and then leaves the program.
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), np.errstate(all="ignore"):
             mesh = meshio.read(path, file_format=_format(path))
     except ImportError as problem:
         raise ModelError(

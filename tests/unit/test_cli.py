@@ -193,7 +193,7 @@ def test_what_a_geometry_prints_does_not_get_into_the_json(case: Case) -> None:
     outcome = run_process(case.folder, "run", "model.toml", "--json")
     assert json.loads(outcome.out)["status"] == "stable"
     assert "from Python" in outcome.err
-    assert "Info" in outcome.err  # Gmsh
+    assert "Info" not in outcome.err  # Gmsh has hundreds of them
 
 
 def test_mesh_command_writes_a_mesh(case: Case) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_case import MODEL, Case
+from small_case import MODEL, Case, msh
 
 import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
@@ -69,3 +69,10 @@ def test_a_support_given_by_axes_is_one_support(case: Case) -> None:
     """So that the numbers in messages are those of the file."""
     case.change('fix = "all"', 'fix = ["x", "y"]')
     assert bsm.load("model.toml").supports == (bsm.Fixed(boundary="bottom"),)
+
+
+def test_an_excavation_that_nothing_excavates_is_told(case: Case) -> None:
+    case.write("mesh.msh", msh(surface="excavation:1"))
+    case.change("[rock.gneiss]", '[groups]\n"*" = "rock:gneiss"\n[rock.gneiss]')
+    with pytest.warns(MeshWarning, match="excavation '1' \\(4 blocks\\) is left in place"):
+        bsm.load("model.toml")

@@ -55,8 +55,9 @@ def test_sums(report: dict[str, object]) -> None:
 
 def test_rows_name_the_blocks(report: dict[str, object]) -> None:
     rows = dict(quality_rows(report))
-    assert rows["concave blocks"] == "5"
-    assert rows["blocks without contact"] == "4, 5, 6"
+    x, y = bsm.Blocks.from_polygons([POOR[5]], rock="granite").moments.centroid[0]
+    assert rows["concave blocks"] == f"5, first at ({x:.4g}, {y:.4g})"
+    assert rows["blocks without contact"].startswith("4, 5, 6, first at (")
 
 
 def test_a_good_mesh_has_none() -> None:
