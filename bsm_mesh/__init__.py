@@ -8,6 +8,8 @@ tension (Wang Eq. 4.9); strength laws take the pressure, ``-normal_force >= 0``.
 ``normal_force * n + shear_force * t`` with n its outward normal and t = n turned by +90 degrees.
 """
 
+import os
+
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.model import (
     Blocks,
@@ -25,12 +27,27 @@ from bsm_mesh.model import (
     Rock,
     Roller,
     Traction,
+    library,
 )
 from bsm_mesh.results import Results
 from bsm_mesh.run import run
 from bsm_mesh.solve.options import Options
 
 __version__ = "0.1.0"
+
+
+def load(path: str | os.PathLike[str]) -> Model:
+    """Return the model of a model file (TOML); what was mended in its mesh is warned of (`MeshWarning`).
+
+    Raises
+    ------
+    ModelError
+        With every fault found in the file, its mesh or the model as a whole.
+    """
+    from bsm_mesh.app.build import load as load_model
+
+    return load_model(path)
+
 
 __all__ = [
     "Blocks",
@@ -52,5 +69,7 @@ __all__ = [
     "Rock",
     "Roller",
     "Traction",
+    "library",
+    "load",
     "run",
 ]

@@ -1,1 +1,53 @@
-"""From meshes to blocks and joints, from results to VTU, and the continuum solution beside it."""
+"""From meshes to blocks and joints, from results to VTU, and the continuum solution beside it.
+
+The names below are loaded when they are first used, so that ``import converters`` is quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from converters.continuum import Comparison, ContinuumSolution, compare, solve_continuum
+    from converters.meshes.convert import convert_mesh, convert_meshio, read_blocks, read_mesh
+    from converters.meshes.report import MeshReport, Note, NoteKind
+
+__all__ = [
+    "Comparison",
+    "ContinuumSolution",
+    "MeshReport",
+    "Note",
+    "NoteKind",
+    "compare",
+    "convert_mesh",
+    "convert_meshio",
+    "read_blocks",
+    "read_mesh",
+    "solve_continuum",
+]
+
+_HOME = {
+    "Comparison": "converters.continuum",
+    "ContinuumSolution": "converters.continuum",
+    "compare": "converters.continuum",
+    "solve_continuum": "converters.continuum",
+    "convert_mesh": "converters.meshes.convert",
+    "convert_meshio": "converters.meshes.convert",
+    "read_blocks": "converters.meshes.convert",
+    "read_mesh": "converters.meshes.convert",
+    "MeshReport": "converters.meshes.report",
+    "Note": "converters.meshes.report",
+    "NoteKind": "converters.meshes.report",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from the module that defines it."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'converters' has no attribute '{name}'")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

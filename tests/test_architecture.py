@@ -1,4 +1,4 @@
-"""Arrows between the three packages point one way, and `import bsm_mesh` stays light (DESIGN section 2)."""
+"""Arrows between the three packages point one way, and `import bsm_mesh` stays light (docs/architecture.md)."""
 
 import ast
 import subprocess

@@ -26,13 +26,11 @@ def peak_strength(law: JointLaw, pressure: FloatArray, length: FloatArray) -> Fl
     """
     friction = np.tan(np.radians(law.friction))
     if isinstance(law, MohrCoulomb):
-        strength: FloatArray = law.cohesion * length + pressure * friction
-        return strength
+        return np.asarray(law.cohesion * length + pressure * friction)
     residual = law.friction if law.residual_friction is None else law.residual_friction
-    first = pressure * np.tan(np.radians(law.friction + law.dilation))  # Wang Eq. 4.1
+    first: FloatArray = pressure * np.tan(np.radians(law.friction + law.dilation))  # Wang Eq. 4.1
     second = law.cohesion * length + pressure * np.tan(np.radians(residual))  # Wang Eq. 4.2
-    weaker: FloatArray = np.minimum(first, second)
-    return weaker
+    return np.asarray(np.minimum(first, second))
 
 
 def utilisation(model: Model, contacts: ContactTable, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.faces import Faces, find_faces
-from bsm_mesh.contact.stiffness import face_stiffness
+from bsm_mesh.model.face_stiffness import face_stiffness
+from bsm_mesh.model.faces import Faces, find_faces
 from bsm_mesh.model.model import Model
 
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0)  # distance of a Gauss point from the nearer end, over the length

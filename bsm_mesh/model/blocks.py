@@ -14,6 +14,8 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray, own_array, read_only
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.block_faults import outline_faults
+from bsm_mesh.model.edges import EdgeTable
+from bsm_mesh.model.overlap import find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 
 MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
@@ -126,7 +128,7 @@ class Blocks:
         Raises
         ------
         ModelError
-            If a polygon is not a simple outline of at least three finite corners.
+            If a polygon is not a simple outline of at least three finite corners, or blocks overlap.
 
         Examples
         --------
@@ -144,7 +146,7 @@ class Blocks:
         for b in clockwise:
             vertices[offsets[b] : offsets[b + 1]] = vertices[offsets[b] : offsets[b + 1]][::-1].copy()
         rock_names = tuple(dict.fromkeys(names))
-        return cls(
+        blocks = cls(
             vertices=vertices,
             offsets=offsets,
             nodes=merge_points(vertices, merge_tolerance),
@@ -152,6 +154,8 @@ class Blocks:
             rock_names=rock_names,
             edge_joint=np.full(len(vertices), -1, dtype=np.int32),
         )
+        raise_faults(find_overlaps(blocks.vertices, blocks.offsets, blocks.nodes, blocks.edge_table).faults())
+        return blocks
 
     @property
     def count(self) -> int:
@@ -178,14 +182,15 @@ class Blocks:
         """Vector along every edge, (n_vertices, 2) [m]."""
         return edge_vectors(self.vertices, self.offsets)
 
+    @cached_property
+    def edge_table(self) -> EdgeTable:
+        """All edges, found by the points that they join."""
+        return EdgeTable.of(self.nodes, self.offsets)
+
     @property
     def outer_edges(self) -> IntArray:
-        """Edges whose two end points no other edge joins: the outline of the body, and both lips of a gap."""
-        first = np.minimum(self.nodes, self.nodes[self.following]).astype(np.int64)
-        last = np.maximum(self.nodes, self.nodes[self.following])
-        key = first * (int(self.nodes.max()) + 1) + last
-        _, inverse, counts = np.unique(key, return_inverse=True, return_counts=True)
-        return np.flatnonzero(counts[inverse] == 1).astype(np.int32)
+        """Edges that no edge of another block matches from end to end: the outline of the body, lips of gaps."""
+        return np.flatnonzero(self.edge_table.unpaired()).astype(np.int32)
 
     def polygon(self, block: int) -> FloatArray:
         """Return the corners of one block, (k, 2) [m]."""

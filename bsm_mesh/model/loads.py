@@ -159,10 +159,8 @@ def point_forces_of(loads: Sequence[Load], blocks: Blocks) -> PointForces:
         if isinstance(load, PointLoad):
             parts.append((np.array([load.block]), np.array([load.point]), np.array([load.force])))
             continue
-        edges = blocks.boundary_edges(load.boundary)
-        along = blocks.edge_vectors[edges]
-        ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1)
-        traction = _end_tractions(load, ends, along)
+        edges, ends, traction = edge_tractions(load, blocks)
+        along = ends[:, 1] - ends[:, 0]
         length = np.hypot(*along.T)[:, None]
         first = length * (2 * traction[:, 0] + traction[:, 1]) / 6
         second = length * (traction[:, 0] + 2 * traction[:, 1]) / 6
@@ -172,19 +170,31 @@ def point_forces_of(loads: Sequence[Load], blocks: Blocks) -> PointForces:
     return PointForces(block=block.astype(np.int32), point=point, force=force)
 
 
-def _end_tractions(load: Pressure | Traction | EdgeTractions, ends: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the traction at both ends of every edge, (n_edges, 2 ends, 2) [Pa]."""
+def edge_tractions(
+    load: Pressure | Traction | EdgeTractions, blocks: Blocks
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the loaded edges, their ends (k, 2 ends, 2) [m] and the tractions there (k, 2 ends, 2) [Pa].
+
+    Between the ends of an edge the traction runs linearly.
+
+    Raises
+    ------
+    ModelError
+        If there is no such boundary, or the load is given for another number of edges.
+    """
+    edges = blocks.boundary_edges(load.boundary)
+    along = blocks.edge_vectors[edges]
+    ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1)
     if isinstance(load, EdgeTractions):
         if len(load.values) != len(ends):
             raise ModelError(
                 f"load on '{load.boundary}': values for {len(load.values)} edges; the boundary has {len(ends)}"
             )
-        return load.values
+        return edges, ends, load.values
     if isinstance(load, Traction):
-        return np.stack([_evaluate(field, ends) for field in load.traction], axis=2)
+        return edges, ends, np.stack([_evaluate(field, ends) for field in load.traction], axis=2)
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
-    traction: FloatArray = _evaluate(load.pressure, ends)[:, :, None] * inward[:, None, :]
-    return traction
+    return edges, ends, _evaluate(load.pressure, ends)[:, :, None] * inward[:, None, :]
 
 
 def _evaluate(field: LinearField, points: FloatArray) -> FloatArray:

@@ -147,7 +147,7 @@ def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
         except ModelError as error:
             faults.extend(f"support {number + 1} ({type(support).__name__}): {fault}" for fault in error.faults)
             continue
-        directions, displacement = _directions(support, normal)
+        directions, displacement = held_directions(support, normal)
         for direction in directions:
             parts.append(
                 (
@@ -204,7 +204,7 @@ def _held_points(support: Target, blocks: Blocks) -> tuple[FloatArray, FloatArra
     return found.astype(np.float64), np.tile(support.point, (len(found), 1)), np.zeros((len(found), 2))
 
 
-def _directions(support: Support, normal: FloatArray) -> tuple[list[FloatArray], float]:
+def held_directions(support: Support, normal: FloatArray) -> tuple[list[FloatArray], float]:
     """Return the held directions, (k, 2) each, and the displacement prescribed along them."""
     if isinstance(support, NormalRoller):
         return [normal], 0.0

@@ -44,8 +44,10 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
     report("assembly")
     system = LinearSystem(model, contacts)
     system.check_supports()
+    stiffness = system.stiffness()
     report("linear solution")
-    solution = system.solve(options)
+    solution = system.solve(stiffness, options)
+    del stiffness
     report("forces and stresses")
     U, normal_force, shear_force = solution.displacement, solution.normal_force, solution.shear_force
     constraints = system.constraints

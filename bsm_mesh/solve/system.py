@@ -89,17 +89,19 @@ class LinearSystem:
         constrain(pattern.row_start, pattern.column, data, support.number, support.basis, support.held)
         return data
 
-    def solve(self, options: Options) -> Solution:
-        """Return displacements and contact forces in equilibrium.
+    def solve(self, stiffness: FloatArray, options: Options) -> Solution:
+        """Return displacements and contact forces in equilibrium, from what `stiffness` returned.
 
         Raises
         ------
         ModelError
             If the matrix is singular, or a solver is chosen that is not there.
         """
-        solver = make_linear_solver(options.linear_solver, self.pattern, options.threads)
+        solver = make_linear_solver(
+            options.linear_solver, self.pattern, self.model.blocks.moments.centroid, options.threads
+        )
         try:
-            solver.factorize(self.stiffness())
+            solver.factorize(stiffness)
             return self._refine(solver)
         except SingularMatrixError as error:
             raise ModelError(

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scenes import brute_faces, grid, rectangle, running_bond, square, turned
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.faces import find_faces
+from bsm_mesh.model.faces import find_faces
 
 ATOL = 1e-8  # m, of faces about 1 m long whose corners carry noise of 1e-9 m at most
 
@@ -110,16 +110,26 @@ def test_ends_are_corners_of_the_edge_that_is_named(name):
 
 
 @pytest.mark.parametrize(
-    ("polygons", "message"),
+    ("triangles", "message"),
     [
-        ([square(0, 0), square(0, 0)], "blocks 0 and 1 overlap: both lie on the same side of their edge at"),
-        ([square(0, 0), rectangle(0, 0, 1, 3)], "blocks 0 and 1 overlap"),
-        ([square(0, 0), square(1, 0), rectangle(1, 0, 3, 1)], "blocks 1 and 2 overlap"),
+        ([(0, 1, 2), (0, 1, 2)], "blocks 0 and 1 overlap: both lie on the same side of their edge at"),
+        ([(0, 1, 2), (0, 1, 3)], "blocks 0 and 1 overlap"),
+        ([(0, 1, 2), (1, 0, 4), (0, 1, 3)], "blocks 0 and 2 overlap"),
     ],
 )
-def test_overlapping_blocks_raise(polygons, message):
+def test_overlapping_blocks_raise(triangles, message):
+    points = np.array([(0, 0), (1, 0), (0.5, 1), (0.5, 2), (0.5, -1)], dtype=float)
+    nodes = np.ravel(triangles)
+    overlapping = bsm.Blocks(
+        vertices=points[nodes],
+        offsets=np.arange(0, len(nodes) + 1, 3),
+        nodes=nodes,
+        rock=np.zeros(len(triangles), dtype=int),
+        rock_names=("r",),
+        edge_joint=np.full(len(nodes), -1),
+    )
     with pytest.raises(bsm.ModelError, match=re.escape(message)):
-        find_faces(blocks(polygons))
+        find_faces(overlapping)
 
 
 def test_scale_does_not_matter():

@@ -43,12 +43,17 @@ def random_system(n, links, seed):
     return pattern, data, full
 
 
+def positions(pattern):
+    """Return a place for every block; on a line, many at the same point, which an ordering has to bear."""
+    return np.stack([np.arange(pattern.rows) % 17.0, np.zeros(pattern.rows)], axis=1)
+
+
 @pytest.mark.parametrize("name", SOLVERS)
 @pytest.mark.parametrize(("n", "links"), [(1, 0), (2, 1), (2, 0), (7, 10), (60, 150), (300, 900)])
 def test_against_dense(name, n, links):
     pattern, data, full = random_system(n, links, seed=n)
     b = np.random.default_rng(0).normal(size=(n, 3))
-    solver = make_linear_solver(name, pattern)
+    solver = make_linear_solver(name, pattern, positions(pattern))
     assert solver.name == name
     solver.factorize(data)
     assert_allclose(solver.solve(b).reshape(-1), np.linalg.solve(full, b.reshape(-1)), rtol=RTOL, atol=1e-12)
@@ -58,7 +63,7 @@ def test_against_dense(name, n, links):
 @pytest.mark.parametrize("name", SOLVERS)
 def test_new_values_in_the_same_pattern_and_several_right_sides(name):
     pattern, data, full = random_system(40, 100, seed=4)
-    solver = make_linear_solver(name, pattern, threads=1)
+    solver = make_linear_solver(name, pattern, positions(pattern), threads=1)
     for factor in (1.0, 3.0):
         solver.factorize(factor * data)
         for seed in (1, 2):
@@ -71,7 +76,7 @@ def test_new_values_in_the_same_pattern_and_several_right_sides(name):
 @pytest.mark.parametrize("name", SOLVERS)
 def test_two_solvers_at_once_do_not_mix(name):
     first, second = random_system(20, 40, seed=1), random_system(25, 60, seed=2)
-    solvers = [make_linear_solver(name, s[0]) for s in (first, second)]
+    solvers = [make_linear_solver(name, s[0], positions(s[0])) for s in (first, second)]
     for solver, s in zip(solvers, (first, second), strict=True):
         solver.factorize(s[1])
     for solver, (pattern, _, full) in zip(solvers, (first, second), strict=True):
@@ -84,7 +89,7 @@ def test_two_solvers_at_once_do_not_mix(name):
 def test_a_singular_matrix_raises(name):
     pattern, data, _ = random_system(5, 6, seed=3)
     data = np.zeros_like(data)
-    solver = make_linear_solver(name, pattern)
+    solver = make_linear_solver(name, pattern, positions(pattern))
     with pytest.raises(SingularMatrixError):
         solver.factorize(data)
     solver.close()
@@ -93,7 +98,7 @@ def test_a_singular_matrix_raises(name):
 @pytest.mark.parametrize("name", SOLVERS)
 def test_closing_twice_does_no_harm(name):
     pattern, data, _ = random_system(5, 6, seed=3)
-    solver = make_linear_solver(name, pattern)
+    solver = make_linear_solver(name, pattern, positions(pattern))
     solver.factorize(data)
     solver.close()
     solver.close()
@@ -104,27 +109,29 @@ def test_unknown_name():
     with pytest.raises(
         bsm.ModelError, match=re.escape("linear_solver: 'superlou' is unknown; did you mean 'superlu'?")
     ):
-        make_linear_solver("superlou", pattern)
+        make_linear_solver("superlou", pattern, positions(pattern))
 
 
 def test_auto_says_what_it_took(monkeypatch):
     pattern = random_system(2, 1, seed=0)[0]
-    assert make_linear_solver("auto", pattern).name == ("pardiso" if pardiso.is_available() else "superlu")
+    assert make_linear_solver("auto", pattern, positions(pattern)).name == (
+        "pardiso" if pardiso.is_available() else "superlu"
+    )
     monkeypatch.setattr(pardiso, "is_available", lambda: False)
-    assert isinstance(make_linear_solver("auto", pattern), SuperLU)
+    assert isinstance(make_linear_solver("auto", pattern, positions(pattern)), SuperLU)
 
 
 def test_pardiso_that_is_not_there(monkeypatch):
     monkeypatch.setattr(pardiso, "_library", lambda: None)
     with pytest.raises(bsm.ModelError, match=re.escape("needs the package mkl (x86-64)")):
-        make_linear_solver("pardiso", random_system(2, 1, seed=0)[0])
+        make_linear_solver("pardiso", random_system(2, 1, seed=0)[0], np.zeros((2, 2)))
 
 
 @pytest.mark.parametrize("threads", [0, 1, 2])
 @pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 def test_threads_change_nothing_but_the_time(threads):
     pattern, data, full = random_system(300, 900, seed=9)
-    solver = make_linear_solver("pardiso", pattern, threads)
+    solver = make_linear_solver("pardiso", pattern, positions(pattern), threads)
     solver.factorize(data)
     b = np.ones((300, 3))
     assert_allclose(solver.solve(b).reshape(-1), np.linalg.solve(full, b.reshape(-1)), rtol=RTOL)

@@ -1,4 +1,4 @@
-"""CASES.md C2 (a): 3DEC's sliding block, elastic answer of two corner springs (linear scheme)."""
+"""Closed form: 3DEC's sliding block, elastic answer of two corner springs (linear scheme)."""
 
 import numpy as np
 import pytest

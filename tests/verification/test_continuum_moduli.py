@@ -1,4 +1,4 @@
-"""METHOD.md section 1: the continuum that a mesh of rigid blocks and springs stands for.
+"""docs/theory.md section 3: the continuum that a mesh of rigid blocks and springs stands for.
 
 Squares are exact: M* = E_N, nu* = 0, G* = E_T / 2. On triangles G* = E_N E_T / (E_N + E_T) and lambda* = E_N / 2 - G*,
 which the pair "triangle" inverts; Gmsh's triangles keep this within 2 %.
@@ -14,7 +14,7 @@ from scenes import LINEAR, framed, gmsh_triangles, grid, stress_on_sides, turned
 import bsm_mesh as bsm
 
 EXACT = 1e-8  # a uniform strain solves the equations; only rounding is lost
-TRIANGLES = 0.02  # METHOD.md: 1900 irregular triangles or more
+TRIANGLES = 0.02  # docs/theory.md: 1900 irregular triangles or more
 E = 50e9
 S = 1e6
 UNIAXIAL, SHEAR = np.diag([0.0, -S]), np.array([(0.0, S), (S, 0.0)])
@@ -122,7 +122,7 @@ def test_the_calibrated_pair_gives_the_rocks_own_moduli(mu):
 
 @pytest.mark.parametrize("choice", ["wang", "homogeneous", "triangle"])
 def test_scatter_of_stresses_on_triangles(choice):
-    """METHOD.md measured at most 2.4 % in single triangles under uniaxial stress, on its mesh; held to twice that."""
+    """docs/theory.md measured at most 2.4 % in single triangles under uniaxial stress, on its mesh; held to twice that."""
     rock = bsm.Rock("rock", young=E, poisson=0.25, stiffness=choice)
     stage, _ = strained(triangles(), 40.0, 40.0, rock, UNIAXIAL, "ends")
     inner = np.abs(triangles().mean(axis=1) / 40 - 0.5).max(axis=1) < 0.4

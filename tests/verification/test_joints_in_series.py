@@ -1,4 +1,4 @@
-"""CASES.md C8: ten joints in series under the weight of ten blocks."""
+"""Closed form: ten joints in series under the weight of ten blocks."""
 
 import numpy as np
 import pytest

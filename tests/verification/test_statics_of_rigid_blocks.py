@@ -1,4 +1,4 @@
-"""CASES.md C3 (Hoek & Bray plane failure) and C10 (gravity dam): statics of one block on one joint.
+"""Plane failure with a tension crack (Hoek & Bray) and a gravity dam on its joint: statics of one block on one joint.
 
 Water pressures come in as loads on the block, so that these hold without the water module. The factor of safety is
 (c A + sum N' tan phi) / |sum S| over the contact forces of the linear scheme.

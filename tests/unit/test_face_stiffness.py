@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from scenes import grid, rectangle, turned
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.faces import find_faces
-from bsm_mesh.contact.stiffness import face_joints, face_stiffness
+from bsm_mesh.model.face_stiffness import face_joints, face_stiffness
+from bsm_mesh.model.faces import find_faces
 
 RTOL = 1e-12
 E1, MU1, E2, MU2 = 50e9, 0.25, 2e9, 0.35
@@ -141,7 +141,7 @@ def test_a_face_before_the_centroid_has_a_positive_stiffness():
 
 @settings(max_examples=40, derandomize=True, deadline=None)
 @given(st.lists(st.floats(0, 2 * np.pi), min_size=3, max_size=9, unique=True), st.floats(0.05, 1), st.floats(0, 90))
-def test_the_least_depth_of_concave_blocks_is_none_of_convex_ones(angles, flat, turn):
+def test_theleast_depth_of_concave_blocks_is_none_of_convex_ones(angles, flat, turn):
     angles = np.sort(angles)
     outline = turned(np.stack([np.cos(angles), flat * np.sin(angles)], axis=1), turn)
     try:

@@ -48,39 +48,26 @@ def find_faces(blocks: Blocks) -> Faces:
     ModelError
         If two blocks lie on the same side of an edge, that is, overlap.
     """
-    edge_a, edge_b, single = _shared_edges(blocks)
+    table = blocks.edge_table
+    contested = table.contested()
+    if len(contested):
+        raise ModelError(_overlap_faults(blocks, contested))
+    edge_b, edge_a = (edges.astype(np.int32) for edges in table.pairs())
     start, end = blocks.vertices[edge_b], blocks.vertices[blocks.following[edge_b]]
     whole = np.ones(len(edge_a), dtype=bool)
     conforming = Faces(
         edge_a=edge_a, edge_b=edge_b, start=start, end=end, start_corner_of_a=whole, end_corner_of_a=whole
     )
-    partial = _overlapping_edges(blocks, single)
+    partial = _overlapping_edges(blocks, np.flatnonzero(table.unpaired()).astype(np.int32))
     return conforming if len(partial.edge_a) == 0 else _join(conforming, partial)
 
 
-def _shared_edges(blocks: Blocks) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the pairs of edges with the same two end points, and the edges that have no partner."""
-    first, last = blocks.nodes, blocks.nodes[blocks.following]
-    key = np.minimum(first, last).astype(np.int64) * (int(blocks.nodes.max()) + 1) + np.maximum(first, last)
-    order = np.argsort(key, kind="stable").astype(np.int32)
-    key = key[order]
-    same = key[1:] == key[:-1]
-    edge_b, edge_a = order[:-1][same], order[1:][same]
-    paired = np.zeros(len(key), dtype=bool)
-    paired[edge_a] = paired[edge_b] = True
-    one_sided = first[edge_a] == first[edge_b]
-    crowded = np.concatenate([[False], same[1:] & same[:-1]])[same]
-    bad = np.flatnonzero(one_sided | crowded)
-    if bad.size:
-        raise ModelError(
-            [
-                f"blocks {blocks.owner[edge_b[k]]} and {blocks.owner[edge_a[k]]} overlap: both lie on the same side of "
-                f"their edge at ({blocks.vertices[edge_a[k], 0]:.6g}, {blocks.vertices[edge_a[k], 1]:.6g}); "
-                "remove one or correct its corners"
-                for k in bad
-            ]
-        )
-    return edge_a, edge_b, np.flatnonzero(~paired).astype(np.int32)
+def _overlap_faults(blocks: Blocks, contested: IntArray) -> list[str]:
+    return [
+        f"blocks {blocks.owner[one]} and {blocks.owner[other]} overlap: both lie on the same side of their edge at "
+        f"({blocks.vertices[one, 0]:.6g}, {blocks.vertices[one, 1]:.6g}); remove one or correct its corners"
+        for one, other in contested
+    ]
 
 
 def _overlapping_edges(blocks: Blocks, edges: IntArray) -> Faces:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.faces import Faces
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.faces import Faces
 from bsm_mesh.model.model import Model
 
 
@@ -42,7 +42,7 @@ def face_stiffness(model: Model, faces: Faces) -> FaceStiffness:
     joint = face_joints(model, faces)
     moduli = np.array([_rock_moduli(model, name) for name in blocks.rock_names])
     compliance = np.zeros((len(joint), 2))
-    least = _least_depth(blocks)
+    least = least_depth(blocks)
     along = faces.end - faces.start
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
     for edge, side in ((faces.edge_b, 1.0), (faces.edge_a, -1.0)):
@@ -76,7 +76,7 @@ def _rock_moduli(model: Model, name: str) -> tuple[float, float]:
     return next((rock.contact_moduli for rock in model.rocks if rock.name == name), (np.inf, np.inf))
 
 
-def _least_depth(blocks: Blocks) -> FloatArray:
+def least_depth(blocks: Blocks) -> FloatArray:
     """Return the depth h [m] below which a face of a concave block does not fall: a tenth of area over outline.
 
     The centroid of a concave block may lie on the line of a face, or beyond it, and h would be zero or negative.

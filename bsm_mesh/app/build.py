@@ -1,0 +1,237 @@
+"""From the model file's tables to the model: mesh, rocks, joints, supports, loads."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from bsm_mesh.app.model_file import (
+    JointTable,
+    LoadTable,
+    MeshTable,
+    ModelFile,
+    RockTable,
+    SupportTable,
+    read_model_file,
+)
+from bsm_mesh.app.units import convert
+from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.loads import Load, PointLoad, Pressure, Traction
+from bsm_mesh.model.materials import Filling, Joint, JointLaw, MohrCoulomb, Patton, Rock
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
+from bsm_mesh.solve.options import Options
+
+if TYPE_CHECKING:
+    from converters import MeshReport
+
+Reporter = Callable[[str], None]
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadedModel:
+    """A model as its file describes it.
+
+    Attributes
+    ----------
+    path : Path
+        The model file.
+    file : ModelFile
+        Its content.
+    model : Model
+        What it builds.
+    options : Options
+        How it is to be solved.
+    notes : tuple of str
+        What was mended or left out of the mesh, a line each.
+    mesh_lines : tuple of str
+        What was found in the mesh, a line each, the notes included.
+    """
+
+    path: Path
+    file: ModelFile
+    model: Model
+    options: Options
+    notes: tuple[str, ...]
+    mesh_lines: tuple[str, ...]
+
+    @property
+    def output_folder(self) -> Path:
+        """Where the file says that results go."""
+        return self.path.parent / self.file.output.folder
+
+
+def load(path: str | os.PathLike[str]) -> Model:
+    """Return the model of a model file; what was mended in its mesh is warned of (`MeshWarning`).
+
+    Raises
+    ------
+    ModelError
+        With every fault found in the file, its mesh or the model as a whole.
+    """
+    loaded = load_model_file(Path(path))
+    for note in loaded.notes:
+        warnings.warn(note, MeshWarning, stacklevel=2)
+    return loaded.model
+
+
+def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedModel:
+    """Return the model of a model file together with its options and the notes on its mesh."""
+    file = read_model_file(path)
+    faults: list[str] = []
+    rocks = _collect(faults, [partial(_rock, name, table) for name, table in file.rock.items()])
+    joints = _collect(faults, [partial(_joint, name, table) for name, table in file.joint.items()])
+    supports = _collect(
+        faults, [partial(_supports, table, f"[[support]] number {k + 1}") for k, table in enumerate(file.support)]
+    )
+    loads = _collect(faults, [partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)])
+    options = _collect(faults, [partial(Options, **file.solver.model_dump())])
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
+    report("mesh")
+    blocks, mesh_report = _blocks(file.mesh, file.groups, path)
+    model = Model(
+        blocks=blocks,
+        rocks=tuple(rocks),
+        joints=tuple(joints),
+        default_joint=file.mesh.default_joint,
+        supports=tuple(support for group in supports for support in group),
+        loads=tuple(loads),
+        gravity_direction=file.gravity.direction,
+        contact_points=file.mesh.contact_points,
+        title=file.title,
+    )
+    return LoadedModel(
+        path=path,
+        file=file,
+        model=model,
+        options=options[0],
+        notes=tuple(note.text for note in mesh_report.notes),
+        mesh_lines=tuple(mesh_report.lines()[1:]),
+    )
+
+
+def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
+    """Return what the makers make; add the faults of those that cannot."""
+    made = []
+    for maker in makers:
+        try:
+            made.append(maker())
+        except ModelError as error:
+            faults.extend(error.faults)
+    return made
+
+
+def _rock(name: str, table: RockTable) -> Rock:
+    return Rock(name, **table.model_dump())
+
+
+def _joint(name: str, table: JointTable) -> Joint:
+    filling = None if table.filling is None else Filling(**table.filling.model_dump())
+    return Joint(
+        name,
+        normal_stiffness=table.normal_stiffness,
+        shear_stiffness=table.shear_stiffness,
+        filling=filling,
+        law=_law(name, table),
+        tensile_strength=table.tensile_strength,
+    )
+
+
+def _law(name: str, table: JointTable) -> JointLaw | None:
+    given = {key: getattr(table, key) for key in ("friction", "dilation", "cohesion", "residual_friction")}
+    given = {key: value for key, value in given.items() if value is not None}
+    if not given and table.law is None:
+        return None
+    if "friction" not in given:
+        raise ModelError(f"joint '{name}': a joint with a strength needs the key 'friction' [degrees]")
+    if table.law == "mohr_coulomb":
+        if "dilation" in given:
+            raise ModelError(f"joint '{name}': law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
+        return MohrCoulomb(**given)
+    return Patton(**given)
+
+
+def _supports(table: SupportTable, place: str) -> list[Support]:
+    where: dict[str, Any] = {
+        "blocks": None if table.blocks is None else tuple(table.blocks),
+        "boundary": table.boundary,
+        "point": table.point,
+    }
+    if sum(value is not None for value in where.values()) != 1:
+        raise ModelError(f"{place}: say where it holds: exactly one of boundary, blocks, point")
+    if (table.fix is None) == (table.direction is None):
+        raise ModelError(f"{place}: say what it holds: fix, or direction (with displacement for a given movement)")
+    if table.direction is not None:
+        if table.displacement is None:
+            return [Roller(**where, direction=table.direction)]
+        return [PrescribedDisplacement(**where, direction=table.direction, displacement=table.displacement)]
+    if table.displacement is not None:
+        raise ModelError(f"{place}: displacement needs a direction [degrees] instead of fix")
+    if table.fix == "normal":
+        if table.boundary is None:
+            raise ModelError(f'{place}: fix = "normal" needs a boundary; blocks and points have no normal')
+        return [NormalRoller(boundary=table.boundary)]
+    if table.fix == "all":
+        return [Fixed(**where)]
+    axes = {"x": 0.0, "y": 90.0}
+    return [Roller(**where, direction=axes[axis]) for axis in sorted(table.fix or [])]
+
+
+def _load(table: LoadTable, place: str) -> Load:
+    given = table.model_dump(exclude_none=True)
+    if set(given) == {"boundary", "pressure"}:
+        return Pressure(**given)
+    if set(given) == {"boundary", "traction"}:
+        return Traction(**given)
+    if set(given) == {"block", "point", "force"}:
+        return PointLoad(**given)
+    raise ModelError(
+        f"{place}: give boundary with pressure, boundary with traction, or block with point and force; "
+        f"given: {', '.join(sorted(given)) or 'nothing'}"
+    )
+
+
+def _blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
+    if (mesh.file is None) == (mesh.geometry is None):
+        raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'")
+    if mesh.file is not None:
+        if mesh.parameters:
+            raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
+        return _read(path.parent / mesh.file, mesh, groups)
+    from geometries.cases import find_case
+
+    name = str(mesh.geometry)
+    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder, geometry_faults():
+        case = find_case(path.parent / name if name.endswith(".py") else name)
+        return _read(case.build(Path(folder) / "mesh.msh", **mesh.parameters), mesh, groups)
+
+
+def _read(path: Path, mesh: MeshTable, groups: dict[str, str]) -> tuple[Blocks, MeshReport]:
+    from converters import read_mesh
+
+    try:
+        scale = convert(f"1 {mesh.unit}", "m")
+    except ValueError as error:
+        raise ModelError(f'[mesh] unit = "{mesh.unit}": {error}') from None
+    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
+
+
+@contextmanager
+def geometry_faults() -> Iterator[None]:
+    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
+    from geometries.errors import GeometryError
+
+    try:
+        yield
+    except GeometryError as error:
+        raise ModelError(error.faults) from error

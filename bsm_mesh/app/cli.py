@@ -1,0 +1,159 @@
+"""The command line: ``bsm-mesh``. Heavy libraries are imported by the command that needs them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bsm_mesh import __version__
+from bsm_mesh.errors import ModelError
+
+EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 2, 3, 130
+
+model_argument = click.argument("model", type=click.Path(path_type=Path))
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout and nothing else.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress on stderr.")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="bsm-mesh")
+def cli() -> None:
+    """Stability of excavations and slopes in jointed rock by the Block-Spring Model.
+
+    A mesh with joints as physical groups goes in, rigid blocks with springs between them are brought into
+    equilibrium, and VTU files for ParaView come out.
+
+    Exit code 0: done; 2: bad input; 3: not converged; 130: interrupted.
+    """
+
+
+@cli.command()
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("bsm-mesh-demo"), show_default=True)
+def demo(output: Path) -> None:
+    """Run the whole chain on a built-in tunnel.
+
+    Geometry, mesh, solution, VTU files and pictures, in a folder of their own.
+    """
+    from bsm_mesh.app.commands import run_demo
+
+    run_demo(output)
+
+
+@cli.command()
+@click.argument("case")
+@click.argument("folder", type=click.Path(path_type=Path))
+def new(case: str, folder: Path) -> None:
+    """Write a starter CASE into FOLDER.
+
+    A geometry script and model.toml, ready to run and to change. CASE: tunnel.
+    """
+    from bsm_mesh.app.starters import write_starter
+
+    files = write_starter(case, folder)
+    click.echo(f"{folder}: {', '.join(path.name for path in files)}")
+    click.echo(f"next: bsm-mesh run {folder / 'model.toml'}")
+
+
+@cli.command()
+@click.argument("case", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Mesh file to write, CASE.msh by default.")
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A parameter of the geometry; repeatable.")
+@click.option("--list", "list_cases", is_flag=True, help="List the cases, or the parameters of CASE.")
+def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_cases: bool) -> None:
+    """Build the mesh of a geometry.
+
+    CASE is a built-in geometry (--list shows them) or a .py file with build(path).
+    """
+    from bsm_mesh.app.commands import build_mesh, print_cases
+
+    if case is None or list_cases:
+        print_cases(case)
+        return
+    build_mesh(case, output, settings)
+
+
+@cli.command()
+@model_argument
+@json_option
+def check(model: Path, as_json: bool) -> None:
+    """Validate MODEL; report on mesh and blocks."""
+    from bsm_mesh.app.commands import check_model
+
+    check_model(model, as_json=as_json)
+
+
+@cli.command()
+@model_argument
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; the model's by default.")
+@click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
+@json_option
+@quiet_option
+def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool) -> None:
+    """Solve MODEL; write VTU, PVD, CSV and JSON."""
+    from bsm_mesh.app.commands import run_model
+
+    sys.exit(run_model(model, output, pictures=pictures, as_json=as_json, quiet=quiet))
+
+
+@cli.command()
+@model_argument
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for compare.vtu; the model's by default.")
+@click.option("--order", type=click.IntRange(1, 2), default=2, show_default=True, help="Order of the finite elements.")
+@json_option
+@quiet_option
+def compare(model: Path, output: Path | None, order: int, as_json: bool, quiet: bool) -> None:
+    """Set MODEL beside a continuum (scikit-fem).
+
+    Same mesh, same loads: a table, and a VTU file of both and of the difference.
+    """
+    from bsm_mesh.app.commands import compare_model
+
+    compare_model(model, output, order=order, as_json=as_json, quiet=quiet)
+
+
+@cli.command()
+@click.argument("out", type=click.Path(path_type=Path))
+def plot(out: Path) -> None:
+    """Draw PNG pictures of the results in OUT."""
+    from bsm_mesh.app.plot import draw_in_subprocess
+
+    for path in draw_in_subprocess(out):
+        click.echo(path)
+
+
+@cli.command()
+def schema() -> None:
+    """Print the JSON Schema of the model file."""
+    import json
+
+    from bsm_mesh.app.model_file import ModelFile
+
+    click.echo(json.dumps(ModelFile.model_json_schema(), indent=2))
+
+
+def main(arguments: list[str] | None = None) -> Any:
+    """Run a command; bad input is one message and exit code 2, never a traceback."""
+    try:
+        return cli.main(arguments, standalone_mode=False)
+    except ModelError as error:
+        _fail(f"error: {error}", EXIT_BAD_INPUT)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(EXIT_BAD_INPUT)
+    except (KeyboardInterrupt, click.Abort):
+        _fail("interrupted: what was finished is on disk", EXIT_INTERRUPTED)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _fail(f"error: {where}{error.strerror or error}", EXIT_BAD_INPUT)
+
+
+def _fail(message: str, code: int) -> None:
+    click.echo(message, err=True)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

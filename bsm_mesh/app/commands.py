@@ -1,0 +1,179 @@
+"""What the commands do, step by step."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bsm_mesh.app.build import LoadedModel, geometry_faults, load_model_file
+from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.storage import save_results, summary, write_text
+from bsm_mesh.app.tables import engineering, print_table, result_rows
+from bsm_mesh.errors import ModelError
+from bsm_mesh.results.records import Results, Status
+from bsm_mesh.run import run
+
+if TYPE_CHECKING:
+    from converters import Comparison
+
+EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
+
+
+def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool, quiet: bool) -> int:
+    """Solve a model file, write its results, and return the exit code."""
+    with Progress(quiet=quiet or as_json) as progress:
+        loaded = load_model_file(path, progress.report)
+        folder = output or loaded.output_folder
+        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        progress.report(f"writing {folder}")
+        save_results(results, folder)
+        write_text(folder / "model.toml", model_as_run(loaded, folder))
+        drawn = []
+        if pictures:
+            from bsm_mesh.app.plot import draw_in_subprocess
+
+            progress.report("pictures")
+            drawn = draw_in_subprocess(folder)
+    if as_json:
+        click.echo(json.dumps({**summary(results), "notes": loaded.notes, "folder": str(folder)}, indent=2))
+    else:
+        _print_results(results, loaded.notes, folder, drawn)
+    return EXIT_CODES[results.status]
+
+
+def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
+    for note in notes:
+        click.echo(f"mesh: {note}", err=True)
+    print_table(results.title or "Results", ("", ""), result_rows(results))
+    click.echo(f"written to {folder}: blocks.pvd, contacts.pvd, supports.pvd, history.csv, summary.json, model.toml")
+    click.echo(
+        "open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView"
+    )
+    for picture in drawn:
+        click.echo(picture)
+
+
+def model_as_run(loaded: LoadedModel, folder: Path) -> str:
+    """Return the model file with every default and all numbers in SI, its mesh relative to `folder`."""
+    import tomli_w
+
+    content = loaded.file.model_dump(mode="json", exclude_none=True)
+    for key in ("file", "geometry"):
+        name = content["mesh"].get(key)
+        if name is not None and (key == "file" or name.endswith(".py")):
+            content["mesh"][key] = Path(os.path.relpath(loaded.path.parent / name, folder)).as_posix()
+    content["output"]["folder"] = "."
+    return tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
+
+
+def run_demo(folder: Path) -> None:
+    """Write the starter ``tunnel`` into a folder, run it and draw it."""
+    from bsm_mesh.app.starters import write_starter
+
+    model = folder / "model.toml"
+    if not model.exists():
+        write_starter("tunnel", folder)
+    run_model(model, folder / "out", pictures=True, as_json=False, quiet=False)
+
+
+def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
+    """Build a geometry into a mesh file and say what is in it."""
+    from converters import read_mesh
+    from geometries.cases import find_case, parse_settings
+
+    path = output or Path(f"{Path(case).stem}.msh")
+    texts = dict(_key_and_value(setting) for setting in settings)
+    with geometry_faults():
+        found = find_case(case)
+        found.build(path, **parse_settings(found, texts))
+    _, report = read_mesh(path, groups={"*": "rock:rock"})
+    click.echo(f"written: {path}")
+    print_table("physical groups", ("group", "elements"), [(name, str(n)) for name, n in report.groups.items()])
+
+
+def _key_and_value(setting: str) -> tuple[str, str]:
+    key, equals, value = setting.partition("=")
+    if not equals or not key.strip():
+        raise ModelError(f"--set {setting}: write KEY=VALUE, for example --set radius=2.5")
+    return key.strip(), value.strip()
+
+
+def print_cases(case: str | None) -> None:
+    """Print the built-in geometries, or the parameters of one."""
+    from geometries.cases import case_names, case_parameters, find_case
+
+    with geometry_faults():
+        if case is None:
+            rows = [(name, find_case(name).summary) for name in case_names()]
+            print_table("cases (bsm-mesh mesh CASE --list: its parameters)", ("case", ""), rows, texts=2)
+            return
+        parameters = case_parameters(find_case(case))
+    print_table(
+        f"parameters of {case}",
+        ("parameter", "default", "meaning"),
+        [(name, "required" if p.required else str(p.default), p.summary) for name, p in parameters.items()],
+        texts=3,
+    )
+
+
+def check_model(path: Path, *, as_json: bool) -> None:
+    """Validate a model file and print the quality of its blocks."""
+    from bsm_mesh.app.quality import quality_rows, quality_summary
+    from bsm_mesh.contact.table import initial_contacts
+    from bsm_mesh.solve.system import LinearSystem
+
+    loaded = load_model_file(path)
+    system = LinearSystem(loaded.model, initial_contacts(loaded.model))
+    system.check_supports()
+    report = quality_summary(loaded.model, system)
+    if as_json:
+        click.echo(json.dumps({**report, "notes": loaded.notes}, indent=2))
+        return
+    for line in loaded.mesh_lines:
+        click.echo(f"mesh: {line}")
+    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report))
+
+
+def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:
+    """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
+    from converters import compare
+    from converters.continuum.files import write_comparison
+
+    with Progress(quiet=quiet or as_json) as progress:
+        loaded = load_model_file(path, progress.report)
+        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        progress.report("continuum (scikit-fem)")
+        comparison = compare(loaded.model, results, order=order)
+        file = (output or loaded.output_folder) / "compare.vtu"
+        write_comparison(comparison, loaded.model.blocks, file)
+    if as_json:
+        table = [row._asdict() for row in comparison.table()]
+        notes = [*loaded.notes, *comparison.notes]
+        click.echo(json.dumps({"rows": table, "notes": notes, "file": str(file)}, indent=2))
+        return
+    _print_comparison(loaded.model.title or str(path), comparison)
+    for note in (*loaded.notes, *comparison.notes):
+        click.echo(f"note: {note}")
+    click.echo(f"written: {file}")
+
+
+def _print_comparison(title: str, comparison: Comparison) -> None:
+    rows = [
+        (
+            error.name,
+            engineering(error.rms_bsm, error.unit),
+            engineering(error.rms_fem, error.unit),
+            f"{100 * error.l2:.2f} %",
+            f"{100 * error.largest:.2f} %",
+            str(error.worst_block),
+        )
+        for error in (*comparison.stress_errors, *comparison.displacement_errors)
+    ]
+    header = ("", "blocks, r.m.s.", "continuum", "L2 diff.", "greatest", "in block")
+    print_table(title, header, rows)
+    blocks, fem = comparison.bsm_seconds, comparison.fem_seconds
+    click.echo(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")

@@ -1,0 +1,263 @@
+"""The pictures of a results folder, drawn off screen with PyVista: ``python -m bsm_mesh.app.pictures OUT``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.app.storage import read_summary
+from bsm_mesh.app.tables import engineering
+from bsm_mesh.arrays import FloatArray, IntArray
+
+WIDTH = 1400  # pixels
+MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
+MOST_GLYPHS = 1200  # arrows or crosses; more cannot be told apart
+EXAGGERATED = 0.05  # of the model's size: greatest displacement drawn in the picture of the deformation
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scene:
+    """What the pictures of one stage share.
+
+    Attributes
+    ----------
+    grid : pyvista.UnstructuredGrid
+        The blocks with their results.
+    title : str
+        Title of the model, stage and verdict.
+    size : float [m]
+        Diagonal of the model.
+    """
+
+    grid: Any
+    title: str
+    size: float
+
+    @property
+    def outlines(self) -> bool:
+        """Whether the outlines of the blocks are drawn."""
+        return bool(self.grid.n_cells <= MOST_EDGES)
+
+
+def draw_pictures(folder: Path) -> list[Path]:
+    """Draw every picture of the last stage and return their paths."""
+    import pyvista
+
+    pyvista.OFF_SCREEN = True
+    from converters.vtk_files import read_pvd
+
+    told = read_summary(folder)
+    stage = told["stages"][-1]
+    grid = pyvista.read(read_pvd(folder / "blocks.pvd")[-1][1])
+    title = f"{told['title'] or 'bsm-mesh'}: stage {stage['name']}, {stage['status']}"
+    scene = Scene(grid=grid, title=title, size=float(grid.length))
+    target = folder / "pictures"
+    target.mkdir(exist_ok=True)
+    return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+
+
+def _save(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
+    """Draw one picture and write it whole or not at all."""
+    import pyvista
+
+    x0, x1, y0, y1, _, _ = scene.grid.bounds
+    aspect = min(max((y1 - y0) / max(x1 - x0, 1e-300), 0.35), 1.4)
+    plotter = pyvista.Plotter(off_screen=True, window_size=(WIDTH, int(WIDTH * aspect * 0.86) + 150))
+    plotter.set_background("white")
+    caption = draw(plotter, scene)
+    height = plotter.window_size[1]
+    plotter.add_text(f"{scene.title}\n{caption}", position=(20, height - 64), font_size=11, color="black")
+    plotter.enable_parallel_projection()
+    plotter.view_xy()
+    plotter.camera.tight(padding=0.2, adjust_render_window=False)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.png")
+    try:
+        plotter.screenshot(str(temporary))
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+        plotter.close()
+    return path
+
+
+def _scalar_bar(title: str) -> dict[str, Any]:
+    return {
+        "title": title,
+        "color": "black",
+        "fmt": "%.3g",
+        "n_labels": 5,
+        "width": 0.5,
+        "height": 0.055,
+        "position_x": 0.25,
+        "position_y": 0.012,
+        "title_font_size": 22,
+        "label_font_size": 18,
+        "vertical": False,
+    }
+
+
+def _scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
+    """Return values with an SI prefix that suits their greatest magnitude, and the unit with it."""
+    greatest = float(np.abs(values).max(initial=0.0))
+    _, _, prefixed = engineering(greatest, unit).partition(" ")
+    factor = {"G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6}.get(prefixed[: -len(unit)], 1.0)
+    return values / factor, prefixed
+
+
+def draw_displacement(plotter: Any, scene: Scene) -> str:
+    """Blocks by the magnitude of their displacement."""
+    size = np.linalg.norm(scene.grid.cell_data["displacement"], axis=1)
+    values, unit = _scaled(size, "m")
+    _add_blocks(plotter, scene, values, f"displacement, {unit}", "viridis")
+    return f"displacement of the blocks, greatest {engineering(float(size.max()), 'm')}"
+
+
+def draw_sigma_1(plotter: Any, scene: Scene) -> str:
+    """Blocks by their most compressive principal stress."""
+    sigma = np.asarray(scene.grid.cell_data["sigma_1"])
+    values, unit = _scaled(sigma, "Pa")
+    _add_blocks(plotter, scene, values, f"sigma_1, {unit} (compression negative)", "viridis_r")
+    return f"most compressive principal stress, {engineering(float(sigma.min()), 'Pa')} at most"
+
+
+def draw_arrows(plotter: Any, scene: Scene) -> str:
+    """Displacement arrows on the blocks' outlines."""
+    grid = scene.grid
+    _add_paper(plotter, scene)
+    chosen, spacing = _spread(grid)
+    vectors = np.asarray(grid.cell_data["displacement"])[chosen]
+    length = np.linalg.norm(vectors, axis=1)
+    greatest = float(np.linalg.norm(grid.cell_data["displacement"], axis=1).max())
+    if greatest > 0:
+        import pyvista
+
+        points = pyvista.PolyData(grid.cell_centers().points[chosen] + (0, 0, 0.01 * scene.size))
+        points["displacement"], unit = _scaled(length, "m")
+        points["arrow"] = vectors
+        longest = 1.6 * spacing / float(points["displacement"].max())
+        arrows = points.glyph(orient="arrow", scale="displacement", factor=longest, geom=_flat_arrow())
+        plotter.add_mesh(
+            arrows,
+            scalars="displacement",
+            cmap="plasma",
+            lighting=False,
+            scalar_bar_args=_scalar_bar(f"displacement, {unit}"),
+        )
+    return f"displacement, greatest {engineering(greatest, 'm')}, {len(chosen)} of {grid.n_cells} blocks"
+
+
+def draw_principal_stresses(plotter: Any, scene: Scene) -> str:
+    """Crosses of the principal stresses (as Wang Fig. 3.18): compression dark, tension red."""
+    import pyvista
+
+    grid = scene.grid
+    _add_paper(plotter, scene)
+    chosen, spacing = _spread(grid)
+    xx, yy, _, xy, _, _ = np.asarray(grid.cell_data["stress"])[chosen].T
+    angle = np.arctan2(2 * xy, xx - yy) / 2  # direction of the greatest (least compressive) stress
+    mean, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    greatest = float(max(np.abs(mean + radius).max(), np.abs(mean - radius).max(), 1e-300))
+    centre = grid.cell_centers().points[chosen]
+    for colour, sign in (("#1f3b73", -1.0), ("#d62728", 1.0)):
+        lines = []
+        for value, turn in ((mean + radius, 0.0), (mean - radius, np.pi / 2)):
+            shown = value * sign > 0.002 * greatest
+            along = np.column_stack([np.cos(angle + turn), np.sin(angle + turn), np.zeros(len(angle))])
+            half = along * (np.abs(value) / greatest * 0.9 * spacing)[:, None]
+            lines.append(np.stack([centre - half, centre + half], axis=1)[shown].reshape(-1, 3))
+        points = np.concatenate(lines)
+        points[:, 2] += 0.01 * scene.size
+        if len(points):
+            plotter.add_mesh(pyvista.line_segments_from_points(points), color=colour, line_width=2)
+    return f"principal stresses, longest bar {engineering(greatest, 'Pa')}; blue compression, red tension"
+
+
+def draw_deformation(plotter: Any, scene: Scene) -> str:
+    """Deformed blocks, exaggerated, over their outline (as Wang Fig. 6.10)."""
+    grid = scene.grid
+    greatest = float(np.linalg.norm(grid.point_data["displacement"], axis=1).max())
+    factor = _round_factor(EXAGGERATED * scene.size / greatest) if greatest > 0 else 1.0
+    warped = grid.copy()
+    warped.points = grid.points + factor * grid.point_data["displacement"] + (0, 0, 0.005 * scene.size)
+    plotter.add_mesh(warped, color="#c9d8ea", show_edges=scene.outlines, edge_color="#4a6a8a", lighting=False)
+    outline = _outline(grid)
+    outline.points += (0, 0, 0.01 * scene.size)
+    plotter.add_mesh(outline, color="black", line_width=2)
+    return f"deformation, exaggerated {factor:g} times, over the original outline (black)"
+
+
+PICTURES: dict[str, Callable[[Any, Scene], str]] = {
+    "displacement": draw_displacement,
+    "sigma_1": draw_sigma_1,
+    "displacement_arrows": draw_arrows,
+    "principal_stresses": draw_principal_stresses,
+    "deformation": draw_deformation,
+}
+
+
+def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colours: str) -> None:
+    grid = scene.grid.copy()
+    grid.cell_data["shown"] = values
+    plotter.add_mesh(
+        grid,
+        scalars="shown",
+        cmap=colours,
+        show_edges=scene.outlines,
+        edge_color="#555555",
+        line_width=0.5,
+        lighting=False,
+        scalar_bar_args=_scalar_bar(title),
+    )
+
+
+def _add_paper(plotter: Any, scene: Scene) -> None:
+    """Draw the blocks as a light background with their outlines."""
+    plotter.add_mesh(
+        scene.grid, color="#f4f1ea", show_edges=scene.outlines, edge_color="#d0cabc", line_width=0.5, lighting=False
+    )
+    plotter.add_mesh(_outline(scene.grid), color="black", line_width=2)
+
+
+def _outline(grid: Any) -> Any:
+    """Return the outline of the body: edges of the blocks that no other block shares."""
+    surface = grid.extract_surface(algorithm=None).clean(tolerance=1e-9)
+    return surface.extract_feature_edges(
+        boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
+    )
+
+
+def _spread(grid: Any) -> tuple[IntArray, float]:
+    """Return at most `MOST_GLYPHS` cells spread evenly over the model, and their mean spacing [m]."""
+    centre = grid.cell_centers().points[:, :2]
+    area = float(np.sum(grid.compute_cell_sizes(length=False, volume=False)["Area"]))
+    spacing = np.sqrt(area / min(grid.n_cells, MOST_GLYPHS))
+    if grid.n_cells <= MOST_GLYPHS:
+        return np.arange(grid.n_cells), float(spacing)
+    square = np.floor((centre - centre.min(axis=0)) / spacing).astype(np.int64)
+    _, chosen = np.unique(square, axis=0, return_index=True)
+    return chosen, float(spacing)
+
+
+def _flat_arrow() -> Any:
+    """Return an arrow of length 1 along x, flat in the plane."""
+    import pyvista
+
+    points = [(0, -0.03), (0.68, -0.03), (0.68, -0.13), (1, 0), (0.68, 0.13), (0.68, 0.03), (0, 0.03)]
+    return pyvista.PolyData(np.array([(*p, 0.0) for p in points]), faces=[7, *range(7)]).triangulate()
+
+
+def _round_factor(factor: float) -> float:
+    """Return 1, 2 or 5 times a power of ten, not above `factor`."""
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(max(step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)) * power)
+
+
+if __name__ == "__main__":
+    for picture in draw_pictures(Path(sys.argv[1])):
+        print(picture)

@@ -1,0 +1,43 @@
+"""Pictures in a process of their own: a renderer without its system libraries dies of a segmentation fault."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from bsm_mesh.app.storage import read_summary
+from bsm_mesh.errors import ModelError
+
+CURE = (
+    "the renderer needs system libraries: on Debian 'apt-get install libgl1 libegl1 libgl1-mesa-dri', "
+    "or use the results without pictures"
+)
+
+
+def draw_in_subprocess(folder: Path) -> list[Path]:
+    """Draw the pictures of a results folder into ``pictures/`` and return their paths.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results, or the renderer fails or dies.
+    """
+    read_summary(folder)
+    command = [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=_environment())
+    if done.returncode < 0:
+        raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
+    return [Path(line) for line in done.stdout.splitlines()]
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment with VTK told to use EGL on Linux: it falls back to OSMesa, and asks for no display."""
+    environment = dict(os.environ)
+    if sys.platform.startswith("linux"):
+        environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    return environment

@@ -1,0 +1,60 @@
+"""What a person sees while a command works: a bar on a terminal, plain lines when piped. All on stderr."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from bsm_mesh.results.records import StepRecord
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+
+class Progress:
+    """Tells what is being done and, after each step, how far equilibrium is.
+
+    Parameters
+    ----------
+    quiet : bool
+        Say nothing.
+    """
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._bar: Bar | None = None
+        self._began = time.perf_counter()
+
+    def __enter__(self) -> Self:
+        if not self._quiet and sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import Progress as Bar
+            from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+            columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+            self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            self._bar.start()
+            self._bar.add_task("")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def report(self, text: str) -> None:
+        """Say what is being done, in a few words."""
+        if self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], description=text)
+        elif not self._quiet:
+            print(f"[{time.perf_counter() - self._began:7.2f} s] {text}", file=sys.stderr, flush=True)
+
+    def step(self, record: StepRecord) -> None:
+        """Say how far an accepted step has come."""
+        self.report(
+            f"stage {record.stage}, step {record.step}: residual {record.residual:.1e}, "
+            f"displacement {record.max_displacement:.3g} m"
+        )

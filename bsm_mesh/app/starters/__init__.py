@@ -1,0 +1,35 @@
+"""Starters: folders with a geometry script and a model file that a user copies and changes."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from bsm_mesh.errors import ModelError, nearest
+
+
+def starter_names() -> list[str]:
+    """Return the names of the starters."""
+    return sorted(entry.name for entry in resources.files(__name__).iterdir() if (entry / "model.toml").is_file())
+
+
+def write_starter(case: str, folder: Path) -> list[Path]:
+    """Copy a starter into a new or empty folder and return the files.
+
+    Raises
+    ------
+    ModelError
+        For an unknown case, or a folder that holds something already.
+    """
+    if case not in starter_names():
+        raise ModelError(f"there is no starter '{case}'{nearest(case, starter_names())}")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ModelError(f"{folder} exists and is not empty; name a new folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for source in sorted((resources.files(__name__) / case).iterdir(), key=lambda entry: entry.name):
+        if source.is_file():
+            target = folder / source.name
+            target.write_bytes(source.read_bytes())
+            written.append(target)
+    return written

@@ -1,0 +1,166 @@
+"""Results to a folder and back: VTU and PVD, history.csv, summary.json."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import asdict, fields
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
+from bsm_mesh.results.stress import principal_stresses
+
+SCHEMA_VERSION = 1
+VERSIONED = ("numpy", "scipy", "numba", "vtk")
+
+
+def save_results(results: Results, folder: Path) -> Path:
+    """Write all files of a run into `folder`, made if need be; ``summary.json`` last, as the mark of a complete run.
+
+    Raises
+    ------
+    ModelError
+        If the folder cannot be made or written to.
+    """
+    from converters.result_files import write_series
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "summary.json").unlink(missing_ok=True)  # while the files change the run is not complete
+        write_series(results, folder)
+        _write_history(results, folder / "history.csv")
+        write_text(folder / "summary.json", json.dumps(summary(results), indent=2) + "\n")
+    except OSError as error:
+        raise ModelError(
+            f"cannot write results to {folder}: {error.strerror or error}; choose another folder"
+        ) from error
+    return folder
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    from converters.vtk_files import whole_file
+
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def summary(results: Results) -> dict[str, Any]:
+    """Return what ``summary.json`` holds: versions, verdict, and the numbers of every stage."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "versions": {name: metadata.version(name) for name in VERSIONED},
+        "title": results.title,
+        "model_hash": results.model_digest,
+        "scheme": results.scheme,
+        "linear_solver": results.linear_solver,
+        "status": results.status.value,
+        "unstable_blocks": results.unstable_blocks.tolist(),
+        "blocks": results.blocks.count,
+        "joint_names": list(results.joint_names),
+        "stages": [_stage_summary(stage) for stage in results.stages],
+    }
+
+
+def _stage_summary(stage: StageResult) -> dict[str, Any]:
+    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    return {
+        "name": stage.name,
+        "status": stage.status.value,
+        "steps": len(stage.steps),
+        "newton_iterations": sum(step.newton_iterations for step in stage.steps),
+        "factorizations": sum(step.factorizations for step in stage.steps),
+        "residual": stage.residual,
+        "reference_weight": stage.reference_weight,
+        "max_displacement": stage.max_displacement,
+        "most_compressive_stress": float(sigma_1.min()),
+        "most_tensile_stress": float(sigma_3.max()),
+        "unstable_blocks": stage.unstable_blocks.tolist(),
+        "contacts": len(stage.contacts.length),
+        "total_load": stage.total_load.tolist(),
+        "total_reaction": stage.total_reaction.tolist(),
+        "seconds": stage.seconds,
+    }
+
+
+def _write_history(results: Results, path: Path) -> None:
+    from converters.vtk_files import whole_file
+
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(StepRecord)])
+        writer.writeheader()
+        writer.writerows(asdict(step) for stage in results.stages for step in stage.steps)
+
+
+def _read_history(path: Path) -> list[StepRecord]:
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
+    return [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
+
+
+def load_results(folder: Path) -> Results:
+    """Return the results that `save_results` wrote."""
+    from converters.result_files import blocks_of_grid, read_stage_grids
+
+    told = read_summary(folder)
+    steps = _read_history(folder / "history.csv")
+    stages = [_load_stage(folder, k, stage, steps) for k, stage in enumerate(told["stages"])]
+    return Results(
+        blocks=blocks_of_grid(read_stage_grids(folder, 0)[0]),
+        joint_names=tuple(told["joint_names"]),
+        stages=tuple(stages),
+        scheme=told["scheme"],
+        linear_solver=told["linear_solver"],
+        model_digest=told["model_hash"],
+        title=told["title"],
+    )
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the content of ``summary.json``.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no complete results of this version.
+    """
+    path = folder / "summary.json"
+    try:
+        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        raise ModelError(f"{folder} holds no results (no summary.json); give the output folder of a run") from None
+    except (json.JSONDecodeError, UnicodeDecodeError):
+        raise ModelError(f"{path} is damaged; run the model again") from None
+    if told.get("schema_version") != SCHEMA_VERSION:
+        raise ModelError(f"{path} has schema version {told.get('schema_version')}; this is {SCHEMA_VERSION}: run again")
+    return told
+
+
+def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord]) -> StageResult:
+    from converters.result_files import contacts_of_grid, read_stage_grids, supports_of_grid
+
+    blocks, contacts, supports = read_stage_grids(folder, number)
+    cells = blocks.cell_data
+    xx, yy, _, xy, _, _ = cells["stress"].T
+    return StageResult(
+        name=told["name"],
+        status=Status(told["status"]),
+        present=np.ones(len(xx), dtype=bool),
+        displacement=np.column_stack([cells["displacement"][:, :2], cells["rotation"]]),
+        stage_displacement=np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]]),
+        stress=np.stack([np.stack([xx, xy], axis=1), np.stack([xy, yy], axis=1)], axis=1),
+        loads=cells["load"],
+        reactions=cells["reaction"],
+        contacts=contacts_of_grid(contacts),
+        supports=supports_of_grid(supports),
+        unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
+        residual=told["residual"],
+        reference_weight=told["reference_weight"],
+        steps=tuple(step for step in steps if step.stage == number),
+    )

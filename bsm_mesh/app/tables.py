@@ -1,0 +1,76 @@
+"""Tables for the terminal, and numbers as an engineer writes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from bsm_mesh.results.records import Results
+from bsm_mesh.results.stress import principal_stresses
+
+PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""), (1e-6, 1e-3, "m"), (0.0, 1e-6, "u"))
+
+
+def engineering(value: float, unit: str) -> str:
+    """Return a number with an SI prefix; small lengths stay in mm.
+
+    Examples
+    --------
+    >>> engineering(-2.4537e6, "Pa")
+    '-2.454 MPa'
+    >>> engineering(0.0, "m")
+    '0 m'
+    """
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g} {unit}"
+    factor, prefix = next((f, p) for least, f, p in PREFIXES if abs(value) >= least)
+    return f"{value / factor:.4g} {prefix}{unit}"
+
+
+def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1) -> None:
+    """Print a table on stdout; the first `texts` columns stand to the left and may wrap, the others to the right."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, box=box.SIMPLE, title_justify="left", title_style="bold", show_header=any(header))
+    for number, name in enumerate(header):
+        is_text = number < texts
+        table.add_column(
+            name, justify="left" if is_text else "right", no_wrap=not is_text or (number == 0 and texts > 1)
+        )
+    for row in rows:
+        table.add_row(*row)
+    Console(highlight=False, markup=False).print(table)
+
+
+def vector(components: Iterable[float], unit: str) -> str:
+    """Return the components of a vector; what is rounding beside the greatest is shown as 0."""
+    parts = [float(c) for c in components]
+    greatest = max(abs(c) for c in parts)
+    return ", ".join(engineering(c if abs(c) > 1e-9 * greatest else 0.0, unit) for c in parts)
+
+
+def result_rows(results: Results) -> list[tuple[str, str]]:
+    """Return what ``run`` prints: the verdict and the numbers that a reader asks for first."""
+    stage = results.stages[-1]
+    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    rows = [
+        ("verdict", results.status.value),
+        ("scheme", f"{results.scheme} ({results.linear_solver})"),
+        ("blocks", f"{results.blocks.count}"),
+        ("contacts", f"{len(stage.contacts.length)}"),
+        ("greatest displacement", engineering(stage.max_displacement, "m")),
+        ("most compressive stress (sigma_1)", engineering(float(sigma_1.min()), "Pa")),
+        ("most tensile stress (sigma_3)", engineering(float(sigma_3.max()), "Pa")),
+        ("sum of loads (x, y)", vector(stage.total_load, "N/m")),
+        ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
+        ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
+        ("time of the solution", f"{stage.seconds:.3g} s"),
+    ]
+    overstressed = int((stage.contacts.utilisation > 1).sum())
+    if overstressed and results.scheme == "linear":
+        rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
+    if results.unstable_blocks.size:
+        rows.insert(1, ("unstable blocks", ", ".join(map(str, results.unstable_blocks[:12]))))
+    return rows

@@ -1,0 +1,138 @@
+"""Numbers with units in the model file: ``"6.89 GPa"``, ``"26 kN/m^3"``, ``"69 kPa"``."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+
+EXAMPLES = {
+    "Pa": "69 kPa",
+    "Pa/m": "5 GPa/m",
+    "N/m^3": "26 kN/m^3",
+    "m": "25 mm",
+    "N/m": "120 kN/m",
+    "degree": "35 deg",
+}
+
+
+@cache
+def _registry() -> Any:
+    import pint  # half a second: only where a file bears a unit
+
+    return pint.UnitRegistry()
+
+
+def convert(value: object, unit: str) -> float:
+    """Return a number in `unit`, from a number (already in it) or a text with a unit.
+
+    Parameters
+    ----------
+    value : float or str
+        What the file says.
+    unit : str
+        An SI unit as in `EXAMPLES`.
+
+    Raises
+    ------
+    ValueError
+        If the text cannot be read or has another dimension.
+
+    Examples
+    --------
+    >>> convert("6.89 GPa", "Pa")
+    6890000000.0
+    >>> convert(35, "degree")
+    35.0
+    """
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise ValueError(f'needs a number [{unit}] or a text with a unit such as "{EXAMPLES.get(unit, "1 " + unit)}"')
+    if not isinstance(value, str):
+        return float(value)
+    import pint
+
+    text = re.sub(r"\b(m|cm|mm|ft|in)([23])\b", r"\1^\2", value.replace("³", "^3").replace("²", "^2"))
+    registry = _registry()
+    cure = f'give {unit}, for example "{EXAMPLES.get(unit, "1 " + unit)}"'
+    try:
+        quantity = registry.Quantity(text)
+    except pint.UndefinedUnitError as error:
+        raise ValueError(f"the unit {error.unit_names[0]} is unknown; {cure}") from None
+    except Exception:  # pint lets through whatever its tokenizer raises
+        raise ValueError(f"not a number with a unit; {cure}") from None
+    if isinstance(quantity, int | float) or (quantity.unitless and unit != "degree"):
+        raise ValueError(f"a text without a unit; write a plain number (in {unit}) or {cure}")
+    try:
+        return float(f"{quantity.to(unit).magnitude:.15g}")  # 26 kN is 26000, not 26000.000000000004
+    except pint.DimensionalityError:
+        raise ValueError(f"is in {quantity.units:~}, which does not convert to {unit}; {cure}") from None
+
+
+def quantity(unit: str) -> Any:
+    """Return the pydantic type of a number in `unit` that may be given as a text with a unit."""
+    return Annotated[
+        float,
+        BeforeValidator(lambda value: convert(value, unit)),
+        WithJsonSchema(_schema(unit)),
+        Field(allow_inf_nan=False),
+    ]
+
+
+def _schema(unit: str) -> dict[str, Any]:
+    return {
+        "anyOf": [{"type": "number"}, {"type": "string"}],
+        "description": f"in {unit}, or a text with its unit",
+        "examples": [EXAMPLES.get(unit, f"1 {unit}")],
+    }
+
+
+def pair(unit: str) -> Any:
+    """Return the pydantic type of a pair such as a point [x, y]."""
+
+    def read(value: object) -> tuple[float, float]:
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise ValueError(f"needs two numbers [x, y] in {unit}")
+        return convert(value[0], unit), convert(value[1], unit)
+
+    number = _schema(unit)
+    return Annotated[
+        Any,
+        PlainValidator(read),
+        WithJsonSchema({"type": "array", "items": number, "minItems": 2, "maxItems": 2}),
+    ]
+
+
+def _linear_stress(value: object) -> tuple[float, float, float]:
+    if not isinstance(value, list | tuple):
+        return convert(value, "Pa"), 0.0, 0.0
+    if len(value) != 3:
+        raise ValueError("needs one stress, or three values [c, a_x, a_y] for c + a_x x + a_y y")
+    return convert(value[0], "Pa"), convert(value[1], "Pa/m"), convert(value[2], "Pa/m")
+
+
+def _linear_stress_pair(value: object) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError("needs two components [t_x, t_y], each a stress or [c, a_x, a_y]")
+    return _linear_stress(value[0]), _linear_stress(value[1])
+
+
+def _linear_schema() -> dict[str, Any]:
+    three = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 3, "maxItems": 3}
+    return {"anyOf": [{"type": "number"}, {"type": "string"}, three], "description": "Pa, or [c, a_x, a_y]"}
+
+
+LinearStress = Annotated[Any, PlainValidator(_linear_stress), WithJsonSchema(_linear_schema())]
+LinearStressPair = Annotated[
+    Any,
+    PlainValidator(_linear_stress_pair),
+    WithJsonSchema({"type": "array", "items": _linear_schema(), "minItems": 2, "maxItems": 2}),
+]
+Point = pair("m")
+Force = pair("N/m")
+Stress = quantity("Pa")
+Stiffness = quantity("Pa/m")
+UnitWeight = quantity("N/m^3")
+Length = quantity("m")
+Angle = quantity("degree")

@@ -1,0 +1,53 @@
+"""The comparison with the continuum as a VTU file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.stress import principal_stresses
+from converters.continuum.comparison import Comparison
+from converters.result_files import six_components
+from converters.vtk_files import POLYGON, Grid, spatial, write_vtu
+
+
+def write_comparison(comparison: Comparison, blocks: Blocks, path: Path) -> None:
+    """Write stresses and displacements of both methods and their difference, a polygon a block.
+
+    Arrays without a suffix are the Block-Spring Model's; ``_fem`` are the continuum's (stresses with the rocks' own
+    E and Poisson's ratio, displacements with the matched ones), ``_difference`` the first less the second.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be written.
+    """
+    fem = comparison.nominal.stress
+    ours, theirs = principal_stresses(comparison.stress)[0], principal_stresses(fem)[0]
+    cells = {
+        "block_id": np.arange(blocks.count, dtype=np.int32),
+        "stress": six_components(comparison.stress),
+        "stress_fem": six_components(fem),
+        "stress_difference": six_components(comparison.stress_difference),
+        "sigma_1": ours,
+        "sigma_1_fem": theirs,
+        "sigma_1_difference": ours - theirs,
+        "displacement": spatial(comparison.displacement[:, :2]),
+        "displacement_fem": spatial(comparison.matched.displacement[:, :2]),
+        "displacement_difference": spatial(comparison.displacement_difference[:, :2]),
+    }
+    grid = Grid(
+        points=blocks.vertices,
+        offsets=blocks.offsets,
+        connectivity=np.arange(len(blocks.vertices)),
+        cell_type=POLYGON,
+        cell_data=cells,
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_vtu(path, grid)
+    except OSError as error:
+        raise ModelError(f"cannot write {path}: {error.strerror or error}; choose another folder") from error

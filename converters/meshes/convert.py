@@ -1,0 +1,262 @@
+"""Blocks from a mesh, in a file or in memory."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import MeshWarning, ModelError, listing
+from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
+from bsm_mesh.model.edges import EdgeTable, LongArray
+from bsm_mesh.model.overlap import find_overlaps
+from converters.meshes.cells import CellArrays, CellSets, MeshCells, gather_cells
+from converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
+from converters.meshes.files import read_cells
+from converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
+from converters.meshes.outlines import Outlines, outline_elements
+from converters.meshes.report import MeshReport, Note, NoteKind, places
+from geometries.physical_groups import GroupKind
+
+
+def read_blocks(
+    path: str | os.PathLike[str],
+    *,
+    groups: Mapping[str, str] | None = None,
+    unit_scale: float = 1.0,
+    merge_tolerance: float = MERGE_TOLERANCE,
+) -> Blocks:
+    """Return the blocks of a mesh file, with joints, boundaries and excavations; warn of all that was mended.
+
+    Every surface element becomes a block. See `read_mesh` for the parameters and the errors.
+
+    Warns
+    -----
+    MeshWarning
+        For everything that was mended or left out.
+    """
+    blocks, report = read_mesh(path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
+    for note in report.notes:
+        warnings.warn(f"{report.source}: {note.text}", MeshWarning, stacklevel=2)
+    return blocks
+
+
+def read_mesh(
+    path: str | os.PathLike[str],
+    *,
+    groups: Mapping[str, str] | None = None,
+    unit_scale: float = 1.0,
+    merge_tolerance: float = MERGE_TOLERANCE,
+) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of a mesh file and the report of what was found, mended and left out.
+
+    Parameters
+    ----------
+    path : path
+        A file in any format that meshio or VTK reads. A mesh in the xy plane keeps its axes; of one in the xz or yz
+        plane, z is up.
+    groups : mapping of str to str
+        What the mesh's own groups stand for, ``{"Schist": "rock:schist"}``; ``"*"`` stands for the surface elements in
+        no rock, and ``"MaterialIDs=3"`` for the elements where that array has that value.
+    unit_scale : float [m]
+        The mesh's unit of length: 0.001 for millimetres.
+    merge_tolerance : float [m]
+        Nodes nearer than this are one point, so that a mesh with doubled nodes along its joints conforms.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be read, holds no plane mesh, no rock, or elements that overlap.
+    """
+    return _blocks_of(read_cells(path), groups or {}, unit_scale, merge_tolerance)
+
+
+def convert_mesh(
+    points: npt.ArrayLike,
+    cells: Sequence[tuple[str, npt.ArrayLike]],
+    cell_sets: CellSets | None = None,
+    *,
+    cell_data: CellArrays | None = None,
+    groups: Mapping[str, str] | None = None,
+    unit_scale: float = 1.0,
+    merge_tolerance: float = MERGE_TOLERANCE,
+    source: str = "mesh",
+) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of a mesh in memory, and the report.
+
+    Parameters
+    ----------
+    points : (n, 2 or 3) array_like
+        Coordinates of the nodes.
+    cells : sequence of (str, (m, k) array_like)
+        Element type by meshio's names (``triangle``, ``quad``, ``polygon``, ``line``, ...) and node numbers from 0.
+    cell_sets : mapping of str to a sequence of arrays
+        For every group, one entry for each entry of `cells`: the elements in it, counted from 0; or None.
+    cell_data : mapping of str to a sequence of arrays
+        Whole numbers of the elements, an array for each entry of `cells`.
+    groups, unit_scale, merge_tolerance
+        As for `read_mesh`.
+    source : str
+        What messages call the mesh.
+
+    Raises
+    ------
+    ModelError
+        As `read_mesh` does.
+
+    Examples
+    --------
+    >>> points = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    >>> blocks, report = convert_mesh(
+    ...     points, [("triangle", [(0, 1, 2), (0, 2, 3)])], {"rock:granite": [[0, 1]]}
+    ... )
+    >>> blocks.count, blocks.rock_names, report.notes
+    (2, ('granite',), ())
+    """
+    gathered = gather_cells(source, points, cells, sets=cell_sets or {}, arrays=cell_data or {})
+    return _blocks_of(gathered, groups or {}, unit_scale, merge_tolerance)
+
+
+def convert_meshio(
+    mesh: Any,
+    *,
+    groups: Mapping[str, str] | None = None,
+    unit_scale: float = 1.0,
+    merge_tolerance: float = MERGE_TOLERANCE,
+    source: str = "mesh",
+) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of a ``meshio.Mesh``, and the report; parameters and errors as for `convert_mesh`."""
+    from converters.meshes.from_meshio import cells_of_meshio
+
+    return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance)
+
+
+def _blocks_of(
+    cells: MeshCells, renaming: Mapping[str, str], unit_scale: float, merge_tolerance: float
+) -> tuple[Blocks, MeshReport]:
+    if not (math.isfinite(unit_scale) and unit_scale > 0):
+        raise ModelError(f"unit_scale {unit_scale}: must be a length above 0 m")
+    if not (math.isfinite(merge_tolerance) and merge_tolerance >= 0):
+        raise ModelError(f"merge_tolerance {merge_tolerance}: must be 0 m or more")
+    named = name_groups(cells, renaming)
+    outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
+    named = settle_dimensions(named, outlines.piece_of)
+    rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
+    return _assemble(cells, named, outlines, rocks, merge_tolerance)
+
+
+def _assemble(
+    cells: MeshCells, named: NamedGroups, outlines: Outlines, rocks: Rocks, tolerance: float
+) -> tuple[Blocks, MeshReport]:
+    """Return blocks of the outlines that have a rock."""
+    placed = rocks.index >= 0
+    block = np.where(placed, np.cumsum(placed) - 1, -1)
+    block_of = np.where(outlines.outline_of >= 0, block[outlines.outline_of], -1)  # of every element
+    sizes = np.diff(outlines.offsets)
+    corners = outlines.corners[np.repeat(placed, sizes)]
+    offsets = np.concatenate([[0], np.cumsum(sizes[placed])]).astype(np.int32)
+    vertices = outlines.points[corners]
+    nodes, number = _renumber(corners, len(outlines.points))
+    table = EdgeTable.of(nodes, offsets)
+    _refuse_overlaps(cells, block_of, vertices, offsets, nodes, table)
+    ends = outlines.points[outlines.pieces]
+    coverage = cover_edges(number[outlines.pieces].astype(np.int64), ends, table, vertices, offsets, tolerance)
+    joints = edges_on_curves(named.of(GroupKind.JOINT), coverage, ends)
+    boundaries = edges_on_curves(named.of(GroupKind.BOUNDARY), coverage, ends)
+    joint_names, edge_joint = joint_of_edges(joints.edges, vertices, len(vertices))
+    blocks = Blocks(
+        vertices=vertices,
+        offsets=offsets,
+        nodes=nodes,
+        rock=rocks.index[placed].astype(np.int32),
+        rock_names=rocks.names,
+        edge_joint=edge_joint,
+        joint_names=tuple(joint_names),
+        boundaries=boundaries.edges,
+        excavations=_excavations(named, block_of),
+    )
+    bolts = {
+        name: ends[np.unique(np.concatenate([part.pieces for part in parts]))]
+        for name, parts in named.of(GroupKind.BOLT).items()
+    }
+    notes = (
+        *cells.notes,
+        *named.notes,
+        *outlines.notes,
+        *_no_rock_notes(cells, outlines, block_of),
+        *joints.notes,
+        *boundaries.notes,
+        *interior_notes(boundaries.edges, coverage, vertices),
+    )
+    return blocks, _report(cells, blocks, bolts, notes)
+
+
+def _renumber(corners: IntArray, n_points: int) -> tuple[IntArray, IntArray]:
+    """Return the corners in numbers of the points that blocks use, and the new number of every point or -1."""
+    used = np.zeros(n_points, dtype=np.bool_)
+    used[corners] = True
+    number = np.where(used, np.cumsum(used) - 1, -1).astype(np.int32)
+    return number[corners], number
+
+
+def _refuse_overlaps(
+    cells: MeshCells,
+    block_of: LongArray,
+    vertices: FloatArray,
+    offsets: IntArray,
+    nodes: IntArray,
+    table: EdgeTable,
+) -> None:
+    overlaps = find_overlaps(vertices, offsets, nodes, table)
+    if len(overlaps.pairs):
+        numbers = np.empty(len(offsets) - 1, dtype=np.int64)
+        numbers[block_of[block_of >= 0]] = cells.numbers[block_of >= 0]
+        raise ModelError([f"{cells.source}: {fault}" for fault in overlaps.faults(numbers, "elements")])
+
+
+def _excavations(named: NamedGroups, block_of: LongArray) -> dict[str, IntArray]:
+    found = {}
+    for name, parts in named.of(GroupKind.EXCAVATION).items():
+        blocks = np.unique(block_of[np.concatenate([part.elements for part in parts])])
+        if np.any(blocks >= 0):
+            found[name] = blocks[blocks >= 0].astype(np.int32)
+    return found
+
+
+def _no_rock_notes(cells: MeshCells, outlines: Outlines, block_of: LongArray) -> list[Note]:
+    without = np.flatnonzero((outlines.outline_of >= 0) & (block_of < 0))
+    if without.size == 0:
+        return []
+    where = places(outlines.points[outlines.corners[outlines.offsets[outlines.outline_of[without]]]])
+    text = (
+        f"{without.size} elements are in no rock and are left out "
+        f"(elements {listing(cells.numbers[without])}, {where}); "
+        'to keep them, name their rock, or under [groups] "*" = "rock:..."'
+    )
+    return [Note(kind=NoteKind.NO_ROCK, count=int(without.size), text=text)]
+
+
+def _report(cells: MeshCells, blocks: Blocks, bolts: Mapping[str, FloatArray], notes: tuple[Note, ...]) -> MeshReport:
+    in_rock = np.bincount(blocks.rock, minlength=len(blocks.rock_names))
+    on_joint = np.bincount(blocks.edge_joint[blocks.edge_joint >= 0], minlength=len(blocks.joint_names))
+    groups = {f"rock:{name}": int(count) for name, count in zip(blocks.rock_names, in_rock, strict=True)}
+    groups |= {f"excavation:{name}": len(ids) for name, ids in blocks.excavations.items()}
+    groups |= {f"joint:{name}": int(count) for name, count in zip(blocks.joint_names, on_joint, strict=True)}
+    groups |= {f"boundary:{name}": len(edges) for name, edges in blocks.boundaries.items()}
+    groups |= {f"bolt:{name}": len(ends) for name, ends in bolts.items()}
+    return MeshReport(
+        source=cells.source,
+        nodes=len(cells.points),
+        elements=cells.count,
+        pieces=len(cells.pieces),
+        blocks=blocks.count,
+        groups=groups,
+        bolts=bolts,
+        notes=notes,
+    )

@@ -1,0 +1,54 @@
+"""Which reader takes which file, and what is said of a path that no reader can take."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from bsm_mesh.errors import ModelError
+from converters.meshes.cells import MeshCells
+
+
+def read_cells(path: str | os.PathLike[str]) -> MeshCells:
+    """Return the elements and groups of a mesh file.
+
+    MSH 4.1 is read here, VTU, VTP and VTK by VTK, everything else by meshio.
+
+    Parameters
+    ----------
+    path : path
+        The file; its ending tells the format.
+
+    Raises
+    ------
+    ModelError
+        If the file is missing, empty, unreadable, damaged or of no known format, or holds no plane mesh.
+    """
+    file = Path(path)
+    _refuse_unreadable(file)
+    from converters.meshes.from_msh import is_msh41, read_msh41
+    from converters.meshes.from_vtk import SUFFIXES, read_vtk
+
+    if file.suffix.lower() == ".msh" and is_msh41(file):
+        return read_msh41(file)
+    if file.suffix.lower() in SUFFIXES:
+        return read_vtk(file)
+    from converters.meshes.from_meshio import read_by_meshio
+
+    return read_by_meshio(file)
+
+
+def _refuse_unreadable(file: Path) -> None:
+    if file.is_dir():
+        raise ModelError(f"{file}: is a folder; give the mesh file in it")
+    try:
+        with file.open("rb") as opened:
+            empty = not opened.read(1)
+    except FileNotFoundError:
+        alike = sorted(p.name for p in file.parent.glob(f"*{file.suffix}")) if file.suffix else []
+        there = f" ({file.parent} holds: {', '.join(alike[:8])})" if alike else ""
+        raise ModelError(f"{file}: there is no such file{there}; correct the path or make the mesh first") from None
+    except OSError as problem:
+        raise ModelError(f"{file}: cannot be opened ({problem.strerror}); see to its permissions") from None
+    if empty:
+        raise ModelError(f"{file}: is empty; write the mesh again")

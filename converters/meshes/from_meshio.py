@@ -1,0 +1,148 @@
+"""Every other format, read by meshio, with what it gets wrong put right."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.errors import ModelError
+from converters.meshes.cells import MeshCells, gather_cells
+from converters.meshes.report import Note, NoteKind
+
+Sets = dict[str, list[npt.NDArray[Any] | None]]
+
+
+def read_by_meshio(path: Path) -> MeshCells:
+    """Return the elements and groups of a file in any format that meshio knows.
+
+    Raises
+    ------
+    ModelError
+        If meshio cannot read the file.
+    """
+    import meshio
+
+    said = io.StringIO()
+    try:
+        # meshio prints its errors and then leaves the program.
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            mesh = meshio.read(path, file_format=_format(path))
+    except ImportError as problem:
+        raise ModelError(
+            f"{path}: this format needs the Python package '{problem.name}'; install it (pip install {problem.name}), "
+            "or save the mesh as MSH 4.1 or VTU"
+        ) from None
+    except (Exception, SystemExit) as problem:  # readers raise whatever a damaged file makes them raise
+        raise ModelError(f"{path}: {_reason(path, said.getvalue(), problem)}") from None
+    remarks = [line.strip() for line in said.getvalue().splitlines() if line.strip()]
+    if any("not closed by" in line for line in remarks):
+        raise ModelError(f"{path}: cut off or damaged: {remarks[-1]}; write the file again")
+    sets = _sets(mesh)
+    if path.suffix.lower() == ".inp":
+        sets.update(_abaqus_sets(path, mesh))
+    return cells_of_meshio(mesh, str(path), sets=sets, remarks=remarks)
+
+
+def cells_of_meshio(
+    mesh: Any, source: str = "mesh", *, sets: Sets | None = None, remarks: Sequence[str] = ()
+) -> MeshCells:
+    """Return the elements and groups of a ``meshio.Mesh``.
+
+    Parameters
+    ----------
+    mesh : meshio.Mesh
+        What meshio read, or the user made.
+    source : str
+        Named in messages.
+    sets : mapping of str to a list of arrays, optional
+        Groups, for every block of elements; by default those of `mesh`.
+    remarks : sequence of str
+        What meshio printed.
+    """
+    sets = _sets(mesh) if sets is None else sets
+    return gather_cells(
+        source,
+        mesh.points,
+        [(block.type, block.data if len(block.data) else np.empty((0, 2))) for block in mesh.cells],
+        sets=sets,
+        arrays=mesh.cell_data,
+        notes=[Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)],
+    )
+
+
+def _format(path: Path) -> str | None:
+    """Return meshio's name of the format where the suffix stands for two, else None."""
+    if path.suffix.lower() != ".msh":
+        return None
+    with path.open("rb") as file:
+        return "gmsh" if file.read(1) == b"$" else "ansys"
+
+
+def _reason(path: Path, said: str, problem: BaseException) -> str:
+    if "Could not deduce file format" in str(problem):
+        from meshio import extension_to_filetypes
+
+        known = ", ".join(sorted({*extension_to_filetypes, ".vtp"}))
+        return f"no mesh format has the ending '{path.suffix}' (known: {known}); rename the file or save it as .msh"
+    lines = [line.strip() for line in said.splitlines() if line.strip() and "Couldn't read file" not in line]
+    why = str(problem) if isinstance(problem, Exception) and str(problem) else (lines or ["no reason given"])[-1]
+    return f"meshio cannot read it ({why}); it is damaged, cut off, or of another format than its ending says"
+
+
+def _sets(mesh: Any) -> Sets:
+    """Return the named groups: meshio's cell sets, Gmsh's physical names, MED's families."""
+    n_blocks = len(mesh.cells)
+    found: Sets = {}
+    for name, members in mesh.cell_sets.items():
+        if name != "gmsh:bounding_entities" and len(members) == n_blocks:
+            found[name] = [None if inside is None else np.asarray(inside) for inside in members]
+    physical = mesh.cell_data.get("gmsh:physical")
+    if physical is not None:
+        for name, value in mesh.field_data.items():
+            if np.size(value) == 2 and not _any_members(found.get(name, [])):
+                tag, dimension = (int(v) for v in value)
+                found[name] = [
+                    np.flatnonzero(np.abs(tags) == tag) if block.dim == dimension else None
+                    for block, tags in zip(mesh.cells, physical, strict=True)
+                ]
+    families: dict[int, list[str]] = getattr(mesh, "cell_tags", None) or {}
+    tags = mesh.cell_data.get("cell_tags")
+    if tags is not None and len(tags) == n_blocks:
+        for name in dict.fromkeys(name for names in families.values() for name in names):
+            inside = [family for family, names in families.items() if name in names]
+            found[name] = [np.flatnonzero(np.isin(values, inside)) for values in tags]
+    return found
+
+
+def _any_members(members: list[npt.NDArray[Any] | None]) -> bool:
+    return any(inside is not None and inside.size > 0 for inside in members)
+
+
+def _abaqus_sets(path: Path, mesh: Any) -> Sets:
+    """Return the sets that ``*ELEMENT, ELSET=`` lines give.
+
+    meshio 5.3.5 counts such sets instead of the element blocks, so that they move to another block where
+    one has no set, and keeps only the last of several blocks with one set.
+    """
+    sets: Sets = {}
+    k = -1
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for line in file:  # keyword lines are few; the others are passed over
+            if line[0] != "*" or line.startswith("**"):
+                continue
+            keyword, *options = (part.strip() for part in line[1:].split(","))
+            if keyword.upper() == "INCLUDE":
+                return {}
+            if keyword.upper() == "ELEMENT":
+                k += 1
+                for key, _, name in (option.partition("=") for option in options):
+                    if key.strip().upper() == "ELSET" and k < len(mesh.cells):
+                        members = sets.setdefault(name.strip(), [None] * len(mesh.cells))
+                        members[k] = np.arange(len(mesh.cells[k].data))
+    return sets if k + 1 == len(mesh.cells) else {}

@@ -1,0 +1,120 @@
+"""What the conversion of a mesh found, mended and left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from types import MappingProxyType
+
+from bsm_mesh.arrays import FloatArray
+
+
+class NoteKind(StrEnum):
+    """What a note is about."""
+
+    READER = "remark of the file reader"
+    PLANE = "plane other than xy"
+    CELL_TYPE = "elements of a type that is not used"
+    REDUCED = "higher-order elements reduced to their corners"
+    UNUSED = "nodes in no element"
+    MERGED = "nodes merged"
+    CORNERS = "elements with repeated corners"
+    FLAT = "elements of no area left out"
+    INTERFACE = "zero-thickness interface elements left out"
+    FLIPPED = "clockwise elements turned round"
+    JOINED = "elements given more than once"
+    NO_ROCK = "elements in no rock left out"
+    LOOSE = "curve pieces that bound no block"
+    INTERIOR = "boundary pieces with rock on both sides"
+    UNKNOWN_GROUP = "group that is not used"
+    EMPTY_GROUP = "group without elements"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """One thing that was mended or left out.
+
+    Attributes
+    ----------
+    kind : NoteKind
+        What it is about.
+    name : str
+        The group, element type or the like that it concerns; empty if it is none in particular.
+    count : int
+        How many elements, nodes or pieces.
+    text : str
+        The whole sentence.
+    """
+
+    kind: NoteKind
+    name: str = ""
+    count: int
+    text: str
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class MeshReport:
+    """What came of a mesh.
+
+    Attributes
+    ----------
+    source : str
+        The file, or what the caller named it.
+    nodes : int
+        Nodes in the mesh.
+    elements : int
+        Surface elements in the mesh, as given.
+    pieces : int
+        Line elements in the mesh, as given.
+    blocks : int
+        Blocks made.
+    groups : mapping of str to int
+        Groups used, ``kind:name``, with the number of blocks or edges in each.
+    bolts : mapping of str to (n, 2, 2) float64 [m]
+        Both ends of every piece of each ``bolt:`` group.
+    notes : tuple of Note
+        What was mended or left out.
+    """
+
+    source: str
+    nodes: int
+    elements: int
+    pieces: int
+    blocks: int
+    groups: Mapping[str, int]
+    bolts: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("groups", "bolts"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def about(self, kind: NoteKind) -> Mapping[str, int]:
+        """Return the counts of all notes of one kind, by name."""
+        return {note.name: note.count for note in self.notes if note.kind is kind}
+
+    def count(self, kind: NoteKind) -> int:
+        """Return how many elements, nodes or pieces the notes of one kind speak of."""
+        return sum(self.about(kind).values())
+
+    def lines(self) -> list[str]:
+        """Return the report as text, a line a thing."""
+        found = [f"  {name}: {count} {_thing(name)}" for name, count in self.groups.items()]
+        return [
+            f"{self.source}: {self.nodes} nodes, {self.elements} surface elements, {self.pieces} line elements; "
+            f"{self.blocks} blocks",
+            *found,
+            *(f"  note: {note.text}" for note in self.notes),
+        ]
+
+
+def _thing(group: str) -> str:
+    kind = group.partition(":")[0]
+    return {"rock": "blocks", "excavation": "blocks", "bolt": "pieces"}.get(kind, "edges")
+
+
+def places(points: Sequence[FloatArray] | FloatArray, most: int = 3) -> str:
+    """Return ``"near (1, 2), (3, 4), ..."`` for the first few of some points [m]."""
+    shown = ", ".join(f"({point[0]:.6g}, {point[1]:.6g})" for point in points[:most])
+    return f"near {shown}" + (", ..." if len(points) > most else "")

@@ -1,0 +1,165 @@
+"""Results to VTU and PVD for ParaView, and back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
+from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
+from bsm_mesh.results.stress import principal_stresses
+from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
+
+SERIES = ("blocks", "contacts", "supports")
+
+
+def write_series(results: Results, folder: Path) -> list[Path]:
+    """Write one VTU a stage and one PVD for each of blocks, contacts and supports; return all files.
+
+    PVD time is the number of the stage. Every file is written whole or not at all.
+    """
+    files: list[Path] = []
+    for kind in SERIES:
+        entries = []
+        for number, stage in enumerate(results.stages):
+            name = f"{kind}_{number:04d}.vtu"
+            write_vtu(folder / name, _GRIDS[kind](results, stage))
+            entries.append((float(number), name))
+            files.append(folder / name)
+        write_pvd(folder / f"{kind}.pvd", entries)
+        files.append(folder / f"{kind}.pvd")
+    return files
+
+
+def block_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the blocks, a polygon a block with points of its own at the original positions.
+
+    The point array ``displacement`` is that of the corners by exact rotation, for ParaView's Warp By Vector.
+    """
+    blocks = results.blocks
+    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    unstable = np.zeros(blocks.count, dtype=np.uint8)
+    unstable[stage.unstable_blocks] = 1
+    cells = {
+        "block_id": np.arange(blocks.count, dtype=np.int32),
+        "rock": blocks.rock.astype(np.int32),
+        "displacement": spatial(stage.displacement[:, :2]),
+        "rotation": stage.displacement[:, 2],
+        "stage_displacement": spatial(stage.stage_displacement[:, :2]),
+        "stage_rotation": stage.stage_displacement[:, 2],
+        "stress": six_components(stage.stress),
+        "sigma_1": sigma_1,
+        "sigma_3": sigma_3,
+        "unstable": unstable,
+        "load": stage.loads,
+        "reaction": stage.reactions,
+    }
+    return Grid(
+        points=blocks.vertices,
+        offsets=blocks.offsets,
+        connectivity=np.arange(len(blocks.vertices)),
+        cell_type=POLYGON,
+        point_data={"displacement": spatial(corner_displacement(blocks, stage.displacement))},
+        cell_data=cells,
+        field_data={"rock_names": blocks.rock_names},
+    )
+
+
+def corner_displacement(blocks: Blocks, displacement: FloatArray) -> FloatArray:
+    """Return the displacement of every corner, (n_vertices, 2) [m], by exact rotation about the centroid."""
+    owner = blocks.owner
+    x, y = (blocks.vertices - blocks.moments.centroid[owner]).T
+    u, v, theta = displacement[owner].T
+    versed = -2 * np.sin(theta / 2) ** 2  # cos(theta) - 1 without loss of digits
+    sine = np.sin(theta)
+    return np.stack([u + versed * x - sine * y, v + sine * x + versed * y], axis=1)
+
+
+def contact_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the contacts, a vertex a contact."""
+    contacts = stage.contacts
+    cells: dict[str, Any] = {
+        "block_a": contacts.block_a.astype(np.int32),
+        "block_b": contacts.block_b.astype(np.int32),
+        "length": contacts.length,
+        "normal_force": contacts.normal_force,
+        "shear_force": contacts.shear_force,
+        "normal_traction": contacts.normal_force / contacts.length,
+        "shear_traction": contacts.shear_force / contacts.length,
+        "status": contacts.status.astype(np.int8),
+        "utilisation": contacts.utilisation,
+        "opening": contacts.opening,
+        "slip": contacts.slip,
+        "joint": contacts.joint.astype(np.int32),
+        "force": spatial(contacts.force),
+        "normal": spatial(contacts.normal),
+    }
+    return _vertices(contacts.point, cells, {"joint_names": results.joint_names})
+
+
+def support_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the supports, a vertex a held point."""
+    supports = stage.supports
+    cells: dict[str, Any] = {
+        "block_id": supports.block.astype(np.int32),
+        "reaction": spatial(supports.reaction),
+        "moment": supports.moment,
+    }
+    return _vertices(supports.point, cells, {})
+
+
+_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid}
+
+
+def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
+    """Return the grids of blocks, contacts and supports of a stage."""
+    blocks, contacts, supports = (read_vtu(read_pvd(folder / f"{kind}.pvd")[stage][1]) for kind in SERIES)
+    return blocks, contacts, supports
+
+
+def blocks_of_grid(grid: Grid) -> Blocks:
+    """Return the outlines and rocks of written blocks; joints and boundaries are not in the file."""
+    return Blocks(
+        vertices=grid.points,
+        offsets=grid.offsets.astype(np.int32),
+        nodes=merge_points(grid.points, MERGE_TOLERANCE),
+        rock=grid.cell_data["rock"],
+        rock_names=tuple(grid.field_data["rock_names"]),
+        edge_joint=np.full(len(grid.points), -1, dtype=np.int32),
+    )
+
+
+def contacts_of_grid(grid: Grid) -> ContactForces:
+    """Return the written contacts."""
+    cells = grid.cell_data
+    names = [name for name in ContactForces.__slots__ if name not in ("point", "normal")]
+    return ContactForces(point=grid.points, normal=cells["normal"][:, :2], **{name: cells[name] for name in names})
+
+
+def supports_of_grid(grid: Grid) -> SupportForces:
+    """Return the written supports."""
+    cells = grid.cell_data
+    return SupportForces(
+        block=cells["block_id"], point=grid.points, reaction=cells["reaction"][:, :2], moment=cells["moment"]
+    )
+
+
+def six_components(stress: FloatArray) -> FloatArray:
+    """Return XX YY ZZ XY YZ XZ; ZZ is 0: rigid blocks in the plane have no out-of-plane stress."""
+    zero = np.zeros(len(stress))
+    return np.column_stack([stress[:, 0, 0], stress[:, 1, 1], zero, stress[:, 0, 1], zero, zero])
+
+
+def _vertices(points: FloatArray, cells: dict[str, Any], names: dict[str, tuple[str, ...]]) -> Grid:
+    count = len(points)
+    return Grid(
+        points=points,
+        offsets=np.arange(count + 1),
+        connectivity=np.arange(count),
+        cell_type=VERTEX,
+        cell_data=cells,
+        field_data=names,
+    )

@@ -1,0 +1,301 @@
+"""Gmsh opened and closed in one place: ``with gmsh_session("name") as gmsh: ...; write_mesh(path)``.
+
+Gmsh is global state. A session gives a script its own model and the options below, and puts back
+what was there before, also when the script raises. Importing this module needs no Gmsh.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from geometries.errors import GeometryError
+from geometries.physical_groups import parse_group_name
+
+SYSTEM_LIBRARIES = ("libglu1-mesa", "libgl1", "libgomp1", "libxcursor1", "libxft2", "libxinerama1")
+
+# What a mesh depends on is pinned, so that the same parameters give the same file on every machine,
+# whatever a caller that uses Gmsh itself has set.
+BASE_OPTIONS: Mapping[str, float] = {
+    "General.Terminal": 0,
+    "General.AbortOnError": 2,  # every error of Gmsh is raised
+    "General.NumThreads": 1,
+    "Geometry.Tolerance": 1e-8,
+    "Mesh.MshFileVersion": 4.1,  # MSH 2.2 repeats the elements of a surface in two groups
+    "Mesh.Binary": 1,
+    "Mesh.SaveAll": 0,
+    "Mesh.SaveParametric": 0,
+    "Mesh.ScalingFactor": 1,
+    "Mesh.Renumber": 1,
+    "Mesh.FirstNodeTag": 1,
+    "Mesh.FirstElementTag": 1,
+    "Mesh.MaxNumThreads1D": 0,
+    "Mesh.MaxNumThreads2D": 0,
+    "Mesh.RandomSeed": 1,
+    "Mesh.RandomFactor": 1e-9,
+    "Mesh.Algorithm": 6,  # Frontal-Delaunay
+    "Mesh.ElementOrder": 1,
+    "Mesh.SecondOrderLinear": 0,
+    "Mesh.SecondOrderIncomplete": 0,
+    "Mesh.HighOrderOptimize": 0,
+    "Mesh.MeshSizeFactor": 1,
+    "Mesh.MeshSizeMin": 0,
+    "Mesh.MeshSizeMax": 1e22,
+    "Mesh.MeshSizeExtendFromBoundary": 1,
+    "Mesh.MeshSizeFromPoints": 1,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.RecombineAll": 0,
+    "Mesh.RecombinationAlgorithm": 1,
+    "Mesh.RecombineOptimizeTopology": 5,
+    "Mesh.RecombineNodeRepositioning": 1,
+    "Mesh.SubdivisionAlgorithm": 0,
+    "Mesh.TransfiniteTri": 0,
+    "Mesh.FlexibleTransfinite": 0,
+    "Mesh.Smoothing": 1,
+    "Mesh.Optimize": 1,
+}
+
+_LAST = "name groups last, after fragmenting and synchronising"
+_ONE_AT_A_TIME = threading.RLock()  # Gmsh has one state for the whole process
+_NUMBERS = itertools.count(1)
+_NAMED: list[dict[tuple[int, int], int]] = []  # a session: how many curves or surfaces each group was given
+
+
+def load_gmsh() -> ModuleType:
+    """Return the module gmsh, or raise `GeometryError` that says what to install."""
+    try:
+        import gmsh
+    except OSError as fault:  # the shared library was found, what it needs was not
+        raise GeometryError(
+            f"Gmsh cannot start: {fault}; it needs system libraries, on Debian or Ubuntu: "
+            f"apt-get install {' '.join(SYSTEM_LIBRARIES)}"
+        ) from fault
+    except ImportError as fault:
+        raise GeometryError(f"Gmsh is not installed ({fault}); to build a mesh: pip install gmsh") from fault
+    module: ModuleType = gmsh
+    return module
+
+
+@contextlib.contextmanager
+def gmsh_session(name: str = "geometry", options: Mapping[str, float] | None = None) -> Iterator[Any]:
+    """Open Gmsh with an empty model, give the module gmsh, and close what was opened.
+
+    Inside a caller's own, already initialised Gmsh, the session adds a model and removes only that
+    one, and puts back the current model and the options it changed. Other threads wait for their turn.
+
+    Parameters
+    ----------
+    name : str
+        What is built; part of the model's name and of error messages.
+    options : mapping of str to float, optional
+        Options of Gmsh for this session, over `BASE_OPTIONS`. Those that are set with
+        ``gmsh.option.setNumber`` instead stay as they are after a session inside a caller's Gmsh.
+
+    Yields
+    ------
+    module
+        The module gmsh.
+
+    Raises
+    ------
+    GeometryError
+        Where Gmsh cannot start or reports an error; Gmsh's own exception is the ``__cause__``.
+
+    Examples
+    --------
+    >>> with gmsh_session("square") as gmsh:
+    ...     _ = gmsh.model.occ.addRectangle(0.0, 0.0, 0.0, 1.0, 1.0)
+    ...     gmsh.model.occ.synchronize()
+    ...     len(gmsh.model.getEntities(1))
+    4
+    """
+    with _ONE_AT_A_TIME:
+        gmsh = load_gmsh()
+        with _translated_errors(name), contextlib.ExitStack() as closing:
+            if not gmsh.isInitialized():
+                # No signal handler: those can be set in the main thread only.
+                gmsh.initialize(readConfigFiles=False, interruptible=False)
+                closing.callback(_close, gmsh)
+            else:
+                closing.callback(_return_to, gmsh, gmsh.model.getCurrent())
+            closing.enter_context(_changed_options(gmsh, {**BASE_OPTIONS, **(options or {})}))
+            own = f"{name} (session {next(_NUMBERS)})"
+            gmsh.model.add(own)
+            closing.callback(_remove_model, gmsh, own)
+            _NAMED.append({})
+            closing.callback(_NAMED.pop)
+            yield gmsh
+
+
+def name_groups(groups: Mapping[str, Sequence[int]]) -> None:
+    """Make the physical groups of the current model, last of all: after fragmenting and synchronising.
+
+    Parameters
+    ----------
+    groups : mapping of str to sequence of int
+        Tags of curves or surfaces under a name ``kind:name``; the kind tells which of the two.
+
+    Raises
+    ------
+    GeometryError
+        For a name of another form, a group of nothing, and a tag that the model does not have.
+    """
+    gmsh = load_gmsh()
+    faults: list[str] = []
+    for text, tags in groups.items():
+        group = parse_group_name(text)
+        if group is None:
+            faults.append(f"group '{text}' is not of the form kind:name; write, for example, rock:gneiss")
+            continue
+        dimension = group.kind.dimension
+        what = "surface" if dimension == 2 else "curve"
+        missing = sorted(set(tags) - {tag for _, tag in gmsh.model.getEntities(dimension)})
+        if missing:
+            faults.append(f"group '{text}': the model has no {what} {missing[0]}; synchronise before naming")
+        elif not tags:
+            faults.append(f"group '{text}' is empty; leave it out or give it a {what}")
+        else:
+            number = gmsh.model.addPhysicalGroup(dimension, list(tags), name=str(group))
+            if _NAMED:
+                _NAMED[-1][dimension, number] = len(set(tags))
+    _raise_faults(faults)
+
+
+def write_mesh(path: str | os.PathLike[str]) -> Path:
+    """Write the current model's mesh as binary MSH 4.1, whole or not at all.
+
+    The file is written under another name in the same folder, then renamed; a folder that is not
+    there is made.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Where to; the name ends in ``.msh``.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    GeometryError
+        Where the folder or file cannot be written; where there are no elements; where a group has
+        none or has lost curves or surfaces to a fragmentation that came after it was named; where a
+        surface is in no group: Gmsh would leave its elements out without a word.
+    """
+    gmsh = load_gmsh()
+    target = Path(path)
+    if target.suffix != ".msh":
+        raise GeometryError(f"{target}: a mesh is written as .msh; give a name that ends in .msh")
+    if target.is_dir():
+        raise GeometryError(f"{target} is a folder; give the name of a file in it")
+    _raise_faults(_group_faults(gmsh))
+    draft = target.with_name(f".{target.stem}.{os.getpid()}-{threading.get_ident()}.msh")
+    changed = {key: BASE_OPTIONS[key] for key in ("Mesh.MshFileVersion", "Mesh.Binary", "Mesh.SaveAll")}
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _changed_options(gmsh, changed):
+            gmsh.write(str(draft))
+        _raise_faults(_lost_groups(gmsh, draft))
+        draft.replace(target)
+    except OSError as fault:
+        reason = fault.strerror or fault
+        raise GeometryError(f"{target} cannot be written: {reason}; choose another folder") from fault
+    except Exception as fault:
+        if type(fault) is not Exception:
+            raise
+        raise GeometryError(f"{target} cannot be written: {fault}; choose another folder") from fault
+    finally:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+    return target
+
+
+def _group_faults(gmsh: Any) -> list[str]:
+    """Return what is wrong with the groups of the current model: without elements, or surfaces in none."""
+    meshed = {tag for _, tag in gmsh.model.getEntities(2) if len(gmsh.model.mesh.getElements(2, tag)[0])}
+    if not meshed:
+        return ["there are no elements to write; call gmsh.model.mesh.generate(2) first"]
+    faults: list[str] = []
+    grouped: set[int] = set()
+    for dimension, number in gmsh.model.getPhysicalGroups():
+        tags = [int(tag) for tag in gmsh.model.getEntitiesForPhysicalGroup(dimension, number)]
+        if dimension == 2:
+            grouped.update(tags)
+        if dimension and not any(len(gmsh.model.mesh.getElements(dimension, tag)[0]) for tag in tags):
+            faults.append(f"group '{gmsh.model.getPhysicalName(dimension, number)}' has no elements; {_LAST}")
+    if left := sorted(meshed - grouped):
+        faults.append(
+            f"{len(left)} surface(s) with elements are in no group, the first is {left[0]}; "
+            f"put each in a group rock:name; {_LAST}"
+        )
+    return faults
+
+
+def _lost_groups(gmsh: Any, draft: Path) -> list[str]:
+    """Return the groups that lost curves or surfaces after they were named: Gmsh keeps their names only."""
+    left = {group: len(gmsh.model.getEntitiesForPhysicalGroup(*group)) for group in gmsh.model.getPhysicalGroups()}
+    given = dict(_NAMED[-1]) if _NAMED else {}
+    names: dict[tuple[int, int], str] = {}
+    text = draft.read_bytes().partition(b"$PhysicalNames\n")[2].partition(b"$EndPhysicalNames")[0].decode()
+    for line in text.splitlines()[1:]:
+        dimension, number, name = line.split(maxsplit=2)
+        names[int(dimension), int(number)] = name.strip('"')
+    return [
+        f"group '{name}' lost {'all' if group not in left else 'some'} of its curves or surfaces; {_LAST}"
+        for group, name in names.items()
+        if left.get(group, 0) < given.get(group, 1)
+    ]
+
+
+def _raise_faults(faults: list[str]) -> None:
+    if faults:
+        raise GeometryError(faults)
+
+
+@contextlib.contextmanager
+def _translated_errors(name: str) -> Iterator[None]:
+    try:
+        yield
+    except Exception as fault:
+        # Gmsh raises bare Exception with the text of its last error.
+        if type(fault) is not Exception:
+            raise
+        raise GeometryError(f"{name}: Gmsh reports: {fault}") from fault
+
+
+@contextlib.contextmanager
+def _changed_options(gmsh: Any, options: Mapping[str, float]) -> Iterator[None]:
+    before: dict[str, float] = {}
+    try:
+        for key, value in options.items():
+            before[key] = gmsh.option.getNumber(key)
+            gmsh.option.setNumber(key, value)
+        yield
+    finally:
+        if gmsh.isInitialized():
+            for key, value in before.items():
+                gmsh.option.setNumber(key, value)
+
+
+def _remove_model(gmsh: Any, own: str) -> None:
+    if gmsh.isInitialized() and own in gmsh.model.list():
+        gmsh.model.setCurrent(own)
+        gmsh.model.remove()
+
+
+def _return_to(gmsh: Any, name: str) -> None:
+    if gmsh.isInitialized() and name in gmsh.model.list():
+        gmsh.model.setCurrent(name)
+
+
+def _close(gmsh: Any) -> None:
+    if gmsh.isInitialized():
+        gmsh.finalize()
