@@ -1,6 +1,6 @@
 """Supports by exact elimination against a dense solution with Lagrange multipliers, and against the turned model.
 
-docs/theory.md section 2: a stiff bar of 1e20 destroys the answer where bars are inclined and joints soft (dU / U from 1e-2
+A stiff bar of 1e20 destroys the answer where bars are inclined and joints soft (dU / U from 1e-2
 to 99), and equilibrium alone does not show it. So displacements and forces are compared, for bars at 30 degrees and
 joints of 1 MPa/m, with a solution that knows neither bars of any stiffness nor this package's assembly.
 """
