@@ -48,7 +48,7 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     pattern : BlockPattern
         Upper triangle of the matrix.
     position : (n, 2) float64 [m]
-        Centroids of the blocks, for SuperLU's ordering.
+        Centroids of the blocks, for the elimination order.
     threads : int
         Threads that Pardiso may use; 0: as many as there are cores.
 
@@ -62,7 +62,7 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso":
-        return pardiso.Pardiso(pattern, threads)
+        return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position))
     if name == "superlu":
         return SuperLU(pattern, position)
     raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu'))}")
@@ -79,7 +79,7 @@ class SuperLU:
 
     def __init__(self, pattern: BlockPattern, position: FloatArray) -> None:
         self._pattern = pattern
-        self._order = _order(pattern, position)
+        self._order = elimination_order(pattern, position)
         position = np.empty(pattern.rows, dtype=np.int32)
         position[self._order] = np.arange(pattern.rows, dtype=np.int32)
         self._columns = _full_columns(pattern.row_start, pattern.column, position)
@@ -115,7 +115,7 @@ class SuperLU:
         self._factors = None
 
 
-def _order(pattern: BlockPattern, position: FloatArray) -> IntArray:
+def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
     """Return the blocks in the order in which they are eliminated."""
     from scipy.sparse import csr_array
 

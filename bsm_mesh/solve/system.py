@@ -19,7 +19,7 @@ from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
 
 MOST_REFINEMENTS = 3
-GOOD_RESIDUAL = 1e-13  # of the reference weight: nothing is left to refine
+GOOD_RESIDUAL = 1e-11  # of the reference weight: nothing is left to refine
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
