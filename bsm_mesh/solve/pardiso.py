@@ -10,8 +10,7 @@ from importlib import metadata
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError
-from bsm_mesh.solve.linear_solvers import SingularMatrixError
+from bsm_mesh.errors import ModelError, SingularMatrixError
 from bsm_mesh.solve.pattern import BlockPattern
 
 _ANALYSE, _FACTORIZE, _SOLVE, _RELEASE = 11, 22, 33, -1
