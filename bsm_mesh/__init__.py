@@ -8,7 +8,11 @@ tension (Wang Eq. 4.9); strength laws take the pressure, ``-normal_force >= 0``.
 ``normal_force * n + shear_force * t`` with n its outward normal and t = n turned by +90 degrees.
 """
 
+from __future__ import annotations
+
 import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.model import (
@@ -33,7 +37,21 @@ from bsm_mesh.results import Results
 from bsm_mesh.run import run
 from bsm_mesh.solve.options import Options
 
+if TYPE_CHECKING:
+    from bsm_mesh.model.loads import Load
+    from bsm_mesh.solve.limit_analysis import LimitAnalysis
+
 __version__ = "0.1.0"
+
+
+def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAnalysis:
+    """Return whether the model is statically admissible, and the greatest factor on loads.
+
+    See `bsm_mesh.solve.limit_analysis.limit_analysis`; what it proves is one-sided.
+    """
+    from bsm_mesh.solve import limit_analysis as limit
+
+    return limit.limit_analysis(model, live)
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -70,6 +88,7 @@ __all__ = [
     "Roller",
     "Traction",
     "library",
+    "limit_analysis",
     "load",
     "run",
 ]

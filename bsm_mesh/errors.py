@@ -36,6 +36,10 @@ class ModelError(ValueError):
         return "\n".join([f"{len(self.faults)} faults:", *shown])
 
 
+class SingularMatrixError(ArithmeticError):
+    """The stiffness matrix is singular: something can move without resistance."""
+
+
 class MeshWarning(UserWarning):
     """Something in a mesh was mended or left out; the message says what and how much."""
 

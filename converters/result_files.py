@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
@@ -76,6 +77,36 @@ def corner_displacement(blocks: Blocks, displacement: FloatArray) -> FloatArray:
     versed = -2 * np.sin(theta / 2) ** 2  # cos(theta) - 1 without loss of digits
     sine = np.sin(theta)
     return np.stack([u + versed * x - sine * y, v + sine * x + versed * y], axis=1)
+
+
+def write_mechanism(blocks: Blocks, velocity: FloatArray, path: Path) -> None:
+    """Write a collapse mechanism (n, 3): the point array ``velocity`` of the corners, and that of the centroids.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be written.
+    """
+    arm = blocks.vertices - blocks.moments.centroid[blocks.owner]
+    u, v, turn = velocity[blocks.owner].T
+    corners = np.stack([u - turn * arm[:, 1], v + turn * arm[:, 0]], axis=1)
+    grid = Grid(
+        points=blocks.vertices,
+        offsets=blocks.offsets,
+        connectivity=np.arange(len(blocks.vertices)),
+        cell_type=POLYGON,
+        point_data={"velocity": spatial(corners)},
+        cell_data={
+            "block_id": np.arange(blocks.count, dtype=np.int32),
+            "centroid_velocity": spatial(velocity[:, :2]),
+            "turn": velocity[:, 2],
+        },
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_vtu(path, grid)
+    except OSError as error:
+        raise ModelError(f"cannot write {path}: {error.strerror or error}; choose another folder") from error
 
 
 def contact_grid(results: Results, stage: StageResult) -> Grid:

@@ -117,6 +117,23 @@ def compare(model: Path, output: Path | None, order: int, as_json: bool, quiet: 
 
 
 @cli.command()
+@model_argument
+@click.option("--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K.")
+@click.option("--tilt", type=click.Choice(["left", "right"]), help="Find the greatest tilt of the model to that side.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for limit.vtu; the model's by default.")
+@json_option
+def limit(model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path | None, as_json: bool) -> None:
+    """Ask statics alone whether MODEL can be at rest.
+
+    A linear program over the contact forces, without stiffness or movement. "Inadmissible" proves that the blocks
+    must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or angle.
+    """
+    from bsm_mesh.app.limit import analyse_limit
+
+    analyse_limit(model, numbers, tilt, output, as_json=as_json)
+
+
+@cli.command()
 @click.argument("out", type=click.Path(path_type=Path))
 def plot(out: Path) -> None:
     """Draw PNG pictures of the results in OUT."""

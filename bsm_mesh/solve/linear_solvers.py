@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numba as nb
-import numpy as np
-
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest
-from bsm_mesh.solve.ordering import nested_dissection
+from bsm_mesh.solve import pardiso
+from bsm_mesh.solve.ordering import elimination_order
 from bsm_mesh.solve.pattern import BlockPattern
+from bsm_mesh.solve.superlu import SuperLU
 
 
 class LinearSolver(Protocol):
@@ -34,10 +33,6 @@ class LinearSolver(Protocol):
         """Give the memory of the factors back."""
 
 
-class SingularMatrixError(ArithmeticError):
-    """The stiffness matrix is singular: something can move without resistance."""
-
-
 def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, threads: int = 0) -> LinearSolver:
     """Return the named solver with the pattern analysed when first factorized.
 
@@ -48,7 +43,7 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     pattern : BlockPattern
         Upper triangle of the matrix.
     position : (n, 2) float64 [m]
-        Centroids of the blocks, for SuperLU's ordering.
+        Centroids of the blocks, for the elimination order.
     threads : int
         Threads that Pardiso may use; 0: as many as there are cores.
 
@@ -57,133 +52,10 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     ModelError
         For an unknown name, or Pardiso where it is not installed.
     """
-    from bsm_mesh.solve import pardiso
-
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso":
-        return pardiso.Pardiso(pattern, threads)
+        return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position))
     if name == "superlu":
         return SuperLU(pattern, position)
     raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu'))}")
-
-
-class SuperLU:
-    """SciPy's SuperLU in symmetric mode, the blocks ordered by nested dissection.
-
-    SuperLU's own orderings of 1e5 blocks take from ten seconds to minutes; one on the blocks, by their position,
-    takes a fraction of a second and leaves the 3 x 3 blocks whole for SuperLU's supernodes.
-    """
-
-    name = "superlu"
-
-    def __init__(self, pattern: BlockPattern, position: FloatArray) -> None:
-        self._pattern = pattern
-        self._order = _order(pattern, position)
-        position = np.empty(pattern.rows, dtype=np.int32)
-        position[self._order] = np.arange(pattern.rows, dtype=np.int32)
-        self._columns = _full_columns(pattern.row_start, pattern.column, position)
-        self._factors = None
-
-    def factorize(self, data: FloatArray) -> None:
-        """Factorize without pivoting: the matrix is positive definite."""
-        from scipy.sparse import csc_array
-        from scipy.sparse.linalg import splu
-
-        start, row, source = self._columns
-        values, indices, pointers = _scalar_columns(start, row, source, data)
-        n = 3 * self._pattern.rows
-        try:
-            self._factors = splu(
-                csc_array((values, indices, pointers), shape=(n, n)),
-                permc_spec="NATURAL",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError as error:
-            raise SingularMatrixError(str(error)) from error
-
-    def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return the solution (n, 3)."""
-        assert self._factors is not None
-        x = np.empty_like(right_side)
-        x[self._order] = self._factors.solve(right_side[self._order].reshape(-1)).reshape(-1, 3)
-        return x
-
-    def close(self) -> None:
-        """Drop the factors."""
-        self._factors = None
-
-
-def _order(pattern: BlockPattern, position: FloatArray) -> IntArray:
-    """Return the blocks in the order in which they are eliminated."""
-    from scipy.sparse import csr_array
-
-    n = pattern.rows
-    upper = csr_array((np.ones(len(pattern.column), np.int8), pattern.column, pattern.row_start), shape=(n, n))
-    graph = csr_array(upper + upper.T)
-    order: IntArray = nested_dissection(graph.indptr, graph.indices, position)
-    return order
-
-
-@nb.njit(cache=True)
-def _full_columns(
-    row_start: IntArray, column: IntArray, position: IntArray
-) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
-    """Return the reordered full block matrix by columns: starts, rows, and source place (-place - 1: transposed)."""
-    n = row_start.size - 1
-    start = np.zeros(n + 1, np.int32)
-    for i in range(n):
-        for p in range(row_start[i], row_start[i + 1]):
-            start[position[column[p]] + 1] += 1
-            if column[p] != i:
-                start[position[i] + 1] += 1
-    for i in range(n):
-        start[i + 1] += start[i]
-    fill = start[:-1].copy()
-    row = np.empty(start[n], np.int32)
-    source = np.empty(start[n], np.int32)
-    for i in range(n):
-        for p in range(row_start[i], row_start[i + 1]):
-            j = column[p]
-            at = fill[position[j]]
-            row[at] = position[i]
-            source[at] = p
-            fill[position[j]] += 1
-            if j != i:
-                at = fill[position[i]]
-                row[at] = position[j]
-                source[at] = -p - 1
-                fill[position[i]] += 1
-    for j in range(n):  # rows rise within a column
-        for a in range(start[j] + 1, start[j + 1]):
-            r, s, b = row[a], source[a], a
-            while b > start[j] and row[b - 1] > r:
-                row[b] = row[b - 1]
-                source[b] = source[b - 1]
-                b -= 1
-            row[b] = r
-            source[b] = s
-    return start, row, source
-
-
-@nb.njit(cache=True)
-def _scalar_columns(
-    start: IntArray, row: IntArray, source: IntArray, data: FloatArray
-) -> tuple[FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled
-    """Return values, row indices and column starts of the scalar matrix."""
-    n = start.size - 1
-    values = np.empty(9 * row.size)
-    indices = np.empty(9 * row.size, np.int32)
-    pointers = np.empty(3 * n + 1, np.int32)
-    at = 0
-    for j in range(n):
-        for s in range(3):
-            pointers[3 * j + s] = at
-            for p in range(start[j], start[j + 1]):
-                for r in range(3):
-                    indices[at] = 3 * row[p] + r
-                    values[at] = data[source[p], r, s] if source[p] >= 0 else data[-source[p] - 1, s, r]
-                    at += 1
-    pointers[3 * n] = at
-    return values, indices, pointers

@@ -6,8 +6,20 @@ import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.solve.pattern import BlockPattern
 
 SMALLEST_PART = 24  # blocks: smaller parts are not cut again
+
+
+def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
+    """Return the blocks in the order in which they are eliminated."""
+    from scipy.sparse import csr_array
+
+    n = pattern.rows
+    upper = csr_array((np.ones(len(pattern.column), np.int8), pattern.column, pattern.row_start), shape=(n, n))
+    graph = csr_array(upper + upper.T)
+    order: IntArray = nested_dissection(graph.indptr, graph.indices, position)
+    return order
 
 
 @nb.njit(cache=True)

@@ -7,9 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve import pardiso
-from bsm_mesh.solve.linear_solvers import SingularMatrixError, SuperLU, make_linear_solver
+from bsm_mesh.solve.linear_solvers import make_linear_solver
 from bsm_mesh.solve.pattern import block_pattern
+from bsm_mesh.solve.superlu import SuperLU
 
 SOLVERS = [
     "superlu",

@@ -95,6 +95,19 @@ def test_far_from_the_origin(offset):
     assert "turn about" in found
 
 
+@pytest.mark.parametrize("degrees", [7.0, 30.0, 61.3])
+@pytest.mark.parametrize("offset", [1e6, 5e6, 2e7])
+def test_a_bar_through_a_pin_holds_no_rotation_far_from_the_origin(offset, degrees):
+    """The pin and the bar are on different blocks: only the part as a whole can tell."""
+    polygons = [turned(0.05 * p, degrees, (offset, -offset)) for p in grid(3, 1)]
+    supports = [
+        bsm.Fixed(point=tuple(polygons[0][0])),
+        bsm.Roller(point=tuple(polygons[2][1]), direction=degrees),
+    ]
+    (found,) = faults(supports, polygons)
+    assert "turn about" in found
+
+
 def test_the_message_of_an_unconnected_pile_stays_short():
     polygons = [square(2 * i, 0) for i in range(300)]
     assert 100 <= len(faults([], polygons)) <= 102

@@ -6,7 +6,7 @@ Held on large models, on soft rock beside hard, far from the origin, in small an
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, framed, grid, running_bond, turned
+from scenes import LINEAR, framed, gmsh_triangles, grid, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.results.check import block_residuals
@@ -90,6 +90,26 @@ def test_units(scale, force):
     size = np.abs(plain.contacts.normal_force).max()
     assert_allclose(stage.contacts.normal_force / force, plain.contacts.normal_force, rtol=0, atol=1e-7 * size)
     assert_allclose(stage.displacement[:, :2] / scale, plain.displacement[:, :2], rtol=0, atol=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("soft", [0.0, 0.5])
+@pytest.mark.parametrize("solver", ["auto", "superlu"])
+def test_two_hundred_thousand_triangles(solver, soft):
+    pytest.importorskip("gmsh")
+    triangles = gmsh_triangles(100.0, 100.0, 0.34)
+    assert len(triangles) > 190_000
+    names = np.where(np.random.default_rng(0).random(len(triangles)) < soft, "soft", "hard").tolist()
+    blocks = framed(bsm.Blocks.from_polygons(triangles, rock=names), 100.0, 100.0)
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("soft", 26e3, SOFT, 0.25), bsm.Rock("hard", 26e3, HARD, 0.25)],
+        supports=[bsm.NormalRoller(boundary="bottom"), bsm.NormalRoller(boundary="left")],
+    )
+    results = bsm.run(model, bsm.Options(scheme="linear", linear_solver=solver))
+    held(results.stages[-1], results)
+    residual = np.abs(block_residuals(results, results.stages[-1])).max(axis=1)
+    assert (residual / model.weights).max() <= BLOCK
 
 
 def test_a_wall_in_bond_on_soft_joints_beside_hard_ones():

@@ -105,7 +105,7 @@ def recombined(size):
     [("triangle", 0.752, 0.336, 0.750), ("polygon", 0.899, 0.200, 0.971), ("quad", 1.125, 0.0, 0.500)],
 )
 def test_table_of_method(kind, modulus, poisson, shear):
-    """docs/theory.md's table, mu = 0.25, as measured there: the closed forms come within 3 % (Voronoi's shear), else 0.5 %."""
+    """Against the measured table of docs/theory.md, mu = 0.25: closed forms within 3 % (Voronoi), else 0.5 %."""
     rock = bsm.Rock("rock", young=E, poisson=0.25)
     matched, exact = matched_elasticity(rock, kind), nominal_elasticity(rock)
     assert_allclose(exact.poisson, 1 / 3, rtol=1e-12)

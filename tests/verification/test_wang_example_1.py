@@ -107,7 +107,7 @@ def test_stresses_near_the_tunnel(tunnel):
 
 
 def test_displacements_against_matched_and_nominal_continuum(tunnel):
-    """docs/theory.md section 3: against nominal E the thesis's stiffness is 17-31 % off; that is the model, not a bug."""
+    """Against nominal E the stiffness of the thesis is 17-31 % off (docs/theory.md): that is the model, not a bug."""
     _, _, _, comparison = tunnel
     matched, nominal = comparison.displacement_errors
     assert matched.l2 < MATCHED_L2

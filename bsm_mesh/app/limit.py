@@ -1,0 +1,76 @@
+"""The command ``limit``: the linear program on a model file, its answer in words, the mechanism as VTU."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.tables import print_table
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.model import Model
+from bsm_mesh.solve.limit_analysis import LimitAnalysis, limit_analysis, limit_tilt
+
+
+def analyse_limit(
+    path: Path, numbers: tuple[int, ...], tilt: str | None, output: Path | None, *, as_json: bool
+) -> None:
+    """Run the linear program on a model file, print what it says and proves, and write the mechanism."""
+    if numbers and tilt:
+        raise ModelError("limit: give --load or --tilt, not both")
+    loaded = load_model_file(path)
+    model = loaded.model
+    found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
+    told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}
+    if tilt:
+        told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
+    file = None
+    if found.mechanism.any():
+        from converters.result_files import write_mechanism
+
+        file = (output or loaded.output_folder) / "limit.vtu"
+        write_mechanism(model.blocks, found.mechanism, file)
+    if as_json:
+        notes = [*loaded.notes, str(found)]
+        click.echo(json.dumps({**told, "file": None if file is None else str(file), "notes": notes}, indent=2))
+        return
+    for note in loaded.notes:
+        click.echo(f"mesh: {note}", err=True)
+    print_table(model.title or str(path), ("", ""), _rows(found, numbers, told.get("tilt"), tilt))
+    click.echo(f"{found}.")
+    if file is not None:
+        click.echo(f"collapse mechanism written to {file}")
+
+
+def _with_live_loads(model: Model, numbers: tuple[int, ...]) -> LimitAnalysis:
+    """Return the analysis with the factor on the loads of these numbers, from 1, the others staying."""
+    outside = [k for k in numbers if not 1 <= k <= len(model.loads)]
+    if outside:
+        raise ModelError(f"limit: there is no [[load]] number {outside[0]}; the model has {len(model.loads)}")
+    live = [model.loads[k - 1] for k in numbers]
+    dead = tuple(load for k, load in enumerate(model.loads) if k + 1 not in numbers)
+    return limit_analysis(model.replace(loads=dead), live)
+
+
+def _finite(factor: float) -> float | None:
+    return factor if math.isfinite(factor) else None
+
+
+def _rows(
+    found: LimitAnalysis, numbers: tuple[int, ...], angle: float | None, side: str | None
+) -> list[tuple[str, str]]:
+    which = f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads together"
+    factor = f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"
+    rows = [
+        ("statically", "admissible" if found.admissible else "inadmissible"),
+        ("contacts", str(found.contacts.count)),
+        ("of them without a limit of strength", str(found.unlimited)),
+        (f"greatest factor on {which}", factor),
+    ]
+    if angle is not None:
+        rows.append((f"greatest tilt to the {side}", f"{angle:.4f} degrees"))
+    return rows

@@ -1,0 +1,133 @@
+"""Limit analysis against published and closed-form limits: arches, blocks on inclines, columns, stacks.
+
+Semicircular arch of N equal straight-sided voussoirs, R = 1 m to the centre line, springings on fixed blocks, self
+weight: least thickness over radius by limit analysis, and least friction that stands. The continuous arch needs 0.1075
+(Milankovitch; Couplet-Heyman).
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import rectangle, square
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.limit_analysis import limit_tilt
+
+THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
+PRINTED = 1e-5  # the tables give five and four decimals
+LP = 1e-6  # relative: HiGHS' feasibility tolerance of 1e-7 and a few digits
+
+
+def arch(n, thickness, friction=89.0):
+    angle = np.linspace(np.pi, 0, n + 1)
+    inner, outer = 1 - thickness / 2, 1 + thickness / 2
+    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    stones = [[inner * a, inner * b, outer * b, outer * a] for a, b in pairwise(ray)]
+    springings = [[(s * inner, 0), (s * outer, 0), (s * outer, -0.2), (s * inner, -0.2)] for s in (-1, 1)]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons([*stones, *springings], rock="stone"),
+        rocks=[bsm.Rock("stone", unit_weight=25e3)],
+        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=friction))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[n, n + 1])],
+    )
+
+
+def on_base(polygons, friction, cohesion=0.0, loads=(), base=(-5, -1, 15, 0)):
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons([rectangle(*base), *polygons], rock="stone"),
+        rocks=[bsm.Rock("stone", unit_weight=25e3)],
+        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=friction, cohesion=cohesion))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        loads=loads,
+    )
+
+
+@pytest.mark.parametrize("n", THICKNESS)
+def test_least_thickness_of_an_arch(n):
+    assert bsm.limit_analysis(arch(n, THICKNESS[n] + PRINTED)).admissible
+    assert not bsm.limit_analysis(arch(n, THICKNESS[n] - PRINTED)).admissible
+
+
+@pytest.mark.parametrize(("n", "thickness", "least"), [(20, 0.12, 0.3825), (30, 0.12, 0.3819), (30, 0.20, 0.3090)])
+def test_least_friction_of_an_arch(n, thickness, least):
+    above, below = (np.degrees(np.arctan(least + sign * 1e-4)) for sign in (1, -1))
+    assert bsm.limit_analysis(arch(n, thickness, above)).admissible
+    assert not bsm.limit_analysis(arch(n, thickness, below)).admissible
+
+
+def test_mechanism_of_a_thin_arch_has_four_hinges_and_sinks_at_the_crown():
+    n = 16
+    found = bsm.limit_analysis(arch(n, 0.09))
+    assert found.factor == pytest.approx(0, abs=1e-9)
+    turn = found.mechanism[:n, 2]
+    hinges = np.abs(np.diff(np.concatenate([[0], turn, [0]]))) > 1e-6
+    assert 4 <= hinges.sum() <= 5
+    work = (found.mechanism[:n, 1] * -1.0).sum()
+    assert work > 0
+
+
+@pytest.mark.parametrize("friction", [10.0, 35.0])
+def test_sliding_block_pushed_and_tilted(friction):
+    model = on_base([square(0, 0)], friction)
+    push = [bsm.PointLoad(block=1, point=(0.0, 0.1), force=(1e3, 0.0))]
+    found = bsm.limit_analysis(model, push)
+    assert_allclose(found.factor, 25 * np.tan(np.radians(friction)), rtol=LP)
+    assert_allclose(found.mechanism[0], 0)
+    assert_allclose(found.mechanism[1, 1] / found.mechanism[1, 0], np.tan(np.radians(friction)), rtol=1e-4)
+    for clockwise in (False, True):
+        assert_allclose(limit_tilt(model, clockwise=clockwise), friction, atol=1e-4)
+
+
+def test_cohesion_and_tension_bound_a_pull():
+    """A block glued to its base by tension of 20 kPa on 1 m, lifted at its centre: W + 20 kN."""
+    joint = bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=30, cohesion=5e3), tensile_strength=20e3)
+    model = on_base([square(0, 0)], 30).replace(joints=(joint,))
+    lift = [bsm.PointLoad(block=1, point=(0.5, 0.5), force=(0.0, 1e3))]
+    assert_allclose(bsm.limit_analysis(model, lift).factor, 25 + 20, rtol=LP)
+
+
+@pytest.mark.parametrize("n", [1, 2, 4])
+def test_a_column_topples_at_the_angle_of_its_diagonal(n):
+    column = [rectangle(0, 2 * k, 1, 2 * k + 2) for k in range(n)]
+    assert_allclose(limit_tilt(on_base(column, 80)), np.degrees(np.arctan(1 / (2 * n))), atol=1e-4)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_harmonic_stack(n):
+    """Overhangs sum 1 / (2 k), k from the top; 0.99 of the shifts stand, 1.01 do not."""
+    for scale, stands in ((0.99, True), (1.01, False)):
+        shift = np.concatenate([[0], np.cumsum([scale / (2 * k) for k in range(n, 0, -1)])])[: n + 1]
+        blocks = [rectangle(shift[k] - 1, 0.5 * k, shift[k], 0.5 * k + 0.5) for k in range(n + 1)]
+        model = on_base(blocks[1:], 45, base=(-1.0, 0.0, 0.0, 0.5))
+        assert bsm.limit_analysis(model).admissible is stands
+
+
+def test_forces_returned_are_in_equilibrium_and_within_strength():
+    model = arch(20, 0.15, 40.0)
+    found = bsm.limit_analysis(model)
+    assert found.admissible
+    assert found.factor == np.inf
+    assert not found.mechanism.any()
+    assert (found.normal_force <= 1e-6).all()
+    assert (np.abs(found.shear_force) <= -found.normal_force * np.tan(np.radians(40)) + 1e-3).all()
+    c = found.contacts
+    tangent = c.normal[:, ::-1] * (-1, 1)
+    force = found.normal_force[:, None] * c.normal + found.shear_force[:, None] * tangent
+    total = model.gravity_forces.copy()
+    np.add.at(total, c.block_b, force)
+    np.add.at(total, c.block_a, -force)
+    assert_allclose(total[:20], 0, atol=1e-5 * model.weights.mean())
+    crown = -found.normal_force[(c.block_a == 10) & (c.block_b == 9) | (c.block_a == 9) & (c.block_b == 10)].sum()
+    assert 0.08243 <= crown / 25e3 <= 0.10687  # bounds of the crown thrust, t / R = 0.15, N = 20
+
+
+def test_nothing_to_carry_and_unknown_loads_are_refused():
+    weightless = on_base([square(0, 0)], 30).replace(rocks=(bsm.Rock("stone"),))
+    with pytest.raises(bsm.ModelError, match="neither weight nor load"):
+        bsm.limit_analysis(weightless)
+    with pytest.raises(bsm.ModelError, match="the chosen loads are zero"):
+        bsm.limit_analysis(on_base([square(0, 0)], 30), [])
