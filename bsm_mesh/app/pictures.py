@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
+
+if TYPE_CHECKING:
+    from converters.vtk_files import Grid
 
 WIDTH = 1400  # pixels
 MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
@@ -35,11 +38,14 @@ class Scene:
         Title of the model, stage and verdict.
     size : float [m]
         Diagonal of the model.
+    joints : (k, 2, 2) float64 [m]
+        Both ends of every jointed face.
     """
 
     grid: Any
     title: str
     size: float
+    joints: FloatArray
 
     @property
     def outlines(self) -> bool:
@@ -59,14 +65,25 @@ def draw_pictures(folder: Path) -> list[Path]:
     file = read_pvd(folder / "blocks.pvd")[-1][1]
     read_vtu(file, needs=("displacement", "sigma_1", "stress"))
     grid = pyvista.read(file)
+    contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
     title = f"{told['title'] or 'bsm-mesh'}: stage {stage['name']}, {stage['status']}"
-    scene = Scene(grid=grid, title=title, size=float(grid.length))
+    scene = Scene(grid=grid, title=title, size=float(grid.length), joints=joint_traces(contacts))
     target = folder / "pictures"
     try:
         target.mkdir(exist_ok=True)
         return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
     except OSError as error:
         raise ModelError(f"{target}: cannot be written: {error.strerror or error}") from error
+
+
+def joint_traces(contacts: Grid) -> FloatArray:
+    """Return both ends of every jointed face, (k, 2, 2) [m]: its two contacts follow each other in the table."""
+    pair = np.sort(np.column_stack([contacts.cell_data["block_a"], contacts.cell_data["block_b"]]), axis=1)
+    joint = contacts.cell_data["joint"]
+    same = (pair[1:] == pair[:-1]).all(axis=1) & (joint[1:] >= 0) & (joint[1:] == joint[:-1])
+    first = np.flatnonzero(same)
+    traces: FloatArray = np.stack([contacts.points[first], contacts.points[first + 1]], axis=1)
+    return traces
 
 
 def _save(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
@@ -232,6 +249,7 @@ def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colo
         lighting=False,
         scalar_bar_args=_scalar_bar(title),
     )
+    _add_joints(plotter, scene)
     return remark
 
 
@@ -240,7 +258,19 @@ def _add_paper(plotter: Any, scene: Scene) -> None:
     plotter.add_mesh(
         scene.grid, color="#f4f1ea", show_edges=scene.outlines, edge_color="#d0cabc", line_width=0.5, lighting=False
     )
+    _add_joints(plotter, scene)
     plotter.add_mesh(_outline(scene.grid), color="black", line_width=2)
+
+
+def _add_joints(plotter: Any, scene: Scene) -> None:
+    """Draw the joints as thin dark lines over the blocks, where there are some."""
+    import pyvista
+
+    if len(scene.joints):
+        points = np.zeros((2 * len(scene.joints), 3))
+        points[:, :2] = scene.joints.reshape(-1, 2)
+        points[:, 2] = 0.006 * scene.size
+        plotter.add_mesh(pyvista.line_segments_from_points(points), color="#111111", line_width=1.6, lighting=False)
 
 
 def _outline(grid: Any) -> Any:
