@@ -188,6 +188,8 @@ def _run_script(script: Path, shown: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # a dataclass looks up its module there
     sys.path.insert(0, str(script.parent))
+    writes_bytecode = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True  # a user's folder gets no __pycache__ from us
     try:
         with _located_errors(script):
             spec.loader.exec_module(module)
@@ -195,6 +197,7 @@ def _run_script(script: Path, shown: Path) -> ModuleType:
         del sys.modules[name]
         raise
     finally:
+        sys.dont_write_bytecode = writes_bytecode
         with contextlib.suppress(ValueError):
             sys.path.remove(str(script.parent))
     return module

@@ -226,7 +226,13 @@ def test_ctrl_c(case: Case, where: str) -> None:
         start = [sys.executable, "main.py"]
     before = tree(case.folder)
     process = subprocess.Popen(
-        start, cwd=case.folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        start,
+        cwd=case.folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where tests run in the background
     )
     for _ in range(1200):
         if (case.folder / "started").exists() or process.poll() is not None:

@@ -62,6 +62,7 @@ def test_a_renderer_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, co
 def test_a_renderer_that_really_dies(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     """As VTK does without its libraries: of a segmentation fault while it is imported."""
     results.write("fake/pyvista.py", "import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     monkeypatch.syspath_prepend(str(results.folder / "fake"))
     monkeypatch.setenv("PYTHONPATH", f"{results.folder / 'fake'}{os.pathsep}{os.environ['PYTHONPATH']}")
     results.refuses("plot", "out", says=["the renderer died of signal 11", "libegl1"])
