@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.values import Rules
 
-Scheme = Literal["linear"]
+Scheme = Literal["linear", "continuation"]
 LinearSolverName = Literal["auto", "pardiso", "superlu"]
 
 
@@ -31,6 +31,8 @@ class Options:
 
     scheme: Scheme = "linear"
     tolerance: float = 1e-6
+    max_steps: int = 500
+    displacement_limit: float | None = None
     linear_solver: LinearSolverName = "auto"
     threads: int = 0
 
