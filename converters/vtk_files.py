@@ -81,13 +81,20 @@ def write_vtu(path: Path, grid: Grid) -> None:
             raise OSError(f"cannot write {path}: is the folder writable, the disk full?")
 
 
-def read_vtu(path: Path) -> Grid:
+def read_vtu(path: Path, *, needs: Sequence[str] = ()) -> Grid:
     """Return the grid of a VTU file whose cells are all of one type.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    needs : sequence of str
+        Cell arrays that must be in it.
 
     Raises
     ------
     ModelError
-        If the file is missing, damaged or of mixed cell types.
+        If the file is missing, damaged, of mixed cell types or without an array that is needed.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkLogger
@@ -105,9 +112,10 @@ def read_vtu(path: Path) -> Grid:
     finally:
         vtkLogger.SetStderrVerbosity(level)
     data = reader.GetOutput()
-    if reader.GetErrorCode() or data.GetPoints() is None:
-        raise ModelError(f"{path}: not a complete VTU file; write it again")
-    types = np.unique(vtk_to_numpy(data.GetCellTypesArray())) if data.GetNumberOfCells() else np.array([VERTEX])
+    missing = [name for name in needs if not data.GetCellData().HasArray(name)]
+    if reader.GetErrorCode() or data.GetPoints() is None or missing:
+        raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
+    types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
     if len(types) > 1:
         raise ModelError(f"{path}: has cells of the types {types.tolist()}; one type is needed")
     arrays = [_arrays(attributes) for attributes in (data.GetPointData(), data.GetCellData())]

@@ -66,7 +66,7 @@ class Case:
         with _located_errors(self.script):
             self.function(target, **parameters)
         if _time_of_change(target) in (None, before):
-            raise GeometryError(f"{self.script}: build wrote no file {target}; end it with write_mesh(path)")
+            raise GeometryError(f"{self.script}: build wrote no file {target}; end it with gmsh.write(str(path))")
         return target
 
 
@@ -168,7 +168,8 @@ def _load_script(path: Path) -> Case:
     """Run a user's script and return its case; a script beside it can be imported."""
     if not path.is_file():
         known = [entry.name for entry in path.parent.glob("*.py")]
-        raise GeometryError(f"there is no script {path}{nearest_name(path.name, known)}; give one's path")
+        hint = nearest_name(path.name, known) if known else ""
+        raise GeometryError(f"there is no script {path}{hint}; give the path of a .py file with build(path)")
     script = path.resolve()
     module = _run_script(script, path)
     function = getattr(module, "build", None)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -99,7 +100,27 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
     blocks, mesh_report = _blocks(file.mesh, file.groups, path)
-    model = Model(
+    with _placed(path.name):
+        model = _model(file, blocks, rocks, joints, supports, loads)
+    return LoadedModel(
+        path=path,
+        file=file,
+        model=model,
+        options=options[0],
+        notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks)),
+        mesh_lines=tuple(mesh_report.lines()[1:]),
+    )
+
+
+def _model(
+    file: ModelFile,
+    blocks: Blocks,
+    rocks: list[Rock],
+    joints: list[Joint],
+    supports: list[list[Support]],
+    loads: list[Load],
+) -> Model:
+    return Model(
         blocks=blocks,
         rocks=tuple(rocks),
         joints=tuple(joints),
@@ -110,14 +131,19 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         contact_points=file.mesh.contact_points,
         title=file.title,
     )
-    return LoadedModel(
-        path=path,
-        file=file,
-        model=model,
-        options=options[0],
-        notes=tuple(note.text for note in mesh_report.notes),
-        mesh_lines=tuple(mesh_report.lines()[1:]),
-    )
+
+
+def _unused_excavations(blocks: Blocks) -> list[str]:
+    return [f"excavation '{name}' ({len(ids)} blocks) is left in place" for name, ids in blocks.excavations.items()]
+
+
+@contextmanager
+def _placed(place: str) -> Iterator[None]:
+    """Say of every fault where it is."""
+    try:
+        yield
+    except ModelError as error:
+        raise ModelError([f"{place}: {fault}" for fault in error.faults]) from error
 
 
 def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:
@@ -136,27 +162,29 @@ def _rock(name: str, table: RockTable) -> Rock:
 
 
 def _joint(name: str, table: JointTable) -> Joint:
-    filling = None if table.filling is None else Filling(**table.filling.model_dump())
+    with _placed(f"joint '{name}'"):
+        filling = None if table.filling is None else Filling(**table.filling.model_dump())
+        law = _law(table)
     return Joint(
         name,
         normal_stiffness=table.normal_stiffness,
         shear_stiffness=table.shear_stiffness,
         filling=filling,
-        law=_law(name, table),
+        law=law,
         tensile_strength=table.tensile_strength,
     )
 
 
-def _law(name: str, table: JointTable) -> JointLaw | None:
+def _law(table: JointTable) -> JointLaw | None:
     given = {key: getattr(table, key) for key in ("friction", "dilation", "cohesion", "residual_friction")}
     given = {key: value for key, value in given.items() if value is not None}
     if not given and table.law is None:
         return None
     if "friction" not in given:
-        raise ModelError(f"joint '{name}': a joint with a strength needs the key 'friction' [degrees]")
+        raise ModelError("a joint with a strength needs the key 'friction' [degrees]")
     if table.law == "mohr_coulomb":
         if "dilation" in given:
-            raise ModelError(f"joint '{name}': law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
+            raise ModelError("law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
         return MohrCoulomb(**given)
     return Patton(**given)
 
@@ -181,8 +209,8 @@ def _supports(table: SupportTable, place: str) -> list[Support]:
         if table.boundary is None:
             raise ModelError(f'{place}: fix = "normal" needs a boundary; blocks and points have no normal')
         return [NormalRoller(boundary=table.boundary)]
-    if table.fix == "all":
-        return [Fixed(**where)]
+    if table.fix == "all" or (len(table.fix or []) == 2 and table.blocks is None):
+        return [Fixed(**where)]  # of an edge or a point both components are all there is
     axes = {"x": 0.0, "y": 90.0}
     return [Roller(**where, direction=axes[axis]) for axis in sorted(table.fix or [])]
 
@@ -204,27 +232,72 @@ def _load(table: LoadTable, place: str) -> Load:
 def _blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, MeshReport]:
     """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
     if (mesh.file is None) == (mesh.geometry is None):
-        raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'")
+        given = "neither is" if mesh.file is None else "both are"
+        raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'; {given} given")
     if mesh.file is not None:
+        if mesh.file.endswith(".py"):
+            raise ModelError(f'{path.name}: [mesh] file is a script; write geometry = "{mesh.file}"')
         if mesh.parameters:
             raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
-        return _read(path.parent / mesh.file, mesh, groups)
-    from geometries.cases import find_case
-
+        return _read(path.parent / mesh.file, mesh, groups, path.name)
     name = str(mesh.geometry)
-    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder, geometry_faults():
-        case = find_case(path.parent / name if name.endswith(".py") else name)
-        return _read(case.build(Path(folder) / "mesh.msh", **mesh.parameters), mesh, groups)
+    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder:
+        target = Path(folder) / "mesh.msh"
+        try:
+            build_geometry(path.parent / name if name.endswith(".py") else name, target, mesh.parameters)
+            return _read(target, mesh, groups, path.name)
+        except ModelError as error:  # the name of the temporary file says nothing to the user
+            raise ModelError([fault.replace(str(target), f"mesh.msh of {name}") for fault in error.faults]) from error
 
 
-def _read(path: Path, mesh: MeshTable, groups: dict[str, str]) -> tuple[Blocks, MeshReport]:
+def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) -> tuple[Blocks, MeshReport]:
     from converters import read_mesh
 
     try:
         scale = convert(f"1 {mesh.unit}", "m")
     except ValueError as error:
-        raise ModelError(f'[mesh] unit = "{mesh.unit}": {error}') from None
+        raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
     return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
+
+
+def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:
+    """Write the mesh of a geometry; what it prints goes to stderr, since stdout is the results'.
+
+    Raises
+    ------
+    ModelError
+        For an unknown geometry or parameter, and for whatever a user's script raises.
+    """
+    from geometries.cases import find_case
+
+    with geometry_faults(), stdout_to_stderr():
+        found = find_case(case)
+        if "path" in parameters:
+            raise ModelError(f"{found.name}: there is no parameter 'path': the mesh is written where it is needed")
+        found.build(path, **parameters)
+
+
+@contextmanager
+def stdout_to_stderr() -> Iterator[None]:
+    """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
+    sys.stdout.flush()
+    with tempfile.TemporaryFile() as printed:
+        try:
+            kept = os.dup(1)
+        except OSError:  # no such thing as stdout
+            kept = None
+        if kept is not None:
+            os.dup2(printed.fileno(), 1)
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        finally:
+            if kept is not None:
+                os.dup2(kept, 1)
+                os.close(kept)
+            printed.seek(0)
+            lines = printed.read().decode(errors="replace").splitlines()
+            sys.stderr.writelines(f"{line}\n" for line in lines if not line.startswith("Info "))
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from bsm_mesh import __version__
 from bsm_mesh.errors import ModelError
 
 EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 2, 3, 130
+EXIT_BROKEN_PIPE = 1  # as click and rich leave
 
 model_argument = click.argument("model", type=click.Path(path_type=Path))
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout and nothing else.")
@@ -154,7 +156,9 @@ def schema() -> None:
 def main(arguments: list[str] | None = None) -> Any:
     """Run a command; bad input is one message and exit code 2, never a traceback."""
     try:
-        return cli.main(arguments, standalone_mode=False)
+        result = cli.main(arguments, standalone_mode=False)
+        sys.stdout.flush()
+        return result
     except ModelError as error:
         _fail(f"error: {error}", EXIT_BAD_INPUT)
     except click.ClickException as error:
@@ -162,9 +166,23 @@ def main(arguments: list[str] | None = None) -> Any:
         sys.exit(EXIT_BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
         _fail("interrupted: what was finished is on disk", EXIT_INTERRUPTED)
+    except BrokenPipeError:  # whoever read our output has seen enough, as in `bsm-mesh schema | head`
+        _close_stdout()
+        sys.exit(EXIT_BROKEN_PIPE)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
+        _close_stdout()
         _fail(f"error: {where}{error.strerror or error}", EXIT_BAD_INPUT)
+    except MemoryError:
+        _fail("error: not enough memory for this model; take a coarser mesh", EXIT_BAD_INPUT)
+
+
+def _close_stdout() -> None:
+    """Send what stdout still holds nowhere: Python would try to write it on leaving, and complain."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, ValueError):  # stdout is no file
+        return
 
 
 def _fail(message: str, code: int) -> None:

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from bsm_mesh.app.build import LoadedModel, geometry_faults, load_model_file
+from bsm_mesh.app.build import (
+    LoadedModel,
+    build_geometry,
+    geometry_faults,
+    load_model_file,
+    stdout_to_stderr,
+)
 from bsm_mesh.app.progress import Progress
-from bsm_mesh.app.storage import save_results, summary, write_text
+from bsm_mesh.app.storage import refuse_folder, save_results, summary
 from bsm_mesh.app.tables import engineering, print_table, result_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import Results, Status
@@ -20,6 +27,7 @@ from bsm_mesh.run import run
 if TYPE_CHECKING:
     from converters import Comparison
 
+AS_RUN = "# The model as run by bsm-mesh: every default, SI units. A further run into this folder replaces it.\n"
 EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
 
@@ -28,10 +36,11 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report)
         folder = output or loaded.output_folder
+        refuse_folder(folder)
+        model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
         results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report(f"writing {folder}")
-        save_results(results, folder)
-        write_text(folder / "model.toml", model_as_run(loaded, folder))
+        save_results(results, folder, model_file)
         drawn = []
         if pictures:
             from bsm_mesh.app.plot import draw_in_subprocess
@@ -57,6 +66,24 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         click.echo(picture)
 
 
+def _keeps_its_model(folder: Path, path: Path) -> bool:
+    """Return whether the folder's ``model.toml`` is the model itself, which is left as its author wrote it.
+
+    Raises
+    ------
+    ModelError
+        If it is another file that did not come from a run.
+    """
+    there = folder / "model.toml"
+    if not there.exists():
+        return False
+    if there.samefile(path):
+        return True
+    if not there.read_bytes().startswith(AS_RUN.encode()):
+        raise ModelError(f"{there} is not from a run and would be replaced; choose another output folder")
+    return False
+
+
 def model_as_run(loaded: LoadedModel, folder: Path) -> str:
     """Return the model file with every default and all numbers in SI, its mesh relative to `folder`."""
     import tomli_w
@@ -67,17 +94,16 @@ def model_as_run(loaded: LoadedModel, folder: Path) -> str:
         if name is not None and (key == "file" or name.endswith(".py")):
             content["mesh"][key] = Path(os.path.relpath(loaded.path.parent / name, folder)).as_posix()
     content["output"]["folder"] = "."
-    return tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
+    return AS_RUN + tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
 
 
 def run_demo(folder: Path) -> None:
     """Write the starter ``tunnel`` into a folder, run it and draw it."""
-    from bsm_mesh.app.starters import write_starter
+    from bsm_mesh.app.starters import starter_files, write_starter
 
-    model = folder / "model.toml"
-    if not model.exists():
+    if not all((folder / source.name).is_file() for source in starter_files("tunnel")):  # else run it as changed
         write_starter("tunnel", folder)
-    run_model(model, folder / "out", pictures=True, as_json=False, quiet=False)
+    run_model(folder / "model.toml", folder / "out", pictures=True, as_json=False, quiet=False)
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
@@ -86,11 +112,23 @@ def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> Non
     from geometries.cases import find_case, parse_settings
 
     path = output or Path(f"{Path(case).stem}.msh")
+    if path.suffix != ".msh":
+        raise ModelError(f"{path}: a mesh is written as .msh; give a name that ends in .msh")
+    if path.is_dir():
+        raise ModelError(f"{path} is a folder; give the name of a file in it")
+    refuse_folder(path.parent)
     texts = dict(_key_and_value(setting) for setting in settings)
-    with geometry_faults():
-        found = find_case(case)
-        found.build(path, **parse_settings(found, texts))
-    _, report = read_mesh(path, groups={"*": "rock:rock"})
+    with geometry_faults(), stdout_to_stderr():
+        parameters = parse_settings(find_case(case), texts)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".bsm-mesh-", dir=path.parent) as folder:  # a mesh is there whole or not
+        draft = Path(folder) / path.name
+        try:
+            build_geometry(case, draft, parameters)
+            _, report = read_mesh(draft, groups={"*": "rock:rock"})
+        except ModelError as error:
+            raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error
+        draft.replace(path)
     click.echo(f"written: {path}")
     print_table("physical groups", ("group", "elements"), [(name, str(n)) for name, n in report.groups.items()])
 
@@ -134,8 +172,8 @@ def check_model(path: Path, *, as_json: bool) -> None:
         click.echo(json.dumps({**report, "notes": loaded.notes}, indent=2))
         return
     for line in loaded.mesh_lines:
-        click.echo(f"mesh: {line}")
-    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report))
+        click.echo(f"mesh: {line.strip()}")
+    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
 
 
 def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:
@@ -145,6 +183,7 @@ def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool,
 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report)
+        refuse_folder(output or loaded.output_folder)
         results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
         comparison = compare(loaded.model, results, order=order)

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.storage import refuse_folder
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
@@ -23,6 +24,7 @@ def analyse_limit(
     if numbers and tilt:
         raise ModelError("limit: give --load or --tilt, not both")
     loaded = load_model_file(path)
+    refuse_folder(output or loaded.output_folder)
     model = loaded.model
     found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
     told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}

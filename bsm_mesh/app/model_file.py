@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, StrictInt, ValidationError
 
 from bsm_mesh.app.units import (
     Angle,
@@ -15,6 +16,7 @@ from bsm_mesh.app.units import (
     Length,
     LinearStress,
     LinearStressPair,
+    Number,
     Point,
     Stiffness,
     Stress,
@@ -25,6 +27,17 @@ from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.model import ContactPoints
 from bsm_mesh.solve.options import LinearSolverName, Scheme
+
+PLAIN_WORDS = {  # for pydantic's names of faults
+    "string_type": "must be a text, in quotes",
+    "list_type": "must be a list, in brackets",
+    "int_type": "must be a whole number, without quotes",
+    "int_from_float": "must be a whole number",
+}
+HOW_TO_GIVE = {
+    "mesh": '; for example [mesh] with file = "mesh.msh"',
+    "rock": "; for example [rock.gneiss] with unit_weight, young and poisson",
+}
 
 
 def _fix(value: object) -> object:
@@ -39,6 +52,15 @@ Fix = Annotated[
 ]
 
 
+def _path_text(value: str) -> str:
+    if not value or "\0" in value:
+        raise ValueError("must be the name of a file or folder")
+    return value
+
+
+PathText = Annotated[str, AfterValidator(_path_text)]
+
+
 class Table(BaseModel):
     """A table of the file; a key that it does not know is an error."""
 
@@ -48,8 +70,10 @@ class Table(BaseModel):
 class MeshTable(Table):
     """Where the blocks come from."""
 
-    file: str | None = Field(default=None, description="mesh file, any format that meshio reads; relative to this file")
-    geometry: str | None = Field(
+    file: PathText | None = Field(
+        default=None, description="mesh file, any format that meshio reads; relative to this file"
+    )
+    geometry: PathText | None = Field(
         default=None, description="a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="parameters of the geometry")
@@ -65,7 +89,7 @@ class RockTable(Table):
 
     unit_weight: UnitWeight = 0.0
     young: Stress | None = None
-    poisson: float | None = None
+    poisson: Number | None = None
     cohesion: Stress | None = None
     friction: Angle | None = None
     tensile_strength: Stress | None = None
@@ -77,7 +101,7 @@ class FillingTable(Table):
 
     thickness: Length
     young: Stress
-    poisson: float
+    poisson: Number
 
 
 class JointTable(Table):
@@ -100,7 +124,7 @@ class SupportTable(Table):
     """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
 
     boundary: str | None = None
-    blocks: list[int] | None = None
+    blocks: list[StrictInt] | None = None
     point: Point | None = None
     fix: Fix | None = None
     direction: Angle | None = None
@@ -113,7 +137,7 @@ class LoadTable(Table):
     boundary: str | None = None
     pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
     traction: LinearStressPair | None = None
-    block: int | None = None
+    block: StrictInt | None = None
     point: Point | None = None
     force: Force | None = None
 
@@ -128,15 +152,15 @@ class SolverTable(Table):
     """How to solve."""
 
     scheme: Scheme = "linear"
-    tolerance: float = 1e-6
+    tolerance: Number = 1e-6
     linear_solver: LinearSolverName = "auto"
-    threads: int = 0
+    threads: StrictInt = 0
 
 
 class OutputTable(Table):
     """Where results go."""
 
-    folder: str = Field(default="out", description="relative to the model file")
+    folder: PathText = Field(default="out", description="relative to the model file")
 
 
 class ModelFile(Table):
@@ -163,39 +187,72 @@ def read_model_file(path: Path) -> ModelFile:
         If the file is missing or no TOML, or with every key and value that is wrong.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
     except FileNotFoundError:
-        raise ModelError(f"{path}: there is no such file") from None
+        alike = sorted(entry.name for entry in path.parent.glob("*.toml"))
+        raise ModelError(f"{path}: there is no such file{nearest(path.name, alike) if alike else ''}") from None
     except IsADirectoryError:
         raise ModelError(f"{path} is a folder; give the model file in it (model.toml)") from None
     except UnicodeDecodeError:
-        raise ModelError(f"{path}: not a text file; a model file is TOML") from None
+        raise ModelError(f"{path}: not a text file; a model file is TOML in UTF-8") from None
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
+    try:
+        content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ModelError(f"{path}: not valid TOML: {error}") from None
+        raise ModelError(f"{path}: not valid TOML: {_toml_fault(str(error), text)}") from None
+    except RecursionError:
+        raise ModelError(f"{path}: not a model file: brackets nested too deep") from None
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
         raise ModelError([f"{path.name}: {text}" for text in dict.fromkeys(_sentences(error))]) from None
 
 
+def _toml_fault(message: str, text: str) -> str:
+    """Return the parser's message in plainer words, with the line that it is about."""
+    if "Cannot overwrite a value" in message:
+        message = message.replace("Cannot overwrite a value", "a key is given twice")
+    found = re.search(r"at line (\d+)", message)
+    lines = text.split("\n")
+    if found is None or int(found[1]) > len(lines):
+        return message
+    return f"{message}: {_shown(lines[int(found[1]) - 1].strip())[1:-1]}"
+
+
 def _sentences(error: ValidationError) -> Iterator[str]:
     for fault in error.errors(include_url=False):
         path = list(_path(fault["loc"]))
-        message = fault["msg"].removeprefix("Value error, ")
-        if fault["type"] == "extra_forbidden":
+        kind, given = fault["type"], fault["input"]
+        if kind == "extra_forbidden":
             yield f"{_place(path[:-1])}: unknown key '{path[-1]}'{nearest(str(path[-1]), _known_keys(path[:-1]))}"
-        elif fault["type"] == "missing":
-            yield f"{_place(path[:-1])}: needs the key '{path[-1]}'"
-        elif fault["type"] in ("model_type", "model_attributes_type", "dict_type"):
-            yield f"{_place(path)}: must be a table of keys, not {fault['input']!r}"
+        elif kind == "missing":
+            yield f"{_place(path[:-1])}: needs the key '{path[-1]}'{_how_to_give(path)}"
+        elif kind in ("model_type", "model_attributes_type", "dict_type"):
+            once = f"; write [{path[-1]}], in single brackets, once" if isinstance(given, list) and path else ""
+            yield f"{_place(path)}: must be a table of keys, not {_shown(given)}{once}"
+        elif kind == "list_type" and len(path) == 1:
+            yield f"{_place(path)}: may stand more than once: write [[{path[0]}]], in double brackets"
+        elif kind == "too_short" and path == ["rock"]:
+            yield f"[rock]: needs a rock at least{_how_to_give(path)}"
         else:
-            yield f"{_place(path)} = {_shown(fault['input'])}: {message[0].lower()}{message[1:]}"
+            yield f"{_place(path)} = {_shown(given)}: {_in_words(fault, given)}"
+
+
+def _in_words(fault: Any, given: object) -> str:
+    if fault["type"] == "literal_error":
+        known = [name.strip("' ") for name in re.split(r",| or ", fault["ctx"]["expected"])]
+        return f"is not known{nearest(str(given), known)}"
+    message: str = PLAIN_WORDS.get(fault["type"], fault["msg"].removeprefix("Value error, "))
+    return f"{message[0].lower()}{message[1:]}"
+
+
+def _how_to_give(path: list[int | str]) -> str:
+    return HOW_TO_GIVE.get(str(path[0]), "") if len(path) == 1 else ""
 
 
 def _shown(value: object) -> str:
-    text = f'"{value}"' if isinstance(value, str) else f"{value}"
+    text = str(value).lower() if isinstance(value, bool) else f'"{value}"' if isinstance(value, str) else f"{value}"
     return text if len(text) < 60 else f"{text[:57]}..."
 
 
@@ -225,9 +282,13 @@ def _table_in(annotation: Any) -> type[Table] | None:
 
 def _known_keys(path: list[int | str]) -> list[str]:
     table: type[Table] | None = ModelFile
+    free = False  # the next part is a user's own name
     for part in path:
-        if table is not None and part in table.model_fields:
-            table = _table_in(table.model_fields[str(part)].annotation)
+        if free or isinstance(part, int) or table is None:
+            free = False
+        else:
+            annotation = table.model_fields[part].annotation
+            table, free = _table_in(annotation), "dict[" in str(annotation)
     return list(table.model_fields) if table is not None else []
 
 
@@ -239,6 +300,8 @@ def _place(path: list[int | str]) -> str:
     if field is not None and len(path) > 1 and isinstance(path[1], int):
         rest = ".".join(str(part) for part in path[2:])
         return f"[[{path[0]}]] number {path[1] + 1}" + (f", {rest}" if rest else "")
+    if path[0] == "groups" and len(path) > 1:
+        return f'[groups] "{path[1]}"'
     if field is None or _table_in(field.annotation) is None:
         return ".".join(str(part) for part in path)
     depth = 2 if "dict[" in str(field.annotation) else 1

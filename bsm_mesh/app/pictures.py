@@ -7,13 +7,18 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import ModelError
+
+if TYPE_CHECKING:
+    from converters.vtk_files import Grid
 
 WIDTH = 1400  # pixels
 MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
@@ -33,11 +38,14 @@ class Scene:
         Title of the model, stage and verdict.
     size : float [m]
         Diagonal of the model.
+    joints : (k, 2, 2) float64 [m]
+        Both ends of every jointed face.
     """
 
     grid: Any
     title: str
     size: float
+    joints: FloatArray
 
     @property
     def outlines(self) -> bool:
@@ -50,16 +58,32 @@ def draw_pictures(folder: Path) -> list[Path]:
     import pyvista
 
     pyvista.OFF_SCREEN = True
-    from converters.vtk_files import read_pvd
+    from converters.vtk_files import read_pvd, read_vtu
 
     told = read_summary(folder)
     stage = told["stages"][-1]
-    grid = pyvista.read(read_pvd(folder / "blocks.pvd")[-1][1])
+    file = read_pvd(folder / "blocks.pvd")[-1][1]
+    read_vtu(file, needs=("displacement", "sigma_1", "stress"))
+    grid = pyvista.read(file)
+    contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
     title = f"{told['title'] or 'bsm-mesh'}: stage {stage['name']}, {stage['status']}"
-    scene = Scene(grid=grid, title=title, size=float(grid.length))
+    scene = Scene(grid=grid, title=title, size=float(grid.length), joints=joint_traces(contacts))
     target = folder / "pictures"
-    target.mkdir(exist_ok=True)
-    return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+    try:
+        target.mkdir(exist_ok=True)
+        return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+    except OSError as error:
+        raise ModelError(f"{target}: cannot be written: {error.strerror or error}") from error
+
+
+def joint_traces(contacts: Grid) -> FloatArray:
+    """Return both ends of every jointed face, (k, 2, 2) [m]: its two contacts follow each other in the table."""
+    pair = np.sort(np.column_stack([contacts.cell_data["block_a"], contacts.cell_data["block_b"]]), axis=1)
+    joint = contacts.cell_data["joint"]
+    same = (pair[1:] == pair[:-1]).all(axis=1) & (joint[1:] >= 0) & (joint[1:] == joint[:-1])
+    first = np.flatnonzero(same)
+    traces: FloatArray = np.stack([contacts.points[first], contacts.points[first + 1]], axis=1)
+    return traces
 
 
 def _save(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
@@ -110,20 +134,28 @@ def _scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
     return values / factor, prefixed
 
 
+def _limits(values: FloatArray) -> tuple[tuple[float, float], str]:
+    """Return the ends of the colour scale, and what to say where a few outliers lie beyond them."""
+    least, low, high, greatest = np.percentile(values, [0, 1, 99, 100])
+    if greatest - least <= 2 * (high - low) or high == low:
+        return (float(least), float(greatest)), ""
+    return (float(low), float(high)), "; colours end at the 1st and 99th percentile"
+
+
 def draw_displacement(plotter: Any, scene: Scene) -> str:
     """Blocks by the magnitude of their displacement."""
     size = np.linalg.norm(scene.grid.cell_data["displacement"], axis=1)
     values, unit = _scaled(size, "m")
-    _add_blocks(plotter, scene, values, f"displacement, {unit}", "viridis")
-    return f"displacement of the blocks, greatest {engineering(float(size.max()), 'm')}"
+    remark = _add_blocks(plotter, scene, values, f"displacement, {unit}", "viridis")
+    return f"displacement of the blocks, greatest {engineering(float(size.max()), 'm')}{remark}"
 
 
 def draw_sigma_1(plotter: Any, scene: Scene) -> str:
     """Blocks by their most compressive principal stress."""
     sigma = np.asarray(scene.grid.cell_data["sigma_1"])
     values, unit = _scaled(sigma, "Pa")
-    _add_blocks(plotter, scene, values, f"sigma_1, {unit} (compression negative)", "viridis_r")
-    return f"most compressive principal stress, {engineering(float(sigma.min()), 'Pa')} at most"
+    remark = _add_blocks(plotter, scene, values, f"sigma_1, {unit} (compression negative)", "viridis_r")
+    return f"most compressive principal stress, {engineering(float(sigma.min()), 'Pa')} at most{remark}"
 
 
 def draw_arrows(plotter: Any, scene: Scene) -> str:
@@ -201,12 +233,15 @@ PICTURES: dict[str, Callable[[Any, Scene], str]] = {
 }
 
 
-def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colours: str) -> None:
+def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colours: str) -> str:
+    """Draw the blocks by a value, and return what to say about the ends of the colours."""
+    limits, remark = _limits(values)
     grid = scene.grid.copy()
     grid.cell_data["shown"] = values
     plotter.add_mesh(
         grid,
         scalars="shown",
+        clim=limits,
         cmap=colours,
         show_edges=scene.outlines,
         edge_color="#555555",
@@ -214,6 +249,8 @@ def _add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colo
         lighting=False,
         scalar_bar_args=_scalar_bar(title),
     )
+    _add_joints(plotter, scene)
+    return remark
 
 
 def _add_paper(plotter: Any, scene: Scene) -> None:
@@ -221,7 +258,19 @@ def _add_paper(plotter: Any, scene: Scene) -> None:
     plotter.add_mesh(
         scene.grid, color="#f4f1ea", show_edges=scene.outlines, edge_color="#d0cabc", line_width=0.5, lighting=False
     )
+    _add_joints(plotter, scene)
     plotter.add_mesh(_outline(scene.grid), color="black", line_width=2)
+
+
+def _add_joints(plotter: Any, scene: Scene) -> None:
+    """Draw the joints as thin dark lines over the blocks, where there are some."""
+    import pyvista
+
+    if len(scene.joints):
+        points = np.zeros((2 * len(scene.joints), 3))
+        points[:, :2] = scene.joints.reshape(-1, 2)
+        points[:, 2] = 0.006 * scene.size
+        plotter.add_mesh(pyvista.line_segments_from_points(points), color="#111111", line_width=1.6, lighting=False)
 
 
 def _outline(grid: Any) -> Any:
@@ -259,5 +308,9 @@ def _round_factor(factor: float) -> float:
 
 
 if __name__ == "__main__":
-    for picture in draw_pictures(Path(sys.argv[1])):
-        print(picture)
+    try:
+        for picture in draw_pictures(Path(sys.argv[1])):
+            print(picture)
+    except ModelError as error:
+        print(error, file=sys.stderr)
+        sys.exit(BAD_INPUT)

@@ -10,6 +10,7 @@ from pathlib import Path
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.errors import ModelError
 
+BAD_INPUT = 2  # exit code of the drawing process where the results are at fault, not the renderer
 CURE = (
     "the renderer needs system libraries: on Debian 'apt-get install libgl1 libegl1 libgl1-mesa-dri', "
     "or use the results without pictures"
@@ -27,10 +28,12 @@ def draw_in_subprocess(folder: Path) -> list[Path]:
     read_summary(folder)
     command = [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=_environment())
-    if done.returncode < 0:
+    if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
         raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
+    last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+    if done.returncode == BAD_INPUT:
+        raise ModelError(last)
     if done.returncode:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
     return [Path(line) for line in done.stdout.splitlines()]
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.tables import engineering
+from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import listing
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
@@ -30,6 +31,13 @@ def quality_summary(model: Model, system: LinearSystem) -> dict[str, Any]:
     roundness = 4 * np.pi * area / outline**2
     contacts = system.contacts
     jointed = contacts.joint >= 0
+    poor = {
+        "tiny": np.flatnonzero(area < TINY_AREA * np.median(area)),
+        "thin": np.flatnonzero(roundness < THIN_ASPECT),
+        "short_edged": np.flatnonzero(shortest < SHORT_EDGE * np.sqrt(area)),
+        "concave": np.flatnonzero(~convex_polygons(blocks.vertices, blocks.offsets)),
+        "without_contact": _without_contact(blocks, system),
+    }
     return {
         "blocks": blocks.count,
         "corners_per_block": [int(np.diff(blocks.offsets).min()), int(np.diff(blocks.offsets).max())],
@@ -49,11 +57,8 @@ def quality_summary(model: Model, system: LinearSystem) -> dict[str, Any]:
         "stiffness_ratio": float(contacts.normal_stiffness.max() / contacts.normal_stiffness.min())
         if contacts.count
         else 1.0,
-        "tiny": np.flatnonzero(area < TINY_AREA * np.median(area)).tolist(),
-        "thin": np.flatnonzero(roundness < THIN_ASPECT).tolist(),
-        "short_edged": np.flatnonzero(shortest < SHORT_EDGE * np.sqrt(area)).tolist(),
-        "concave": _concave(blocks),
-        "without_contact": _without_contact(blocks, system),
+        **{key: ids.tolist() for key, ids in poor.items()},
+        "first_at": {key: blocks.moments.centroid[ids[0]].tolist() for key, ids in poor.items() if ids.size},
     }
 
 
@@ -62,14 +67,10 @@ def _counts(names: tuple[str, ...], index: Any) -> dict[str, int]:
     return {name: int(count) for name, count in zip(names, counts, strict=True)}
 
 
-def _concave(blocks: Blocks) -> list[int]:
-    return np.flatnonzero(~convex_polygons(blocks.vertices, blocks.offsets)).tolist()
-
-
-def _without_contact(blocks: Blocks, system: LinearSystem) -> list[int]:
+def _without_contact(blocks: Blocks, system: LinearSystem) -> IntArray:
     touched = np.zeros(blocks.count, dtype=bool)
     touched[system.contacts.block_a] = touched[system.contacts.block_b] = True
-    return np.flatnonzero(~touched).tolist()
+    return np.flatnonzero(~touched)
 
 
 def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
@@ -99,5 +100,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("concave", "concave blocks"),
         ("without_contact", "blocks without contact"),
     ):
-        rows.append((meaning, listing(report[key], 5) or "none"))
+        first = report["first_at"].get(key)
+        place = "" if first is None else f", first at ({first[0]:.4g}, {first[1]:.4g})"
+        rows.append((meaning, (listing(report[key], 5) or "none") + place))
     return rows

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from dataclasses import asdict, fields
 from importlib import metadata
 from pathlib import Path
@@ -19,8 +20,29 @@ SCHEMA_VERSION = 1
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
 
 
-def save_results(results: Results, folder: Path) -> Path:
+def refuse_folder(folder: Path) -> None:
+    """Raise `ModelError` where a folder cannot be made or written to: better before a long run than after it.
+
+    Nothing is made; a disk that fills up later is found out later.
+    """
+    there = next((place for place in (folder, *folder.absolute().parents) if os.path.lexists(place)), folder)
+    if not there.is_dir():
+        raise ModelError(f"cannot write results to {folder}: {there} is not a folder; choose another folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ModelError(f"cannot write results to {folder}: {there} is not writable; choose another folder")
+
+
+def save_results(results: Results, folder: Path, model_file: str | None = None) -> Path:
     """Write all files of a run into `folder`, made if need be; ``summary.json`` last, as the mark of a complete run.
+
+    Parameters
+    ----------
+    results : Results
+        What came out.
+    folder : Path
+        Where to.
+    model_file : str, optional
+        Content of ``model.toml``, the model as run.
 
     Raises
     ------
@@ -34,6 +56,8 @@ def save_results(results: Results, folder: Path) -> Path:
         (folder / "summary.json").unlink(missing_ok=True)  # while the files change the run is not complete
         write_series(results, folder)
         _write_history(results, folder / "history.csv")
+        if model_file is not None:
+            write_text(folder / "model.toml", model_file)
         write_text(folder / "summary.json", json.dumps(summary(results), indent=2) + "\n")
     except OSError as error:
         raise ModelError(
@@ -97,11 +121,19 @@ def _write_history(results: Results, path: Path) -> None:
         writer.writerows(asdict(step) for stage in results.stages for step in stage.steps)
 
 
-def _read_history(path: Path) -> list[StepRecord]:
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+def _read_history(path: Path, count: int) -> list[StepRecord]:
     kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
-    return [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        steps = [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
+    except FileNotFoundError:
+        raise ModelError(f"{path}: there is no such file; run the model again") from None
+    except (KeyError, TypeError, ValueError):
+        steps = []
+    if len(steps) != count:
+        raise ModelError(f"{path} is damaged; run the model again")
+    return steps
 
 
 def load_results(folder: Path) -> Results:
@@ -109,7 +141,7 @@ def load_results(folder: Path) -> Results:
     from converters.result_files import blocks_of_grid, read_stage_grids
 
     told = read_summary(folder)
-    steps = _read_history(folder / "history.csv")
+    steps = _read_history(folder / "history.csv", sum(stage["steps"] for stage in told["stages"]))
     stages = [_load_stage(folder, k, stage, steps) for k, stage in enumerate(told["stages"])]
     return Results(
         blocks=blocks_of_grid(read_stage_grids(folder, 0)[0]),
@@ -137,8 +169,12 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{folder} holds no results (no summary.json); give the output folder of a run") from None
     except (json.JSONDecodeError, UnicodeDecodeError):
         raise ModelError(f"{path} is damaged; run the model again") from None
-    if told.get("schema_version") != SCHEMA_VERSION:
-        raise ModelError(f"{path} has schema version {told.get('schema_version')}; this is {SCHEMA_VERSION}: run again")
+    if not isinstance(told, dict) or "schema_version" not in told:
+        raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
+    if told["schema_version"] != SCHEMA_VERSION:
+        raise ModelError(f"{path} has schema version {told['schema_version']}; this is {SCHEMA_VERSION}: run again")
+    if not {"title", "stages", "joint_names", "scheme"} <= set(told) or not told["stages"]:
+        raise ModelError(f"{path} is not complete; run the model again")
     return told
 
 

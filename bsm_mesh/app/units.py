@@ -6,7 +6,7 @@ import re
 from functools import cache
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 
 EXAMPLES = {
     "Pa": "69 kPa",
@@ -16,6 +16,8 @@ EXAMPLES = {
     "N/m": "120 kN/m",
     "degree": "35 deg",
 }
+GREATEST = 1e30  # in SI units; nothing in rock is greater, and products of such numbers are still finite
+NUMBER = r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*(?P<unit>[^\d\s,;+-][^,;+]*)?"
 
 
 @cache
@@ -38,7 +40,7 @@ def convert(value: object, unit: str) -> float:
     Raises
     ------
     ValueError
-        If the text cannot be read or has another dimension.
+        If the text cannot be read or has another dimension, or the number is not finite.
 
     Examples
     --------
@@ -47,27 +49,44 @@ def convert(value: object, unit: str) -> float:
     >>> convert(35, "degree")
     35.0
     """
+    example = f'"{EXAMPLES.get(unit, "1 " + unit)}"'
     if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise ValueError(f'needs a number [{unit}] or a text with a unit such as "{EXAMPLES.get(unit, "1 " + unit)}"')
-    if not isinstance(value, str):
-        return float(value)
+        raise ValueError(f"needs a number [{unit}] or a text with a unit such as {example}")
+    number = _from_text(value, unit, f"give {unit}, for example {example}") if isinstance(value, str) else value
+    if not abs(number) < GREATEST:
+        raise ValueError(f"is no finite number below {GREATEST:g} [{unit}]")
+    return float(number)
+
+
+def _from_text(text: str, unit: str, cure: str) -> float:
     import pint
 
-    text = re.sub(r"\b(m|cm|mm|ft|in)([23])\b", r"\1^\2", value.replace("³", "^3").replace("²", "^2"))
-    registry = _registry()
-    cure = f'give {unit}, for example "{EXAMPLES.get(unit, "1 " + unit)}"'
+    parts = re.fullmatch(NUMBER, text)
+    if parts is None:
+        comma = " (a comma is no decimal point)" if "," in text else ""
+        raise ValueError(f"not a number with a unit{comma}; {cure}")
+    if not parts["unit"]:
+        raise ValueError(f"a text without a unit; write a plain number (in {unit}) or {cure}")
     try:
-        quantity = registry.Quantity(text)
+        quantity = _registry().Quantity(float(parts["number"]), _spelled_out(parts["unit"]))
     except pint.UndefinedUnitError as error:
         raise ValueError(f"the unit {error.unit_names[0]} is unknown; {cure}") from None
     except Exception:  # pint lets through whatever its tokenizer raises
         raise ValueError(f"not a number with a unit; {cure}") from None
-    if isinstance(quantity, int | float) or (quantity.unitless and unit != "degree"):
-        raise ValueError(f"a text without a unit; write a plain number (in {unit}) or {cure}")
     try:
+        if quantity.unitless:  # a percentage is no angle
+            raise pint.DimensionalityError(quantity.units, unit)
         return float(f"{quantity.to(unit).magnitude:.15g}")  # 26 kN is 26000, not 26000.000000000004
     except pint.DimensionalityError:
-        raise ValueError(f"is in {quantity.units:~}, which does not convert to {unit}; {cure}") from None
+        density = " (a density: its unit weight is g = 9.81 m/s^2 times it)" if quantity.check("[density]") else ""
+        raise ValueError(f"is in {quantity.units:~P}{density}, which does not convert to {unit}; {cure}") from None
+
+
+def _spelled_out(unit: str) -> str:
+    """Return a unit as pint reads it: m3 and m³ are m^3."""
+    if re.search(r"\^[^*/]*\^", unit.replace("**", "^")):  # towers of powers take pint for ever
+        raise ValueError(unit)
+    return re.sub(r"\b(m|cm|mm|ft|in)([23])\b", r"\1^\2", unit.replace("³", "^3").replace("²", "^2"))
 
 
 def quantity(unit: str) -> Any:
@@ -76,7 +95,6 @@ def quantity(unit: str) -> Any:
         float,
         BeforeValidator(lambda value: convert(value, unit)),
         WithJsonSchema(_schema(unit)),
-        Field(allow_inf_nan=False),
     ]
 
 
@@ -129,6 +147,15 @@ LinearStressPair = Annotated[
     PlainValidator(_linear_stress_pair),
     WithJsonSchema({"type": "array", "items": _linear_schema(), "minItems": 2, "maxItems": 2}),
 ]
+
+
+def _plain(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < GREATEST:
+        raise ValueError("must be a plain finite number, without quotes")
+    return float(value)
+
+
+Number = Annotated[float, PlainValidator(_plain), WithJsonSchema({"type": "number"})]
 Point = pair("m")
 Force = pair("N/m")
 Stress = quantity("Pa")

@@ -98,7 +98,7 @@ class Patton:
         rules = Rules("law 'patton'")
         rules.number("friction", self.friction, "degrees", least=0, below=90)
         rules.number("dilation", self.dilation, "degrees", least=0, below=90)
-        if not rules.faults:
+        if not rules.faults and self.dilation > 0:
             rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
         rules.number("cohesion", self.cohesion, "Pa", least=0)
         rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.model.values import Rules, is_number, plain_numbers
+from bsm_mesh.model.values import Rules, plain_numbers
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
 

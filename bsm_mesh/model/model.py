@@ -137,9 +137,10 @@ def _missing(
     for number, name in enumerate(used):
         where = np.flatnonzero(index == number)
         if name not in defined and where.size:
+            hint = nearest(name, defined) if defined else ""
             yield (
                 f"{kind} '{name}' of {where.size} {thing if where.size == 1 else things} ({listing(where, 4)}) is not "
-                f"defined; add it{nearest(name, defined)}"
+                f"defined; define it, [{kind}.{name}] in a model file{hint}"
             )
 
 

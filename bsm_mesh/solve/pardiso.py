@@ -127,10 +127,10 @@ class Pardiso:
             _pointer(x),
             ctypes.byref(error),
         )
-        if error.value == -4:
-            raise SingularMatrixError("Pardiso found a zero or negative pivot")
         if error.value == -2:
             raise MemoryError("Pardiso: not enough memory for the factors")
+        if error.value == -4 or (error.value and phase == _FACTORIZE):  # numbers too far apart end in other errors
+            raise SingularMatrixError(f"Pardiso found no positive pivot, error {error.value}")
         if error.value:
             raise RuntimeError(f"Pardiso failed with error {error.value} in phase {phase}")
 

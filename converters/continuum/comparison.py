@@ -172,13 +172,13 @@ def compare(model: Model, results: Results, *, order: int = 2) -> Comparison:
         stress_errors=stress_errors(stage.stress, nominal.stress, moments.area),
         displacement_errors=tuple(
             measure_difference(
-                f"displacement against {name}",
+                f"displacement, {name}",
                 "m",
                 stage.displacement[:, :2],
                 solution.displacement[:, :2],
                 moments.area,
             )
-            for name, solution in (("matched E*, nu*", matched), ("the rock's E, nu", nominal))
+            for name, solution in (("matched E*", matched), ("nominal E", nominal))
         ),
         area=moments.area,
         centroid=moments.centroid,

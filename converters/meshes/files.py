@@ -50,5 +50,7 @@ def _refuse_unreadable(file: Path) -> None:
         raise ModelError(f"{file}: there is no such file{there}; correct the path or make the mesh first") from None
     except OSError as problem:
         raise ModelError(f"{file}: cannot be opened ({problem.strerror}); see to its permissions") from None
+    except ValueError:  # a NUL in it
+        raise ModelError(f"{file!s:.60}: is no path; correct it") from None
     if empty:
         raise ModelError(f"{file}: is empty; write the mesh again")

@@ -31,7 +31,7 @@ def read_by_meshio(path: Path) -> MeshCells:
     said = io.StringIO()
     try:
         # meshio prints its errors and then leaves the program.
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), np.errstate(all="ignore"):
             mesh = meshio.read(path, file_format=_format(path))
     except ImportError as problem:
         raise ModelError(
@@ -85,11 +85,15 @@ def _format(path: Path) -> str | None:
 
 
 def _reason(path: Path, said: str, problem: BaseException) -> str:
+    if path.suffix == ".geo":
+        return "a script of Gmsh, no mesh; make one: gmsh -2 -format msh41 " + path.name
     if "Could not deduce file format" in str(problem):
         from meshio import extension_to_filetypes
 
         known = ", ".join(sorted({*extension_to_filetypes, ".vtp"}))
-        return f"no mesh format has the ending '{path.suffix}' (known: {known}); rename the file or save it as .msh"
+        return f"no mesh format has the ending '{path.suffix}' (known: {known}); save the mesh as .msh or .vtu"
+    if isinstance(problem, UnicodeDecodeError):
+        problem = ValueError("it holds bytes that are no text")
     lines = [line.strip() for line in said.splitlines() if line.strip() and "Couldn't read file" not in line]
     why = str(problem) if isinstance(problem, Exception) and str(problem) else (lines or ["no reason given"])[-1]
     return f"meshio cannot read it ({why}); it is damaged, cut off, or of another format than its ending says"

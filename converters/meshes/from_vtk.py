@@ -6,6 +6,7 @@ string data, and orders polygons by their number of corners; VTK reads what it w
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -94,10 +95,14 @@ def _read(path: Path) -> Any:
     finally:
         vtkOutputWindow.SetInstance(window)
         vtkLogger.SetStderrVerbosity(verbosity)
-    complaints = [line.strip() for line in said.GetOutput().splitlines() if line.strip()]
+    output = said.GetOutput()
+    output = output.decode(errors="replace") if isinstance(output, bytes) else output  # where it quotes the file
+    complaints = [line.strip() for line in output.splitlines() if line.strip()]
     if data is None or complaints:
-        reason = complaints[-1] if complaints else "no data"
-        raise ModelError(f"{path}: VTK cannot read it ({reason}); it is damaged, cut off, or no such file")
+        # Of VTK's lines the telling ones have the form "ERR| Reader (0x...): what is wrong".
+        told = [found[1] for found in (re.search(r"Reader \(0x\w+\): (.+)", line) for line in complaints) if found]
+        reason = f" ({told[0]})" if told else ""
+        raise ModelError(f"{path}: VTK cannot read it{reason}; it is damaged, cut off, or not what its ending says")
     if not data.IsA("vtkUnstructuredGrid") and not data.IsA("vtkPolyData"):
         raise ModelError(
             f"{path}: holds a {data.GetClassName()[3:]}; an unstructured grid or polygons are needed "

@@ -107,7 +107,9 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str]) -> NamedGroups:
         else:
             found = _of_value(cells, key, target.kind.dimension)
             if found is None:
-                faults.append(f"{cells.source}: has no group '{key}'{nearest(key, [*known, *value_names(cells)])}")
+                faults.append(
+                    f"{cells.source}: has no group '{key}'{nearest(key, [*known, *value_names(cells, of_pieces=True)])}"
+                )
             else:
                 groups.append(_named(target, found))
     raise_faults(faults)
@@ -143,11 +145,11 @@ def _of_value(cells: MeshCells, key: str, dimension: int) -> CellGroup | None:
     return CellGroup(name=key, elements=elements, pieces=pieces)
 
 
-def value_names(cells: MeshCells) -> list[str]:
-    """Return the ``ARRAY=VALUE`` names of surface elements, for arrays with few values."""
+def value_names(cells: MeshCells, *, of_pieces: bool = False) -> list[str]:
+    """Return the ``ARRAY=VALUE`` names of surface elements, or of line elements too, for arrays with few values."""
     names = []
-    for array, (elements, _) in cells.arrays.items():
-        values = np.unique(elements)
+    for array, (elements, pieces) in cells.arrays.items():
+        values = np.unique(np.concatenate([elements, pieces]) if of_pieces else elements)
         if len(values) <= MOST_VALUES:
             names += [f"{array}={value}" for value in values]
     return names
@@ -166,7 +168,7 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
             more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
             text = (
                 f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
-                f'for example "{names[0]}" = "{example}:{names[0].replace(":", "_")}"'
+                f'for example "{names[0]}" = "{example}:{names[0].rpartition(":")[2] or "name"}"'
             )
             count = int(sum(sizes.values()))
             notes.append(Note(kind=NoteKind.UNKNOWN_GROUP, name=", ".join(names), count=count, text=text))

@@ -133,6 +133,7 @@ def _clean(cells: MeshCells, points: FloatArray, number: IntArray, tolerance: fl
     corners = corners[np.repeat(kept >= 3, kept)]
     offsets = _offsets(kept[element])
     area, thin = _areas(points[corners], offsets, tolerance)
+    _refuse_crossing(cells, element[thin], *_keep(thin, corners, offsets), points, tolerance)
     element, area, (corners, offsets) = element[~thin], area[~thin], _keep(~thin, corners, offsets)
     corners = _turn(corners, offsets, area < 0)
     first = first_of_equal(corners, offsets)
@@ -207,6 +208,24 @@ def _areas(vertices: FloatArray, offsets: IntArray, tolerance: float) -> tuple[F
     perimeter = np.add.reduceat(edge, offsets[:-1])
     thin: BoolArray = np.abs(area) <= np.maximum(tolerance * longest / 2, FLATNESS * perimeter**2)
     return area, thin
+
+
+def _refuse_crossing(
+    cells: MeshCells, element: LongArray, corners: IntArray, offsets: IntArray, points: FloatArray, tolerance: float
+) -> None:
+    """Refuse outlines without area whose corners are not on a line: two equal halves that run opposite ways."""
+    if element.size == 0:
+        return
+    arm = points[corners] - points[corners[np.repeat(offsets[:-1], np.diff(offsets))]]
+    following = arm[next_corner(offsets)]
+    halves = np.add.reduceat(np.abs(arm[:, 0] * following[:, 1] - arm[:, 1] * following[:, 0]), offsets[:-1]) / 2
+    reach = np.maximum.reduceat(np.hypot(*arm.T), offsets[:-1])
+    bad = np.flatnonzero(halves > np.maximum(tolerance * reach, 100 * FLATNESS * reach**2))
+    if bad.size:
+        raise ModelError(
+            f"{cells.source}: {bad.size} elements cross themselves (elements {listing(cells.numbers[element[bad]])}, "
+            f"{places(points[corners[offsets[bad]]])}); give their corners in order round the element"
+        )
 
 
 def _turn(corners: IntArray, offsets: IntArray, which: BoolArray) -> IntArray:

@@ -28,15 +28,15 @@ def fault(match):
     [
         (
             {"rocks": (bsm.Rock("granit"), ROCKS[1])},
-            "rock 'granite' of 1 block (0) is not defined; add it; did you mean 'granit'? (known: granit, schist)",
+            "rock 'granite' of 1 block (0) is not defined; define it, [rock.granite] in a model file; did you mean",
         ),
-        ({"rocks": ()}, "rock 'schist' of 1 block (1) is not defined; add it (there are none)"),
+        ({"rocks": ()}, "rock 'schist' of 1 block (1) is not defined; define it, [rock.schist] in a model file"),
         ({"rocks": (*ROCKS, ROCKS[0])}, "rock 'granite' is defined more than once; remove all but one"),
         ({"joints": (JOINT, JOINT)}, "joint 'J1' is defined more than once; remove all but one"),
         ({"default_joint": "J2"}, "default_joint: there is no joint 'J2'; did you mean 'J1'? (known: J1)"),
         (
             {"blocks": BLOCKS.with_joint("SZ", lambda x, y: abs(x - 1) < 1e-9)},
-            "joint 'SZ' of 2 edges (1, 7) is not defined; add it",
+            "joint 'SZ' of 2 edges (1, 7) is not defined; define it, [joint.SZ] in a model file",
         ),
         ({"gravity_direction": np.inf}, "model: gravity_direction = inf is not a finite number [degrees]"),
         ({"contact_points": "end"}, "model: contact_points = 'end' must be 'ends' or 'gauss'"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError, nearest
@@ -27,9 +28,14 @@ def write_starter(case: str, folder: Path) -> list[Path]:
         raise ModelError(f"{folder} exists and is not empty; name a new folder")
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for source in sorted((resources.files(__name__) / case).iterdir(), key=lambda entry: entry.name):
-        if source.is_file():
-            target = folder / source.name
-            target.write_bytes(source.read_bytes())
-            written.append(target)
+    for source in starter_files(case):
+        target = folder / source.name
+        target.write_bytes(source.read_bytes())
+        written.append(target)
     return written
+
+
+def starter_files(case: str) -> list[Traversable]:
+    """Return the files of a starter."""
+    files = [entry for entry in (resources.files(__name__) / case).iterdir() if entry.is_file()]
+    return sorted(files, key=lambda entry: entry.name)

@@ -1,0 +1,288 @@
+"""The command line with good input: what is on stdout, on stderr, on disk, and the exit code."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_case import MODEL, Case, command, environment, run_process, tree
+
+import bsm_mesh as bsm
+from bsm_mesh.app.model_file import ModelFile
+from bsm_mesh.results import Results
+from converters.vtk_files import read_pvd
+
+STAGE_KEYS = "name status steps newton_iterations factorizations residual max_displacement unstable_blocks"
+STAGE_KEYS += " total_load total_reaction seconds"
+
+
+def test_run_writes_the_whole_folder(case: Case) -> None:
+    outcome = case.run("run", "model.toml")
+    assert outcome.code == 0
+    series = ("blocks", "contacts", "supports")
+    files = {*(f"{kind}.pvd" for kind in series), *(f"{kind}_0000.vtu" for kind in series)}
+    files |= {"history.csv", "summary.json", "model.toml"}
+    assert {Path(name).name for name in outcome.new} == files | {"out"}
+    assert "stable" in outcome.out
+    assert "time of the solution" in outcome.out
+    assert "linear solution" in outcome.err  # progress, as plain lines
+    for kind in series:
+        assert read_pvd(case.folder / "out" / f"{kind}.pvd") == [(0.0, case.folder / "out" / f"{kind}_0000.vtu")]
+
+
+def test_json_is_all_there_is_on_stdout(case: Case) -> None:
+    outcome = case.run("run", "model.toml", "--json")
+    told = json.loads(outcome.out)
+    assert outcome.err == ""
+    assert (told["status"], told["folder"], told["notes"]) == ("stable", "out", [])
+    assert json.loads(case.run("check", "model.toml", "--json").out)["blocks"] == 4
+    assert json.loads(case.run("compare", "model.toml", "--json").out)["rows"]
+
+
+def test_summary(case: Case) -> None:
+    case.run("run", "model.toml", "-q")
+    told = json.loads((case.folder / "out/summary.json").read_text())
+    assert {"schema_version", "versions", "model_hash", "linear_solver", "status", "stages"} <= set(told)
+    assert told["model_hash"] == bsm.load("model.toml").digest
+    (stage,) = told["stages"]
+    assert set(STAGE_KEYS.split()) <= set(stage)
+    weight, load = 4 * 26e3, 2 * 1e6
+    np.testing.assert_allclose(stage["total_load"], [0, -weight - load], rtol=1e-12, atol=1e-3)
+    np.testing.assert_allclose(stage["total_reaction"], [0, weight + load], rtol=1e-12, atol=1e-3)
+    with (case.folder / "out/history.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == stage["steps"] == 1
+    assert float(rows[0]["residual"]) == stage["residual"] < 1e-9
+
+
+def test_the_model_as_run_gives_the_same_again(case: Case) -> None:
+    case.change(MODEL[MODEL.index("[[support]]") :], SUPPORTED)
+    first = case.run("run", "model.toml", "-q")
+    again = case.run("run", "out/model.toml", "-q", "-o", "again")
+    assert (first.code, again.code) == (0, 0)
+    one, two = Results.load("out"), Results.load("again")
+    assert one.model_digest == two.model_digest
+    np.testing.assert_array_equal(one.stages[0].displacement, two.stages[0].displacement)
+    in_place = case.run("run", "out/model.toml", "-q")  # into the folder in which it stands
+    assert in_place.code == 0
+    assert "out/model.toml" not in in_place.new
+
+
+SUPPORTED = """\
+[[support]]
+boundary = "bottom"
+fix = "normal"
+[[support]]
+point = ["0 mm", 0]
+fix = ["x"]
+[[support]]
+boundary = "top"
+direction = "90 deg"
+displacement = "-1 mm"
+[[load]]
+boundary = "top"
+traction = ["10 kPa", ["1 kPa", 0, "-2 kPa/m"]]
+[[load]]
+block = 3
+point = [1.5, "150 cm"]
+force = ["1 kN/m", -2]
+[gravity]
+direction = -60
+[solver]
+linear_solver = "superlu"
+"""
+
+
+def test_toml_and_python_build_equal_models(case: Case) -> None:
+    case.change(MODEL[MODEL.index("[[support]]") :], SUPPORTED)
+    built = bsm.load("model.toml")
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    blocks = bsm.Blocks.from_polygons([square + np.array((x, y)) for y in (0, 1) for x in (0, 1)], rock="gneiss")
+    blocks = blocks.with_joint("J1", lambda x, y: np.abs(y - 1) < 1e-9)
+    blocks = blocks.with_boundary("bottom", lambda x, y: y < 1e-9).with_boundary("top", lambda x, y: y > 2 - 1e-9)
+    said = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("gneiss", unit_weight=26e3, young=10e9, poisson=0.25)],
+        joints=[bsm.Joint("J1", normal_stiffness=5e9, shear_stiffness=1e9, law=bsm.Patton(friction=35))],
+        supports=[
+            bsm.NormalRoller(boundary="bottom"),
+            bsm.Roller(point=(0, 0), direction=0),
+            bsm.PrescribedDisplacement(boundary="top", direction=90, displacement=-1e-3),
+        ],
+        loads=[
+            bsm.Traction(boundary="top", traction=(10e3, (1e3, 0, -2e3))),
+            bsm.PointLoad(block=3, point=(1.5, 1.5), force=(1e3, -2)),
+        ],
+        gravity_direction=-60,
+    )
+    assert built == said
+    assert built.digest == said.digest
+
+
+def test_check_tells_what_is_in_the_model(case: Case) -> None:
+    outcome = case.run("check", "model.toml")
+    assert outcome.code == 0
+    assert outcome.new == []
+    words = ("the model is valid", "rock:gneiss: 4 blocks", "joint:J1: 4 edges", "boundary:top: 2 edges", "104 kN/m")
+    assert all(word in outcome.out for word in words)
+
+
+def test_compare_writes_both_and_their_difference(case: Case) -> None:
+    outcome = case.run("compare", "model.toml", "-q")
+    assert outcome.code == 0
+    assert outcome.new == ["out", "out/compare.vtu"]
+    assert "continuum" in outcome.out
+
+
+def test_not_converged_is_exit_code_3(case: Case) -> None:
+    case.write("model.toml", MODEL + "[solver]\ntolerance = 1e-300\n")
+    outcome = case.run("run", "model.toml", "-q")
+    assert outcome.code == 3
+    assert "not_converged" in outcome.out
+    assert (case.folder / "out/summary.json").is_file()
+
+
+def test_schema_describes_the_models(case: Case) -> None:
+    schema = json.loads(case.run("schema").out)
+    jsonschema = pytest.importorskip("jsonschema")
+    starter = Path(bsm.__file__).parent / "app/starters/tunnel/model.toml"
+    for text in (MODEL, MODEL + SUPPORTED, starter.read_text()):
+        jsonschema.validate(tomllib.loads(text), schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tomllib.loads(MODEL.replace("young", "yuong")), schema)
+
+
+def test_schema_has_every_key(case: Case) -> None:
+    schema = json.loads(case.run("schema").out)
+    assert set(schema["properties"]) == set(ModelFile.model_fields)
+    assert schema["additionalProperties"] is False
+
+
+SCRIPT = """\
+import gmsh
+def build(path, width=2.0):
+    print("from Python")
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 1)
+    rectangle = gmsh.model.occ.addRectangle(0, 0, 0, width, 2)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(2, [rectangle], name="rock:gneiss")
+    sides = {"bottom": [1], "top": [3]}
+    for name, tags in sides.items():
+        gmsh.model.addPhysicalGroup(1, tags, name=f"boundary:{name}")
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 1)
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(path))
+    gmsh.finalize()
+"""
+
+
+def test_what_a_geometry_prints_does_not_get_into_the_json(case: Case) -> None:
+    """Gmsh prints past Python, so that only a process of its own shows it."""
+    case.write("g.py", SCRIPT)
+    case.change('file = "mesh.msh"', 'geometry = "g.py"')
+    outcome = run_process(case.folder, "run", "model.toml", "--json")
+    assert json.loads(outcome.out)["status"] == "stable"
+    assert "from Python" in outcome.err
+    assert "Info" not in outcome.err  # Gmsh has hundreds of them
+
+
+def test_mesh_command_writes_a_mesh(case: Case) -> None:
+    case.write("g.py", SCRIPT)
+    outcome = case.run("mesh", "g.py", "--set", "width=3", "-o", "deep/g.msh")
+    assert outcome.code == 0
+    assert outcome.new == ["deep", "deep/g.msh"]
+    assert "rock:gneiss" in outcome.out
+    assert case.run("mesh", "--list").out.count("circular_tunnel")
+    assert "width" in case.run("mesh", "g.py", "--list").out
+
+
+SLOW_SCRIPT = """\
+import pathlib, time
+def build(path):
+    pathlib.Path("started").touch()
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGINT")
+@pytest.mark.parametrize("where", ["mesh", "solution"])
+def test_ctrl_c(case: Case, where: str) -> None:
+    case.write("g.py", SLOW_SCRIPT)
+    if where == "mesh":
+        case.change('file = "mesh.msh"', 'geometry = "g.py"')
+    start = command("run", "model.toml")
+    if where == "solution":
+        case.write("main.py", SLOW_SOLUTION)
+        start = [sys.executable, "main.py"]
+    before = tree(case.folder)
+    process = subprocess.Popen(
+        start, cwd=case.folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    for _ in range(1200):
+        if (case.folder / "started").exists() or process.poll() is not None:
+            break
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    (case.folder / "started").unlink()
+    assert process.returncode == 130
+    assert out == ""
+    assert err.rstrip().endswith("interrupted: what was finished is on disk")
+    assert "Traceback" not in err
+    assert tree(case.folder) == before
+
+
+SLOW_SOLUTION = """\
+import pathlib, time
+from bsm_mesh.app import cli, commands
+def wait(*_):
+    pathlib.Path("started").touch()
+    time.sleep(60)
+commands.run = wait
+cli.main(["run", "model.toml"])
+"""
+
+
+def test_a_reader_that_has_left(case: Case) -> None:
+    """As in ``bsm-mesh schema | head -1``."""
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        command("schema"), cwd=case.folder, env=environment(), stdout=write, stderr=subprocess.PIPE, text=True,
+        check=False, timeout=60,
+    )  # fmt: skip
+    os.close(write)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full device")
+def test_stdout_on_a_full_disk(case: Case) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            command("schema"), cwd=case.folder, env=environment(), stdout=full, stderr=subprocess.PIPE, text=True,
+            check=False, timeout=60,
+        )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr == "error: No space left on device\n"
+
+
+def test_demo(case: Case) -> None:
+    """The whole chain in a process of its own, as a new user starts it."""
+    outcome = run_process(case.folder, "demo")
+    assert outcome.code == 0, outcome.err
+    made = {name.removeprefix("bsm-mesh-demo/") for name in outcome.new}
+    assert {"model.toml", "tunnel.py", "out/blocks_0000.vtu", "out/blocks.pvd", "out/contacts.pvd"} <= made
+    assert len([name for name in made if name.endswith(".png")]) == 5
+    for word in ("verdict", "stable", "greatest displacement", "sigma_1.png"):
+        assert word in outcome.out
+    assert Results.load(case.folder / "bsm-mesh-demo/out").check().ok

@@ -1,0 +1,79 @@
+"""Pictures: drawn in a process of their own, with something on them; a renderer that dies is told of."""
+
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_case import Case
+
+from bsm_mesh.app.pictures import PICTURES, WIDTH
+from bsm_mesh.app.plot import draw_in_subprocess
+from bsm_mesh.errors import ModelError
+
+
+@pytest.fixture
+def results(case: Case) -> Case:
+    assert case.run("run", "model.toml", "-q").code == 0
+    return case
+
+
+def test_every_picture_shows_something(results: Case) -> None:
+    from matplotlib.image import imread
+
+    outcome = results.run("plot", "out")
+    assert outcome.code == 0, outcome.err
+    paths = [Path(line) for line in outcome.out.splitlines()]
+    assert {path.stem for path in paths} == set(PICTURES)
+    assert sorted(outcome.new) == sorted(["out/pictures", *map(str, paths)])
+    for path in paths:
+        width, height = struct.unpack(">II", path.read_bytes()[16:24])
+        assert width == WIDTH
+        assert 0.4 * WIDTH < height < 1.5 * WIDTH
+        middle = imread(path)[int(0.3 * height) : int(0.7 * height), int(0.4 * width) : int(0.6 * width), :3]
+        colours = np.unique((255 * middle).astype(int) @ (1 << 16, 1 << 8, 1))
+        assert len(colours) > 1
+        assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
+
+
+def test_run_with_pictures(results: Case) -> None:
+    outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")
+    assert outcome.code == 0, outcome.err
+    assert outcome.out.count(".png") == len(PICTURES)
+
+
+def fake(code: int, error: str = "") -> object:
+    def run(*_: object, **__: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess([], code, "", error)
+
+    return run
+
+
+@pytest.mark.parametrize("code", [-11, -6, 3221225477])  # the last: Windows's access violation
+def test_a_renderer_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
+    monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(code))
+    results.refuses("plot", "out", says=["out: the renderer died", "libegl1", "without pictures"])
+
+
+def test_a_renderer_that_really_dies(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As VTK does without its libraries: of a segmentation fault while it is imported."""
+    results.write("fake/pyvista.py", "import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
+    monkeypatch.syspath_prepend(str(results.folder / "fake"))
+    monkeypatch.setenv("PYTHONPATH", f"{results.folder / 'fake'}{os.pathsep}{os.environ['PYTHONPATH']}")
+    results.refuses("plot", "out", says=["the renderer died of signal 11", "libegl1"])
+
+
+def test_a_renderer_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libGL.so.1"))
+    with pytest.raises(ModelError, match=r"could not be drawn: ImportError: libGL\.so\.1; .*libegl1"):
+        draw_in_subprocess(Path("out"))
+
+
+def test_a_folder_that_takes_no_pictures(results: Case) -> None:
+    results.write("out/pictures", "a file of this name")
+    message = results.refuses("plot", "out", says=["out/pictures: cannot be written"])
+    assert "apt-get" not in message

@@ -1,0 +1,70 @@
+"""Numbers with units in the model file."""
+
+from __future__ import annotations
+
+import pytest
+
+from bsm_mesh.app.units import convert
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("6.89 GPa", "Pa", 6.89e9),
+        ("69 kPa", "Pa", 69e3),
+        ("69kPa", "Pa", 69e3),
+        ("-.5 MPa", "Pa", -0.5e6),
+        ("1.e3 kPa", "Pa", 1e6),
+        ("5 N m^-2", "Pa", 5.0),
+        ("5 N/mm2", "Pa", 5e6),
+        ("1 psi", "Pa", 4.4482216152605 / 0.0254**2),
+        ("26 kN/m^3", "N/m^3", 26e3),
+        ("26 kN/m3", "N/m^3", 26e3),
+        ("26 kN/m³", "N/m^3", 26e3),
+        ("26 kN*m**-3", "N/m^3", 26e3),
+        ("5 GPa/m", "Pa/m", 5e9),
+        ("5 MPa/mm", "Pa/m", 5e9),
+        ("0.2 inch", "m", 0.2 * 0.0254),
+        ("35°", "degree", 35.0),
+        ("100 gradian", "degree", 90.0),
+        ("120 kN/m", "N/m", 120e3),
+        (35, "degree", 35.0),
+        (2.5, "m", 2.5),
+    ],
+)
+def test_conversions(text: object, unit: str, value: float) -> None:
+    assert convert(text, unit) == pytest.approx(value, rel=1e-14)
+
+
+def test_rounding_of_factors_is_taken_out() -> None:
+    """26 * 1000.0000000000001 would make a model in kN differ from the same in N."""
+    assert convert("26 kN/m^3", "N/m^3") == 26000
+    assert convert("0.3 mm", "m") == 0.0003
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "words"),
+    [
+        ("10,5 GPa", "Pa", "comma"),  # pint reads 105 GPa
+        ("GPa", "Pa", "not a number"),  # pint reads 1 GPa
+        ("35", "degree", "without a unit"),  # pint reads radians
+        ("35 %", "degree", "does not convert"),
+        ("10 GPa + 1 Pa", "Pa", "not a number"),
+        ("1 000 kPa", "Pa", "not a number"),
+        ("9**9**9**9**9 Pa", "Pa", "not a number"),  # pint computes it, for ever
+        ("1 m^9^9^9^9^9", "m", "not a number"),
+        ("1 Pa**9**9**9**9", "Pa", "not a number"),
+        ("__import__('os')", "Pa", "not a number"),
+        ("", "Pa", "not a number"),
+        ("10 degC", "Pa", "does not convert"),
+        ("2700 kg/m^3", "N/m^3", "density"),
+        ("nan Pa", "Pa", "no finite number"),
+        (float("inf"), "Pa", "no finite number"),
+        (10**400, "Pa", "no finite number"),
+        (True, "Pa", "needs a number"),
+        (None, "Pa", "needs a number"),
+    ],
+)
+def test_what_is_refused(text: object, unit: str, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        convert(text, unit)

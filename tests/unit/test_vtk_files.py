@@ -1,0 +1,97 @@
+"""VTU and PVD files: whole or not at all, and what is not one of ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bsm_mesh.errors import ModelError
+from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, whole_file, write_pvd, write_vtu
+
+
+def square(**data: object) -> Grid:
+    points = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    return Grid(points=points, offsets=np.array([0, 4]), connectivity=np.arange(4), cell_type=POLYGON, **data)  # type: ignore[arg-type]
+
+
+def test_round_trip_keeps_types_names_and_digits(tmp_path: Path) -> None:
+    cells = {"a": np.array([0.1 + 0.2]), "b": np.array([7], np.int32), "c": np.array([[1e-300, -0.0, np.nan]])}
+    grid = square(cell_data=cells, point_data={"d": np.eye(4)[:, :3]}, field_data={"names": ("ä b", "")})
+    write_vtu(tmp_path / "a.vtu", grid)
+    read = read_vtu(tmp_path / "a.vtu", needs=("a", "b"))
+    np.testing.assert_array_equal(read.points, grid.points)
+    assert (read.offsets.tolist(), read.connectivity.tolist(), read.cell_type) == ([0, 4], [0, 1, 2, 3], POLYGON)
+    for name, values in cells.items():
+        np.testing.assert_array_equal(read.cell_data[name], values)
+        assert read.cell_data[name].dtype == values.dtype
+    np.testing.assert_array_equal(read.point_data["d"], np.eye(4)[:, :3])
+    assert read.field_data["names"] == ("ä b", "")
+
+
+def test_a_grid_of_nothing(tmp_path: Path) -> None:
+    """A model without contacts has an empty contacts.vtu."""
+    none = np.zeros(0, np.int64)
+    empty = Grid(points=np.zeros((0, 2)), offsets=np.zeros(1, np.int64), connectivity=none, cell_type=VERTEX)
+    write_vtu(tmp_path / "a.vtu", empty)
+    assert read_vtu(tmp_path / "a.vtu").points.shape == (0, 2)
+
+
+def test_an_array_that_is_needed(tmp_path: Path) -> None:
+    write_vtu(tmp_path / "a.vtu", square())
+    with pytest.raises(ModelError, match="not a complete VTU file"):
+        read_vtu(tmp_path / "a.vtu", needs=("stress",))
+
+
+@pytest.mark.parametrize("length", [0, 1, 200, -60])
+def test_a_file_cut_off(tmp_path: Path, length: int, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.vtu"
+    write_vtu(path, square(cell_data={"a": np.ones(1)}))
+    path.write_bytes(path.read_bytes()[:length])
+    with pytest.raises(ModelError, match=r"a\.vtu: not a complete VTU file"):
+        read_vtu(path)
+    assert capfd.readouterr().err == ""  # VTK writes past Python
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="there is no such file"):
+        read_vtu(tmp_path / "a.vtu")
+    with pytest.raises(ModelError, match="is this the folder of a run"):
+        read_pvd(tmp_path / "a.pvd")
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(OSError, match=r"a\.vtu|No such file"):
+        write_vtu(tmp_path / "nowhere" / "a.vtu", square())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("before")
+
+    def write_half() -> None:
+        with whole_file(path) as temporary:
+            temporary.write_text("ha")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_half()
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+    assert path.read_text() == "before"
+    with whole_file(path) as temporary:
+        temporary.write_text("after")
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+    assert path.read_text() == "after"
+
+
+def test_pvd(tmp_path: Path) -> None:
+    write_pvd(tmp_path / "a.pvd", [(0.0, "a_0.vtu"), (1.0, "a & b.vtu")])
+    assert read_pvd(tmp_path / "a.pvd") == [(0.0, tmp_path / "a_0.vtu"), (1.0, tmp_path / "a & b.vtu")]
+    (tmp_path / "b.pvd").write_text("<VTKFile/>")
+    with pytest.raises(ModelError, match="lists no files"):
+        read_pvd(tmp_path / "b.pvd")
+    (tmp_path / "b.pvd").write_text("<VTKFile")
+    with pytest.raises(ModelError, match="not a PVD file"):
+        read_pvd(tmp_path / "b.pvd")
