@@ -26,6 +26,8 @@ class JointResponse:
         Shear force.
     by_pressure : (m,) float64
         Derivative of the shear force by the pressure; 0 while sticking.
+    strength : (m,) float64 [N/m]
+        Greatest shear force at this pressure; infinite where there is no limit.
     sticking : (m,) bool
         Whether the shear force is the trial one.
     failed : (m,) bool
@@ -34,6 +36,7 @@ class JointResponse:
 
     shear: FloatArray
     by_pressure: FloatArray
+    strength: FloatArray
     sticking: BoolArray
     failed: BoolArray
 
@@ -69,7 +72,11 @@ class Elastic:
         """Return the trial shear."""
         whole = np.ones(len(pressure), dtype=bool)
         return JointResponse(
-            shear=trial_shear, by_pressure=np.zeros_like(pressure), sticking=whole, failed=failed.copy()
+            shear=trial_shear,
+            by_pressure=np.zeros_like(pressure),
+            strength=np.full_like(pressure, np.inf),
+            sticking=whole,
+            failed=failed.copy(),
         )
 
 
@@ -184,6 +191,7 @@ class Weaker:
         return JointResponse(
             shear=np.where(first, a.shear, b.shear),
             by_pressure=np.where(first, a.by_pressure, b.by_pressure),
+            strength=np.minimum(a.strength, b.strength),
             sticking=a.sticking & b.sticking,
             failed=np.where(first, a.failed, b.failed),
         )
@@ -196,6 +204,7 @@ def _slide(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: B
     return JointResponse(
         shear=np.where(sticking, trial, sign * strength),
         by_pressure=np.where(sticking, 0.0, sign * slope),
+        strength=strength,
         sticking=sticking,
         failed=failed,
     )

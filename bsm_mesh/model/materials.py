@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw

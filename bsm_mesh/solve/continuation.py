@@ -26,6 +26,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import Outlines
 from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.results.records import Status, StepRecord
@@ -40,6 +41,7 @@ from bsm_mesh.solve.moving import (
     first_tangent,
     gather_contacts,
     tangent_stiffness,
+    turned,
 )
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.pattern import BlockPattern, constrain, whole_pattern
@@ -112,6 +114,8 @@ class Continuation:
         self.held = held
         self.outlines = Outlines.of(model.blocks, held)
         self.catalogue = JointCatalogue(model)
+        self.applied = point_forces_of(model.loads, model.blocks)
+        self.applied_arm = self.applied.point - moments.centroid[self.applied.block]
         self.loads = external_loads(model)
         self.reference = reference_weight(model, self.loads)
         weight = np.maximum(model.weights, 1e-3 * self.reference)
@@ -159,20 +163,36 @@ class Continuation:
         reason = f"the limit of {self.options.max_steps} steps was reached with residual {residual:.1e}"
         return self._end(Status.NOT_CONVERGED, reason, contacts, position)
 
+    def loads_at(self, position: FloatArray) -> FloatArray:
+        """Return weights and loads, (n, 3); loads keep their direction and move with their point on the block."""
+        if not len(self.applied.block):
+            return self.loads
+        loads = np.zeros_like(self.loads)
+        loads[:, :2] = self.loads[:, :2]
+        arm = turned(self.applied_arm, position[self.applied.block, 2])
+        force = self.applied.force
+        np.add.at(loads[:, 2], self.applied.block, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
+        return loads
+
+    def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return block, point and force of every load as the blocks stand."""
+        arm = turned(self.applied_arm, position[self.applied.block, 2])
+        return self.applied.block, position[self.applied.block, :2] + arm, self.applied.force
+
+    def bar_arms(self, position: FloatArray) -> FloatArray:
+        """Return the arms from centroids to held points as the blocks stand, (n_bars, 2) [m]."""
+        return turned(self.bar_arm, position[self.bars.block, 2])
+
     def constraints_at(self, position: FloatArray, *, conflicts: bool = False) -> Constraints:
         """Return the supports' constraints on small movements from a position."""
-        turn = position[self.bars.block, 2]
-        x, y = self.bar_arm.T
-        arm = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=1)
+        arm = self.bar_arms(position)
         moved = position[self.bars.block] - self.start[self.bars.block]
         reached = ((moved[:, :2] + arm - self.bar_arm) * self.bars.direction).sum(axis=1)
         reached = np.where(self.bars.holds_rotation, moved[:, 2], reached)
         return constrain_bars(self.model, self.bars, arm, self.bars.value - reached, conflicts=conflicts)
 
     def _gather(self, history: History, position: FloatArray, *, first: bool) -> MovingContacts:
-        return gather_contacts(
-            self.model, self.outlines, self.catalogue, history, position, 1.5 * self.d, first=first
-        )
+        return gather_contacts(self.model, self.outlines, self.catalogue, history, position, 1.5 * self.d, first=first)
 
     def _evaluate(self, contacts: MovingContacts, position: FloatArray) -> Evaluation:
         return evaluate(contacts, self.catalogue.laws, position)
@@ -188,7 +208,7 @@ class Continuation:
     def _static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
         at = self._evaluate(contacts, position)
         supports = self.constraints_at(position)
-        return float(np.abs(self._free(self.loads + at.forces, supports)).max()) / self._weight(at)
+        return float(np.abs(self._free(self.loads_at(position) + at.forces, supports)).max()) / self._weight(at)
 
     def _weight(self, at: Evaluation) -> float:
         if self.reference > 0:
@@ -205,7 +225,7 @@ class Continuation:
         position = anchor + supports.given
         at = self._evaluate(contacts, position)
         for iteration in range(MOST_ITERATIONS + 1):
-            forces = self.loads + at.forces - lam * self.mass * (position - anchor)
+            forces = self.loads_at(position) + at.forces - lam * self.mass * (position - anchor)
             free = self._free(forces, supports)
             weight = self._weight(at)
             greatest, norm = float(np.abs(free).max()) / weight, float(np.linalg.norm(free)) / weight
@@ -260,7 +280,7 @@ class Continuation:
         for _ in range(MOST_HALVINGS + 1):
             trial = position + part * step
             at = self._evaluate(contacts, trial)
-            free = self._free(self.loads + at.forces - lam * self.mass * (trial - anchor), supports)
+            free = self._free(self.loads_at(trial) + at.forces - lam * self.mass * (trial - anchor), supports)
             found = float(np.linalg.norm(free)) / self._weight(at)
             if best is None or found < best[0]:
                 best = found, trial, at
@@ -352,7 +372,7 @@ class Continuation:
             contacts=contacts,
             at=at,
             constraints=self.constraints_at(position),
-            loads=self.loads,
+            loads=self.loads_at(position),
             unstable_blocks=np.zeros(0, dtype=np.int32) if unstable is None else unstable,
             residual=self._static_residual(contacts, position),
             reference=self._weight(at),

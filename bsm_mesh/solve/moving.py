@@ -29,6 +29,8 @@ class History:
         Shear force.
     along : (k,) float64 [m]
         Coordinate along the edge at which it had that shear force.
+    first_along : (k,) float64 [m]
+        Coordinate at which it first touched.
     offset : (k,) float64 [m]
         Gap at which the contact bears nothing.
     failed : (k,) bool
@@ -38,6 +40,7 @@ class History:
     active: ActiveContacts
     shear: FloatArray
     along: FloatArray
+    first_along: FloatArray
     offset: FloatArray
     failed: BoolArray
 
@@ -45,7 +48,14 @@ class History:
     def none(cls) -> History:
         """Return the empty history of the start."""
         empty = np.zeros(0)
-        return cls(active=ActiveContacts.none(), shear=empty, along=empty, offset=empty, failed=np.zeros(0, bool))
+        return cls(
+            active=ActiveContacts.none(),
+            shear=empty,
+            along=empty,
+            first_along=empty,
+            offset=empty,
+            failed=np.zeros(0, bool),
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -63,6 +73,7 @@ class MovingContacts:
     offset: FloatArray
     old_shear: FloatArray
     old_along: FloatArray  # nan: no shear until the contact is anchored by an accepted step
+    first_along: FloatArray  # nan: not touched yet
     failed: BoolArray
     reach: FloatArray  # (m,) how far past the edge's ends the contact still bears, within this step
     touching: BoolArray
@@ -86,6 +97,7 @@ class Evaluation:
     shear: FloatArray
     bearing: BoolArray
     sticking: BoolArray
+    strength: FloatArray
     by_pressure: FloatArray
     failed: BoolArray
     forces: FloatArray
@@ -115,13 +127,13 @@ def gather_contacts(
     corner = outlines.corners[found.corner]
     cos_b, sin_b = np.cos(position[found.block_b, 2]), np.sin(position[found.block_b, 2])
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
-    turned = np.stack([cos_b * normal[:, 0] - sin_b * normal[:, 1], sin_b * normal[:, 0] + cos_b * normal[:, 1]], axis=1)
+    turned = np.stack(
+        [cos_b * normal[:, 0] - sin_b * normal[:, 1], sin_b * normal[:, 0] + cos_b * normal[:, 1]], axis=1
+    )
     cos_a, sin_a = np.cos(position[found.block_a, 2]), np.sin(position[found.block_a, 2])
     arm_a = np.stack([cos_a * corner[:, 0] - sin_a * corner[:, 1], sin_a * corner[:, 0] + cos_a * corner[:, 1]], axis=1)
     arm_b = position[found.block_a, :2] + arm_a - position[found.block_b, :2]
-    properties = catalogue.look_up(
-        found.block_a, found.block_b, found.edge, found.parallel_edge, arm_a, arm_b, turned
-    )
+    properties = catalogue.look_up(found.block_a, found.block_b, found.edge, found.parallel_edge, arm_a, arm_b, turned)
     source = np.where(found.history >= 0, found.history, found.inherits)
     known = source >= 0
     touching = found.in_range & (found.gap <= near)
@@ -132,8 +144,13 @@ def gather_contacts(
     failed[known] = history.failed[source[known]]
     anchor[known] = np.where(found.history[known] >= 0, history.along[source[known]], found.along[known])
     anchor[fresh] = found.along[fresh]
+    first_along = anchor.copy()
+    same = found.history >= 0
+    first_along[same] = history.first_along[found.history[same]]
     overlapping = fresh & (found.gap < 0)
-    offset[overlapping] = np.minimum(found.gap[overlapping], 0.0) if first else np.maximum(found.gap[overlapping], -near)
+    offset[overlapping] = (
+        np.minimum(found.gap[overlapping], 0.0) if first else np.maximum(found.gap[overlapping], -near)
+    )
     return MovingContacts(
         candidates=found,
         properties=properties,
@@ -146,10 +163,18 @@ def gather_contacts(
         offset=offset,
         old_shear=shear,
         old_along=anchor,
+        first_along=first_along,
         failed=failed,
         reach=np.where(touching, band, 0.0),
         touching=touching,
     )
+
+
+def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
+    """Return vectors (k, 2) turned by angles (k,) [rad]."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y = vectors.T
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
 def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: FloatArray) -> Evaluation:
@@ -165,14 +190,14 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
     moved = np.where(anchored, along - contacts.old_along, 0.0)
     trial = np.where(anchored, contacts.old_shear + contacts.shear_stiffness * moved, 0.0)
     pressure = np.where(bearing, pressure, 0.0)
-    shear, by_pressure = np.zeros_like(gap), np.zeros_like(gap)
+    shear, by_pressure, strength = np.zeros_like(gap), np.zeros_like(gap), np.zeros_like(gap)
     sticking, failed = np.zeros(len(gap), dtype=bool), contacts.failed.copy()
     law_of = contacts.properties.law
     for number in np.unique(law_of[bearing]):
         chosen = bearing & (law_of == number)
         answer = laws[number].respond(pressure[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
         shear[chosen], by_pressure[chosen] = answer.shear, answer.by_pressure
-        sticking[chosen], failed[chosen] = answer.sticking, answer.failed
+        sticking[chosen], failed[chosen], strength[chosen] = answer.sticking, answer.failed, answer.strength
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, shear, forces)
     return Evaluation(
@@ -185,6 +210,7 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
         shear=shear,
         bearing=bearing,
         sticking=sticking & anchored,
+        strength=strength,
         by_pressure=by_pressure,
         failed=failed,
         forces=forces,
@@ -236,6 +262,7 @@ def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size:
         active=active,
         shear=at.shear[kept],
         along=at.along[kept],
+        first_along=np.where(np.isnan(contacts.first_along), at.along, contacts.first_along)[kept],
         offset=contacts.offset[kept],
         failed=at.failed[kept],
     )

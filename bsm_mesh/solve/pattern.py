@@ -1,7 +1,8 @@
 """The block pattern of the stiffness matrix, made once, and the compiled pass that fills it.
 
 The linear matrix is symmetric and positive semi-definite (Wang's Eq. 3.41 times -1) and is kept as its upper triangle
-of 3 x 3 blocks in compressed rows; the tangent of sliding contacts is not symmetric and is kept whole. An open contact keeps its place, so that the analysis of a pattern lasts.
+of 3 x 3 blocks in compressed rows; the tangent of sliding contacts is not symmetric and is kept whole. An open contact
+keeps its place, so that the analysis of a pattern lasts.
 """
 
 from __future__ import annotations
@@ -47,9 +48,7 @@ class BlockPattern:
 def block_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockPattern:
     """Return the pattern of the pairs (block_a[c], block_b[c]) and the diagonal."""
     row_start, column, place = _pattern(n_blocks, block_a, block_b)
-    return BlockPattern(
-        row_start=row_start, column=column, diagonal=row_start[:-1].copy(), place=place, symmetric=True
-    )
+    return BlockPattern(row_start=row_start, column=column, diagonal=row_start[:-1].copy(), place=place, symmetric=True)
 
 
 def whole_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockPattern:
