@@ -51,8 +51,9 @@ STEP = 0.05  # of the block size: step length d
 FIRST_LAM = 1e-3  # over d
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 MOST_ITERATIONS = 12
+MOST_DIRECT = 40  # iterations of the first try, at the least lam: most models at rest need no more
 MOST_HALVINGS = 6
-SOFTNESS = 0.01  # at a residual of the reference weight; falls with it
+SOFTNESS = 0.1  # in the direct try, at a residual of the reference weight; falls with it
 FREE_MOVE = 0.1  # of its size: a block without contact that has moved this far comes down
 RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps
 
@@ -137,11 +138,24 @@ class Continuation:
             residual = self._static_residual(contacts, position)
             inner = max(0.1 * self.options.tolerance, 1e-2 * min(residual, 1.0))
             rejected = False
+            tries = [(LEAST_LAM / self.d, MOST_DIRECT)] if number == 0 else []
             while True:  # (2)-(4)
-                moved, at, converged = self._newton(contacts, position, lam, inner, first=number == 0)
+                step_lam, most = tries.pop() if tries else (lam, MOST_ITERATIONS)
+                direct = most == MOST_DIRECT
+                moved, at, converged = self._newton(
+                    contacts,
+                    position,
+                    step_lam,
+                    0.5 * self.options.tolerance if direct else inner,
+                    most,
+                    first=number == 0,
+                )
                 greatest = float(np.abs((moved - position) / self.scale).max())
                 if converged and greatest <= 2 * self.d:
+                    lam = step_lam
                     break
+                if direct:
+                    continue
                 rejected = True
                 lam = max(4 * lam, FIRST_LAM / self.d) if not converged else lam * max(2.0, greatest / self.d)
                 if lam > MOST_LAM / self.d:
@@ -217,26 +231,26 @@ class Continuation:
         return float(forces.mean()) if forces.size and forces.mean() > 0 else 1.0
 
     def _newton(
-        self, contacts: MovingContacts, anchor: FloatArray, lam: float, inner: float, *, first: bool
+        self, contacts: MovingContacts, anchor: FloatArray, lam: float, inner: float, most: int, *, first: bool
     ) -> tuple[FloatArray, Evaluation, bool]:
         """Return position, evaluation, and whether the step's equations hold to `inner`."""
         pattern = self._pattern(contacts)
         supports = self.constraints_at(anchor)
         position = anchor + supports.given
         at = self._evaluate(contacts, position)
-        for iteration in range(MOST_ITERATIONS + 1):
+        for iteration in range(most + 1):
             forces = self.loads_at(position) + at.forces - lam * self.mass * (position - anchor)
             free = self._free(forces, supports)
             weight = self._weight(at)
             greatest, norm = float(np.abs(free).max()) / weight, float(np.linalg.norm(free)) / weight
             if greatest < inner and (iteration or not supports.given.any()):
                 return position, at, True
-            if iteration == MOST_ITERATIONS:
+            if iteration == most:
                 break
             if first and iteration == 0:
                 data = first_tangent(contacts, at, pattern.place, len(pattern.column))
             else:
-                softness = SOFTNESS * min(greatest, 1.0)
+                softness = SOFTNESS * min(greatest, 1.0) if most == MOST_DIRECT else 0.0
                 data = tangent_stiffness(contacts, at, pattern.place, len(pattern.column), softness)
             step = self._correct(pattern, data, supports, lam, forces)
             if step is None:

@@ -60,6 +60,7 @@ def solve_linear(
     supports = support_forces(constraints, reactions)
     reference = system.reference_of(solution)
     residual = relative_residual(model, solution.unbalanced + reactions, reference)
+    converged = residual <= options.tolerance
     forces = point_forces_of(model.loads, model.blocks)
     acting: tuple[PointForce, ...] = (
         (forces.block, forces.point, forces.force),
@@ -79,7 +80,8 @@ def solve_linear(
     observer(step)
     stage = StageResult(
         name="initial",
-        status=Status.STABLE if residual <= options.tolerance else Status.NOT_CONVERGED,
+        status=Status.STABLE if converged else Status.NOT_CONVERGED,
+        reason="one linear step: no contact can fail" if converged else "rounding spoils the linear solution",
         present=np.ones(model.blocks.count, dtype=bool),
         displacement=U,
         stage_displacement=U,

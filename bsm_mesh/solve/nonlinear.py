@@ -6,14 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from bsm_mesh.contact.strength import MOST_UTILISATION
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, StepRecord
 from bsm_mesh.results.stress import block_stress
 from bsm_mesh.solve.continuation import Continuation, Motion
 from bsm_mesh.solve.linear import Reporter, support_forces
 from bsm_mesh.solve.options import Options
-
-MOST_UTILISATION = 1.0  # a law returns its strength where a contact slides
 
 
 def solve_continuation(
@@ -46,6 +45,7 @@ def solve_continuation(
     stage = StageResult(
         name="initial",
         status=motion.status,
+        reason=motion.reason,
         present=np.ones(model.blocks.count, dtype=bool),
         displacement=displacement,
         stage_displacement=displacement,
