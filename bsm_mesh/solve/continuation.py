@@ -88,6 +88,18 @@ class _Work:
     steps: list[StepRecord] = field(default_factory=list)
 
 
+def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
+    """Return positions after finite turns about the instant centres of a step (n, 3): the exponential map of SE(2).
+
+    A block that turns about a stiff corner so keeps the corner in place; added up plainly, translation and rotation
+    would move it by the square of the angle, and the line search would cut every step to that.
+    """
+    u, v, turn = step.T
+    sinc = np.sinc(turn / np.pi)
+    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))  # (1 - cos) / turn
+    return position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
+
+
 class Continuation:
     """The continuation of one model.
 
@@ -292,7 +304,7 @@ class Continuation:
         """Return the best of the corrections halved until the 2-norm falls (3)."""
         best: tuple[float, FloatArray, Evaluation] | None = None
         for _ in range(MOST_HALVINGS + 1):
-            trial = position + part * step
+            trial = moved_by(position, part * step)
             at = self._evaluate(contacts, trial)
             free = self._free(self.loads_at(trial) + at.forces - lam * self.mass * (trial - anchor), supports)
             found = float(np.linalg.norm(free)) / self._weight(at)
