@@ -10,6 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
 from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, detect_contacts
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.model.model import Model
 
@@ -137,6 +138,8 @@ def gather_contacts(
     source = np.where(found.history >= 0, found.history, found.inherits)
     known = source >= 0
     touching = found.in_range & (found.gap <= near)
+    meeting = ~known & _meet_at_a_node(blocks, found, near)
+    touching &= ~meeting
     fresh = ~known & touching
     offset, shear, anchor = np.zeros(len(source)), np.zeros(len(source)), np.full(len(source), np.nan)
     failed = np.full(len(source), not first)
@@ -151,6 +154,7 @@ def gather_contacts(
     offset[overlapping] = (
         np.minimum(found.gap[overlapping], 0.0) if first else np.maximum(found.gap[overlapping], -near)
     )
+    offset[meeting] = -near
     return MovingContacts(
         candidates=found,
         properties=properties,
@@ -159,7 +163,7 @@ def gather_contacts(
         along=along,
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,
-        tension=np.where(failed, 0.0, properties.tension * found.length),
+        tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),
         offset=offset,
         old_shear=shear,
         old_along=anchor,
@@ -168,6 +172,18 @@ def gather_contacts(
         reach=np.where(touching, band, 0.0),
         touching=touching,
     )
+
+
+def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray:
+    """Return which candidates are corners of a mesh's node that touch another block's corner there, (m,).
+
+    Blocks around a node that share no face touch in a point only. While they have not moved apart or together by
+    more than `near` that point bears nothing: it would stiffen a continuum of blocks that has only faces.
+    """
+    node, start, end = blocks.nodes[found.corner], blocks.nodes[found.edge], blocks.nodes[blocks.following[found.edge]]
+    at_start = (node == start) & (np.abs(found.along) <= near)
+    at_end = (node == end) & (np.abs(found.along - found.edge_length) <= near)
+    return (found.parallel_edge < 0) & (at_start | at_end)
 
 
 def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
