@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_moments
+from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.model.blocks import Blocks
-
-
-class Touching(Protocol):
-    """What the sum needs of contacts."""
-
-    @property
-    def block_a(self) -> IntArray: ...  # noqa: D102
-    @property
-    def block_b(self) -> IntArray: ...  # noqa: D102
-    @property
-    def point(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def normal(self) -> FloatArray: ...  # noqa: D102
-
+from bsm_mesh.results.records import ContactForces
 
 PointForce = tuple[IntArray, FloatArray, FloatArray]
 """Blocks (k,), points (k, 2) [m] and forces (k, 2) [N/m]."""
@@ -31,7 +17,7 @@ PointForce = tuple[IntArray, FloatArray, FloatArray]
 def block_stress(
     blocks: Blocks,
     centroid: FloatArray,
-    contacts: Touching,
+    contacts: ContactTable | ContactForces,
     normal_force: FloatArray,
     shear_force: FloatArray,
     point_forces: tuple[PointForce, ...],
