@@ -44,7 +44,7 @@ def test_patton_bears_line_3_once_sheared_off():
 
 
 def test_patton_crosses_where_it_should():
-    """tan 40 Fn = C + tan 30 Fn with C = 0.5 MN: 1.91022 and 1.60287 MN."""
+    """Tan 40 Fn = C + tan 30 Fn with C = 0.5 MN: 1.91022 and 1.60287 MN."""
     law = Patton(friction=30, dilation=10, cohesion=0.5e6)
     crossing = 0.5e6 / (tan(40) - tan(30))
     answer = respond(law, [crossing * (1 - 1e-9), crossing * (1 + 1e-9)])
@@ -104,7 +104,7 @@ def test_elastic_has_no_limit():
 
 
 def test_weaker_follows_the_law_that_bears_less():
-    """c = 0 at 45 degrees and c = 1 MPa at 20 degrees cross at 1 MPa / (tan 45 - tan 20)."""
+    """C = 0 at 45 degrees and c = 1 MPa at 20 degrees cross at 1 MPa / (tan 45 - tan 20)."""
     law = Weaker(MohrCoulomb(friction=45), MohrCoulomb(friction=20, cohesion=1e6))
     crossing = 1e6 / (tan(45) - tan(20))
     answer = respond(law, [0.5 * crossing, 2 * crossing])
