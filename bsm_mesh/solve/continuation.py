@@ -54,7 +54,9 @@ MOST_ITERATIONS = 12
 MOST_DIRECT = 40  # iterations of the first try, at the least lam: most models at rest need no more
 MOST_HALVINGS = 6
 SOFTNESS = 0.1  # in the direct try, at a residual of the reference weight; falls with it
-FREE_MOVE = 0.1  # of its size: a block without contact that has moved this far comes down
+DRIVEN = 0.5  # of the step length: how far supports move blocks in a step
+REACHED = 1e-6  # of the step length: what a prescribed displacement may lack at the end
+FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
 RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps
 
 
@@ -123,6 +125,7 @@ class Continuation:
         at_start = self.constraints_at(self.start, conflicts=True)
         held = np.zeros(model.blocks.count, dtype=bool)
         held[at_start.block[at_start.held == 3]] = True
+        self.driven = held.copy()  # blocks that only their supports move
         prescribed = np.unique(self.bars.block[self.bars.value != 0])
         held[prescribed] = False
         self.held = held
@@ -138,6 +141,7 @@ class Continuation:
         self.d = STEP * self.outlines.size
         self.limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
         self.work = _Work()
+        self.parted = self.start.copy()  # where each block last had a contact or a support
 
     def run(self) -> Motion:
         """Return where the blocks come to rest, or how they come down."""
@@ -178,7 +182,8 @@ class Continuation:
             residual = self._static_residual(contacts, position)
             self._record(number, residual, position, contacts, at, began, counts)
             recent = [*recent[-RECENT_STEPS:], position]
-            quiet = quiet + 1 if residual < self.options.tolerance and changed == 0 else 0
+            at_rest = residual < self.options.tolerance and changed == 0 and self._reached(position)
+            quiet = quiet + 1 if at_rest else 0
             if quiet >= 2:  # (6)
                 return self._end(Status.STABLE, "static equilibrium", contacts, position)
             reason, blocks = self._falling(contacts, at, position, recent)
@@ -218,6 +223,18 @@ class Continuation:
         reached = np.where(self.bars.holds_rotation, moved[:, 2], reached)
         return constrain_bars(self.model, self.bars, arm, self.bars.value - reached, conflicts=conflicts)
 
+    def _given(self, supports: Constraints) -> FloatArray:
+        """Return the part of the prescribed displacements that is applied in one step.
+
+        It is less than blocks fall in a step, so that those on a support that sinks keep up with it.
+        """
+        size = float(np.abs(supports.given / self.scale).max())
+        return supports.given * min(1.0, DRIVEN * self.d / size) if size > 0 else supports.given
+
+    def _reached(self, position: FloatArray) -> bool:
+        """Return whether the prescribed displacements are applied in full."""
+        return float(np.abs(self.constraints_at(position).given / self.scale).max()) <= REACHED * self.d
+
     def _gather(self, history: History, position: FloatArray, *, first: bool) -> MovingContacts:
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, 1.5 * self.d, first=first)
 
@@ -249,14 +266,15 @@ class Continuation:
         """Return position, evaluation, and whether the step's equations hold to `inner`."""
         pattern = self._pattern(contacts)
         supports = self.constraints_at(anchor)
-        position = anchor + supports.given
+        given = self._given(supports)
+        position = anchor + given
         at = self._evaluate(contacts, position)
         for iteration in range(most + 1):
             forces = self.loads_at(position) + at.forces - lam * self.mass * (position - anchor)
             free = self._free(forces, supports)
             weight = self._weight(at)
             greatest, norm = float(np.abs(free).max()) / weight, float(np.linalg.norm(free)) / weight
-            if greatest < inner and (iteration or not supports.given.any()):
+            if greatest < inner and (iteration or not given.any()):
                 return position, at, True
             if iteration == most:
                 break
@@ -344,17 +362,19 @@ class Continuation:
         supported = np.zeros(len(position), dtype=bool)
         supported[c.block_a[at.bearing]] = supported[c.block_b[at.bearing]] = True
         supported[self.bars.block] = True
+        self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.start)[:, :2].T)
+        fallen = np.hypot(*(position - self.parted)[:, :2].T)
         size = np.sqrt(self.model.blocks.moments.area)
         loaded = np.abs(self.loads).max(axis=1) > 0
-        free = ~supported & loaded & (moved > FREE_MOVE * size)
+        free = ~supported & loaded & (fallen > FREE_MOVE * size)
         if free.any():
             reason = "a block has lost all contact and moves freely"
         elif moved.max() > self.limit:
             reason = f"a block has moved more than {self.limit:.3g} m"
         else:
             return "", np.zeros(0, dtype=np.int32)
-        lately = np.abs((recent[-1] - recent[0]) / self.scale).max(axis=1)
+        lately = np.abs((recent[-1] - recent[0]) / self.scale).max(axis=1) * ~self.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
 
     def _record(

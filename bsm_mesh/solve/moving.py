@@ -262,7 +262,8 @@ def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size:
 
     Intact contacts of the start that touch without bearing anything are kept too: they have not lost their strength.
     """
-    idle = contacts.touching & ~at.failed & (at.gap <= IDLE * size)
+    broken = (contacts.tension > 0) & ~at.bearing
+    idle = contacts.touching & ~at.failed & (at.gap <= IDLE * size) & ~broken
     kept = np.flatnonzero(at.bearing | idle)
     c = contacts.candidates
     changed = int((at.failed & ~contacts.failed)[kept].sum())
