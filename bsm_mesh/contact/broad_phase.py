@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numba as nb
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.outlines import Scene
+from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.contact.outlines import RecordArray
 
 CELL = 1.25  # cell over the median of the boxes' longer sides: most boxes then lie in one to four cells
 MANY_CELLS = 9  # a box that covers more is entered along its edges
@@ -30,27 +30,26 @@ class _Grid(NamedTuple):
     reach: int
 
 
-def near_pairs(scene: Scene) -> IntArray:
+def near_pairs(vertices: RecordArray, blocks: RecordArray) -> IntArray:
     """Return the pairs of blocks that may touch, (k, 2) int32: lower number first, sorted, each once.
 
     All pairs whose boxes overlap are returned, except those of two held blocks, and those of a large block with one
     that is near none of its edges.
     """
-    box = scene.box
-    if len(box) < 2:
+    if len(blocks) < 2:
         return np.empty((0, 2), dtype=np.int32)
-    side = np.maximum(box[:, 2] - box[:, 0], box[:, 3] - box[:, 1])
+    side = np.maximum(blocks["x1"] - blocks["x0"], blocks["y1"] - blocks["y0"])
     grid = _Grid(
-        x=float(np.median(box[:, 0])),
-        y=float(np.median(box[:, 1])),
+        x=float(np.median(blocks["x0"])),
+        y=float(np.median(blocks["y0"])),
         cell=CELL * float(np.median(side)),
-        reach=2 * len(box) + 64,
+        reach=2 * len(blocks) + 64,
     )
-    owner, column, row, large = _enter_blocks(scene.placed, scene.offsets, box, grid)
+    owner, column, row, large = _enter_blocks(vertices, blocks, grid)
     order = _sort_by(column, np.arange(len(owner), dtype=np.int32), 2 * grid.reach + 1)
     order = _sort_by(row, order, 2 * grid.reach + 1)
-    found = _pairs_in_cells(owner[order], column[order], row[order], large, box, scene.held, grid)
-    pairs: IntArray = _sorted_once(found, len(box))
+    found = _pairs_in_cells(owner[order], column[order], row[order], large, blocks, grid)
+    pairs: IntArray = _sorted_once(found, len(blocks))
     return pairs
 
 
@@ -63,23 +62,25 @@ def _cell_of(x: float, origin: float, grid: _Grid) -> int:  # pragma: no cover -
 
 @nb.njit(cache=True)
 def _enter_blocks(
-    placed: FloatArray, offsets: IntArray, box: FloatArray, grid: _Grid
+    vertices: RecordArray, blocks: RecordArray, grid: _Grid
 ) -> tuple[IntArray, IntArray, IntArray, BoolArray]:  # pragma: no cover - compiled
     """Return the entries (block, column, row) in the grid, and which blocks are entered along their edges."""
-    n = box.shape[0]
+    n = blocks.size
     entries = np.empty((4 * n + 64, 3), np.int32)
     count = 0
     large = np.zeros(n, np.bool_)
     for b in range(n):
-        x0, y0, x1, y1 = box[b]
+        x0, y0, x1, y1 = blocks[b].x0, blocks[b].y0, blocks[b].x1, blocks[b].y1
         columns = _cell_of(x1, grid.x, grid) - _cell_of(x0, grid.x, grid) + 1
         rows = _cell_of(y1, grid.y, grid) - _cell_of(y0, grid.y, grid) + 1
         large[b] = columns * rows > MANY_CELLS
         if large[b]:
-            margin = placed[offsets[b] : offsets[b + 1], 0].min() - x0
-            for i in range(offsets[b], offsets[b + 1]):
-                k = i + 1 if i + 1 < offsets[b + 1] else offsets[b]
-                entries, count = _enter_edge(entries, count, b, placed[i], placed[k], margin, grid)
+            first, last = blocks[b].first, blocks[b].last
+            margin = vertices[first:last].x.min() - x0
+            for i in range(first, last):
+                k = i + 1 if i + 1 < last else first
+                start, end = (vertices[i].x, vertices[i].y), (vertices[k].x, vertices[k].y)
+                entries, count = _enter_edge(entries, count, b, start, end, margin, grid)
         else:
             entries, count = _enter_box(entries, count, b, x0, y0, x1, y1, grid)
     return entries[:count, 0].copy(), entries[:count, 1].copy(), entries[:count, 2].copy(), large
@@ -87,7 +88,13 @@ def _enter_blocks(
 
 @nb.njit(cache=True)
 def _enter_edge(
-    entries: IntArray, count: int, block: int, start: FloatArray, end: FloatArray, margin: float, grid: _Grid
+    entries: IntArray,
+    count: int,
+    block: int,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    margin: float,
+    grid: _Grid,
 ) -> tuple[IntArray, int]:  # pragma: no cover - compiled
     """Enter the cells along an edge, piece by piece, each as long as a cell."""
     dx, dy = end[0] - start[0], end[1] - start[1]
@@ -139,12 +146,11 @@ def _pairs_in_cells(
     column: IntArray,
     row: IntArray,
     large: BoolArray,
-    box: FloatArray,
-    held: BoolArray,
+    blocks: RecordArray,
     grid: _Grid,
 ) -> IntArray:  # pragma: no cover - compiled
     """Return the pairs (k, 2) found cell by cell; pairs with a large block may come several times."""
-    pairs = np.empty((4 * box.shape[0] + 64, 2), np.int32)
+    pairs = np.empty((4 * blocks.size + 64, 2), np.int32)
     count = 0
     first = 0
     while first < owner.size:
@@ -154,23 +160,23 @@ def _pairs_in_cells(
         members = owner[first:last]
         swept = last - first > CROWD
         if swept:
-            members = members[np.argsort(box[members, 0])]
+            members = members[np.argsort(blocks["x0"][members])]
         for p in range(members.size):
             i = members[p]
             for q in range(p + 1, members.size):
                 j = members[q]
-                if box[j, 0] > box[i, 2]:
+                if blocks[j].x0 > blocks[i].x1:
                     if swept:
                         break
                     continue
-                if box[i, 0] > box[j, 2] or box[i, 1] > box[j, 3] or box[j, 1] > box[i, 3]:
+                if blocks[i].x0 > blocks[j].x1 or blocks[i].y0 > blocks[j].y1 or blocks[j].y0 > blocks[i].y1:
                     continue
-                if i == j or (held[i] and held[j]):
+                if i == j or (blocks[i].held and blocks[j].held):
                     continue
                 if not (large[i] or large[j]):  # two boxes: counted in the cell of their overlap's lower left corner
-                    if _cell_of(max(box[i, 0], box[j, 0]), grid.x, grid) != column[first]:
+                    if _cell_of(max(blocks[i].x0, blocks[j].x0), grid.x, grid) != column[first]:
                         continue
-                    if _cell_of(max(box[i, 1], box[j, 1]), grid.y, grid) != row[first]:
+                    if _cell_of(max(blocks[i].y0, blocks[j].y0), grid.y, grid) != row[first]:
                         continue
                 if count == pairs.shape[0]:
                     longer = np.empty((2 * count, 2), np.int32)

@@ -1,6 +1,6 @@
-"""Which candidates of a pair of blocks stand: one place of contact, one contact; history goes from one to the next.
+"""Which candidates of a pair of blocks stand: one contact at a place, whose history goes from one to the next.
 
-Each rule mends a wrong answer: see the tests of the search, which show the answer with and without it.
+Each rule mends a wrong answer: the tests of the search show the answer with the rule and without it.
 """
 
 from __future__ import annotations
@@ -8,208 +8,202 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from bsm_mesh.contact.narrow_phase import ActiveArrays, Rows, Rules, move_row
-from bsm_mesh.contact.outlines import Scene
+from bsm_mesh.contact.outlines import RecordArray
+from bsm_mesh.contact.rules import Rules
 
-DROPPED = -1  # marks in Rows.state; a row starts with 0, undecided
-KEPT = 1
+DROPPED, UNDECIDED, KEPT = -1, 0, 1  # marks in a row's state
 
 
 @nb.njit(cache=True)
 def settle_pair(
-    scene: Scene,
-    active: ActiveArrays,
-    first: int,
-    last: int,
-    size: float,
-    band: float,
-    rules: Rules,
-    rows: Rows,
-    start: int,
-    end: int,
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, rules: Rules, rows: RecordArray
 ) -> int:  # pragma: no cover - compiled
-    """Apply the rules to the rows `start` to `end` of one pair; return the end of those that are left.
+    """Apply the rules to the rows of one pair; those that stand come first, in their order: return how many.
 
-    (1) Active contacts: one edge a corner, then one of two duals. (2) History that no active contact carries on goes
-    to the nearest candidate. (3) Fresh contacts must not start deep. (4) One edge a corner, and (5) no dual of a
-    contact that touches already, where active contacts go before fresh ones and touching before open ones.
+    (1) Active contacts: one edge a corner, one of two duals. (2) History that no active contact carries on goes to
+    the nearest candidate. (3) Fresh contacts must not start deep. (4) One edge a corner, and (5) no dual of a
+    contact that bears; active contacts go before fresh ones, touching ones before open ones.
+
+    Parameters
+    ----------
+    vertices, blocks : records VERTEX, BLOCK
+        The blocks.
+    active : records ACTIVE
+        The active contacts of this pair.
+    rules : Rules
+        Tolerances in metres.
+    rows : records ROW
+        The candidates of this pair, with both roles.
     """
-    if end == start:
-        return end
-    for i in range(start, end):
-        if rows.history[i] >= 0:
-            _lose_to_other_edge(scene, size, rules, rows, start, end, i)
-    for i in range(start, end):
-        if rows.history[i] >= 0 and rows.state[i] != DROPPED:
-            _lose_to_active_dual(scene, active, size, rules, rows, start, end, i)
-    if last > first:
-        _hand_over(scene, active, first, last, size, rules, rows, start, end)
-    for i in range(start, end):
-        if rows.history[i] < 0 and rows.inherits[i] < 0:
-            deepest = rules.seam if rows.tip[i] else rules.fresh
-            if rows.gap[i] < -deepest * size:
-                rows.state[i] = DROPPED
-    for i in range(start, end):
-        if rows.history[i] < 0 and rows.state[i] != DROPPED:
-            _lose_to_other_edge(scene, size, rules, rows, start, end, i)
+    if active.size > 0:
+        for i in range(rows.size):
+            if rows[i].history >= 0:
+                _one_edge_a_corner(vertices, rules, rows, i)
+        for i in range(rows.size):
+            if rows[i].history >= 0 and rows[i].state == UNDECIDED:
+                _one_of_active_duals(vertices, active, rules, rows, i)
+        _hand_over(vertices, blocks, active, rules, rows)
+    for i in range(rows.size):
+        if rows[i].history < 0 and rows[i].inherits < 0 and rows[i].gap < -_fresh_depth(rules, rows[i]):
+            rows[i].state = DROPPED
+    for i in range(rows.size):
+        if rows[i].history < 0 and rows[i].state == UNDECIDED:
+            _one_edge_a_corner(vertices, rules, rows, i)
     for touching in (True, False):
-        for i in range(start, end):
-            if rows.history[i] < 0 and rows.state[i] == 0 and _touches(rows, i, size, rules) == touching:
-                _lose_to_kept_dual(scene, size, band, rules, rows, start, end, i)
-    kept = start
-    for i in range(start, end):
-        if rows.state[i] == KEPT:
-            move_row(rows, i, rows, kept)
+        for i in range(rows.size):
+            if rows[i].state == UNDECIDED and _touches(rules, rows[i]) == touching:
+                _no_dual_of_kept(vertices, rules, rows, i)
+    kept = 0
+    for i in range(rows.size):
+        if rows[i].state == KEPT:
+            rows[kept] = rows[i]
             kept += 1
     return kept
 
 
-@nb.njit(cache=True, inline="always")
-def _touches(rows: Rows, i: int, size: float, rules: Rules) -> bool:  # pragma: no cover - compiled
-    """Whether a candidate bears (or would at once)."""
-    return bool(rows.in_range[i] and rows.gap[i] <= rules.fresh * size)
+@nb.njit(cache=True)
+def _touches(rules: Rules, row: np.void) -> bool:  # pragma: no cover - compiled
+    """Whether a candidate bears, or would at once."""
+    return bool(row.in_range and row.gap <= rules.fresh)
 
 
 @nb.njit(cache=True)
-def _lose_to_other_edge(
-    scene: Scene, size: float, rules: Rules, rows: Rows, start: int, end: int, i: int
+def _fresh_depth(rules: Rules, row: np.void) -> float:  # pragma: no cover - compiled
+    """Return how deep a contact without history may be; corner on corner it has none as long as it is there."""
+    return float(rules.seam if row.tip else rules.fresh)
+
+
+@nb.njit(cache=True)
+def _one_edge_a_corner(
+    vertices: RecordArray, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """One edge a corner: drop row i, closed, if the same corner has a better edge. An active row meets active ones."""
-    if not rows.in_range[i] or rows.gap[i] > rules.rounding * size:
+    """Drop row i if it is closed and the same corner has a better edge: an active one, else the one with more gap.
+
+    The way out of a convex block leads over the edge with the greatest gap.
+    """
+    if not rows[i].in_range or rows[i].gap > rules.rounding:
         return
-    is_active = rows.history[i] >= 0
-    for j in range(start, end):
-        if j == i or rows.corner[j] != rows.corner[i] or not rows.in_range[j] or rows.state[j] == DROPPED:
+    for j in range(rows.size):
+        if j == i or rows[j].corner != rows[i].corner or not rows[j].in_range or rows[j].state == DROPPED:
             continue
-        other_active = rows.history[j] >= 0
-        if is_active and not other_active:
-            continue
-        if is_active == other_active:
-            nearer = rows.gap[j] - rows.gap[i]  # the way out of a convex block is over the edge with the greatest gap
-            if abs(nearer) <= rules.rounding * size:
-                nearer = rows.length[j] - rows.length[i]
-            if nearer < 0.0 or (nearer == 0.0 and j > i):
-                continue
-        if not _both_bear(scene, rows, i, j, rules):
-            rows.state[i] = DROPPED
+        if (rows[i].history >= 0) == (rows[j].history >= 0):
+            better = rows[j].gap - rows[i].gap
+            if abs(better) <= rules.rounding:
+                better = rows[j].length - rows[i].length
+            wins = better > 0.0 or (better == 0.0 and j < i)
+        else:
+            wins = rows[j].history >= 0
+        if wins and not _bears_on_both(vertices, rules, rows[i], rows[j]):
+            rows[i].state = DROPPED
             return
 
 
 @nb.njit(cache=True)
-def _both_bear(scene: Scene, rows: Rows, i: int, j: int, rules: Rules) -> bool:  # pragma: no cover - compiled
-    """Whether a corner bears on both edges: in a notch, or at a flat corner where two of its own edges lie on them."""
-    e, f = rows.edge[i], rows.edge[j]
-    if scene.following[f] == e:
+def _bears_on_both(
+    vertices: RecordArray, rules: Rules, one: np.void, other: np.void
+) -> bool:  # pragma: no cover - compiled
+    """Whether a corner bears on two edges: in a notch, or at a flat corner with an edge of its own on each of them."""
+    e, f = one.edge, other.edge
+    if vertices[f].following == e:
         e, f = f, e
-    if scene.following[e] != f:
+    if vertices[e].following != f:
         return False
-    direction = scene.direction
-    turn = direction[e, 0] * direction[f, 1] - direction[e, 1] * direction[f, 0]
+    turn = vertices[e].dx * vertices[f].dy - vertices[e].dy * vertices[f].dx
     if turn < -rules.flat:
         return True
-    p, q = rows.parallel_edge[i], rows.parallel_edge[j]
-    return turn <= rules.flat and p >= 0 and q >= 0 and p != q
+    p, q = one.parallel_edge, other.parallel_edge
+    return bool(turn <= rules.flat and p >= 0 and q >= 0 and p != q)
 
 
 @nb.njit(cache=True)
-def _lose_to_active_dual(
-    scene: Scene, active: ActiveArrays, size: float, rules: Rules, rows: Rows, start: int, end: int, i: int
+def _one_of_active_duals(
+    vertices: RecordArray, active: RecordArray, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """Of two active duals at one point keep the one that bears more, else both would bear for ever."""
-    for j in range(start, end):
-        if j == i or rows.history[j] < 0 or rows.state[j] == DROPPED:
-            continue
-        more = active.pressure[rows.history[j]] - active.pressure[rows.history[i]]
-        if more < 0.0 or (more == 0.0 and j > i):
-            continue
-        reach = 2.0 * rules.fresh * size + 2.0 * max(0.0, -rows.gap[i])
-        if _is_dual(scene, rows, i, j, reach):
-            rows.state[i] = DROPPED
-            return
-    rows.state[i] = KEPT
+    """Keep active row i unless its dual is active at the same point and bears more: else both would bear for ever."""
+    reach = 2.0 * (rules.fresh + max(0.0, -rows[i].gap))
+    for j in range(rows.size):
+        if j != i and rows[j].history >= 0 and rows[j].state != DROPPED:
+            more = active[rows[j].history].pressure - active[rows[i].history].pressure
+            if (more > 0.0 or (more == 0.0 and j < i)) and _are_duals(vertices, rows[i], rows[j], reach):
+                rows[i].state = DROPPED
+                return
+    rows[i].state = KEPT
 
 
 @nb.njit(cache=True)
-def _lose_to_kept_dual(
-    scene: Scene, size: float, band: float, rules: Rules, rows: Rows, start: int, end: int, i: int
+def _no_dual_of_kept(
+    vertices: RecordArray, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """No swapped-role candidate while the contact that stands is in range and touches."""
-    for j in range(start, end):
-        if rows.state[j] == KEPT and _touches(rows, j, size, rules) and _is_dual(scene, rows, i, j, rules.dual * band):
-            rows.state[i] = DROPPED
+    """Keep fresh row i unless its dual stands and bears: two would halve the friction, one of them without history."""
+    for j in range(rows.size):
+        if rows[j].state == KEPT and _touches(rules, rows[j]) and _are_duals(vertices, rows[i], rows[j], rules.dual):
+            rows[i].state = DROPPED
             return
-    rows.state[i] = KEPT
+    rows[i].state = KEPT
 
 
 @nb.njit(cache=True)
-def _is_dual(scene: Scene, rows: Rows, i: int, j: int, reach: float) -> bool:  # pragma: no cover - compiled
+def _are_duals(
+    vertices: RecordArray, one: np.void, other: np.void, reach: float
+) -> bool:  # pragma: no cover - compiled
     """Whether two rows are one place of contact with corner and edge swapped."""
-    if rows.block_a[i] != rows.block_b[j]:
+    if one.block_a != other.block_b:
         return False
-    v, e, w, f = rows.corner[i], rows.edge[i], rows.corner[j], rows.edge[j]
-    w_starts, w_ends = e == w, scene.following[e] == w
-    v_starts, v_ends = f == v, scene.following[f] == v
+    v, e, w, f = one.corner, one.edge, other.corner, other.edge
+    w_starts, w_ends = e == w, vertices[e].following == w
+    v_starts, v_ends = f == v, vertices[f].following == v
     if not ((w_starts or w_ends) and (v_starts or v_ends)):
         return False
-    if rows.parallel_edge[i] >= 0 and rows.parallel_edge[j] >= 0:
-        if rows.parallel_edge[i] != f or rows.parallel_edge[j] != e:
+    if one.parallel_edge >= 0 and other.parallel_edge >= 0:
+        if one.parallel_edge != f or other.parallel_edge != e:
             return False  # two faces that meet at a flat corner
         if not ((w_starts and v_ends) or (w_ends and v_starts)):
             return False  # the two ends of a short face
-    placed = scene.placed
-    return bool(np.hypot(placed[v, 0] - placed[w, 0], placed[v, 1] - placed[w, 1]) < reach)
+    return bool(np.hypot(vertices[v].x - vertices[w].x, vertices[v].y - vertices[w].y) < reach)
 
 
 @nb.njit(cache=True)
 def _hand_over(
-    scene: Scene,
-    active: ActiveArrays,
-    first: int,
-    last: int,
-    size: float,
-    rules: Rules,
-    rows: Rows,
-    start: int,
-    end: int,
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, rules: Rules, rows: RecordArray
 ) -> None:  # pragma: no cover - compiled
-    """Give the history of every active contact that has ended to the nearest candidate with an aligned normal, once."""
-    for q in range(first, last):
-        if active.pressure[q] <= 0.0 or _carried_on(rows, start, end, q):
+    """Give the history of every contact that has ended to the nearest candidate with an aligned normal, once."""
+    for q in range(active.size):
+        if active[q].pressure <= 0.0 or _goes_on(rows, q):
             continue
-        best, nearest = -1, rules.near * size
-        for i in range(start, end):
-            if rows.history[i] >= 0 or not rows.in_range[i] or _alignment(scene, active, q, rows, i) < rules.aligned:
+        best, nearest = -1, rules.near
+        for i in range(rows.size):
+            if rows[i].history >= 0 or not rows[i].in_range:
                 continue
-            distance = _distance(scene, active, q, rows, i)
-            if distance >= nearest:
+            distance = _distance(vertices, active[q], rows[i])
+            if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.aligned:
                 continue
-            taken = rows.inherits[i]
-            if taken < 0 or distance < _distance(scene, active, taken, rows, i):
+            taken = rows[i].inherits
+            if taken < 0 or distance < _distance(vertices, active[taken], rows[i]):
                 best, nearest = i, distance
         if best >= 0:
-            rows.inherits[best] = q
+            rows[best].inherits = q
 
 
 @nb.njit(cache=True)
-def _carried_on(rows: Rows, start: int, end: int, q: int) -> bool:  # pragma: no cover - compiled
-    """Whether an active contact goes on as a row that stands."""
-    for i in range(start, end):
-        if rows.history[i] == q and rows.state[i] != DROPPED:
-            return True
-    return False
+def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
+    """Whether an active contact goes on in a row that stands."""
+    found = False
+    for i in range(rows.size):
+        found |= rows[i].history == q and rows[i].state == KEPT
+    return found
 
 
 @nb.njit(cache=True)
-def _distance(scene: Scene, active: ActiveArrays, q: int, rows: Rows, i: int) -> float:  # pragma: no cover - compiled
-    """Return the distance from where the active contact was to the candidate's corner."""
-    v = rows.corner[i]
-    return float(np.hypot(active.point[q, 0] - scene.placed[v, 0], active.point[q, 1] - scene.placed[v, 1]))
+def _distance(vertices: RecordArray, old: np.void, row: np.void) -> float:  # pragma: no cover - compiled
+    """Return the distance from where a contact was to the candidate's corner."""
+    return float(np.hypot(old.x - vertices[row.corner].x, old.y - vertices[row.corner].y))
 
 
 @nb.njit(cache=True)
-def _alignment(scene: Scene, active: ActiveArrays, q: int, rows: Rows, i: int) -> float:  # pragma: no cover - compiled
-    """Return the cosine between the normals of the active contact and of the candidate, both out of the same block."""
-    e, a = rows.edge[i], rows.block_a[i]
-    cosine = active.normal[q, 0] * scene.direction[e, 1] - active.normal[q, 1] * scene.direction[e, 0]
-    corner = active.key[q] >> 32
-    return cosine if scene.offsets[a] <= corner < scene.offsets[a + 1] else -cosine
+def _alignment(
+    vertices: RecordArray, blocks: RecordArray, old: np.void, row: np.void
+) -> float:  # pragma: no cover - compiled
+    """Return the cosine between the normals of an old contact and of a candidate, both out of the same block."""
+    cosine = old.nx * vertices[row.edge].dy - old.ny * vertices[row.edge].dx
+    corner, block = old.key >> 32, blocks[row.block_a]
+    return float(cosine if block.first <= corner < block.last else -cosine)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numba as nb
 import numpy as np
@@ -14,9 +14,38 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.polygons import owner_of_corner
 
 
+# The blocks where they stand, as the compiled search takes them: records, because a kernel that is handed many
+# arrays in a tuple spends its time on counting references to them. A corner's record fills one cache line.
+VERTEX = np.dtype(
+    [
+        ("x", "f8"),  # corner [m]
+        ("y", "f8"),
+        ("dx", "f8"),  # unit vector along the edge that starts there
+        ("dy", "f8"),
+        ("x0", "f8"),  # corner from its block's centroid, at zero rotation [m]
+        ("y0", "f8"),
+        ("following", "i4"),  # next and previous corner of the block
+        ("preceding", "i4"),
+        ("node", "i4"),  # point at which the corner lay at the start
+    ],
+    align=True,
+)
+BLOCK = np.dtype(
+    [
+        *((name, "f8") for name in ("x0", "y0", "x1", "y1")),  # box, widened by half the band [m]
+        ("size", "f8"),  # length that the rules are scaled with [m]
+        ("first", "i4"),  # corners first .. last - 1 are the block's
+        ("last", "i4"),
+        ("held", "?"),
+    ],
+    align=True,
+)
+RecordArray: TypeAlias = npt.NDArray[np.void]
+
+
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Outlines:
-    """What never changes while blocks move. Edge e runs from corner e to corner ``following[e]``.
+    """What never changes while blocks move. Edge e runs from corner e to the next corner of its block.
 
     Attributes
     ----------
@@ -24,10 +53,8 @@ class Outlines:
         Corners from the centroid of their block, at zero rotation.
     offsets : (n_blocks + 1,) int32
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
-    following, preceding : (n_vertices,) int32
-        Next and previous corner of the same block.
     nodes : (n_vertices,) int32
-        Number of the point at which each corner lies at the start; corners that touch there share it.
+        Number of the point at which each corner lay at the start: corners that touched there share it.
     held : (n_blocks,) bool
         Blocks that cannot move at all: two of them are no pair.
     block_size : (n_blocks,) float64 [m]
@@ -38,8 +65,6 @@ class Outlines:
 
     corners: FloatArray
     offsets: IntArray
-    following: IntArray
-    preceding: IntArray
     nodes: IntArray
     held: BoolArray
     block_size: FloatArray
@@ -47,7 +72,7 @@ class Outlines:
 
     def __post_init__(self) -> None:
         own_array(self, "corners", np.float64, (None, 2))
-        for name in ("offsets", "following", "preceding", "nodes"):
+        for name in ("offsets", "nodes"):
             own_array(self, name, np.int32, (None,))
         own_array(self, "held", np.bool_, (None,))
         own_array(self, "block_size", np.float64, (None,))
@@ -57,38 +82,14 @@ class Outlines:
         """Return the outlines of blocks, of which those flagged in `held` (n_blocks,) cannot move."""
         fixed = np.asarray(held, dtype=bool)
         block_size = np.sqrt(blocks.moments.area)
-        preceding = np.empty_like(blocks.following)
-        preceding[blocks.following] = np.arange(len(blocks.following), dtype=np.int32)
         return cls(
             corners=blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)],
             offsets=blocks.offsets,
-            following=blocks.following,
-            preceding=preceding,
             nodes=blocks.nodes,
             held=fixed,
             block_size=block_size,
             size=float(np.median(block_size if fixed.all() else block_size[~fixed])),
         )
-
-
-class Scene(NamedTuple):
-    """The blocks where they stand now, as the compiled search takes them.
-
-    `placed` are the corners (n_vertices, 2) [m], `direction` the unit vectors along the edges, `box` the bounding
-    boxes (x0, y0, x1, y1), widened by half the band; `size` is the length that rules are scaled with, one a block.
-    The rest is as in `Outlines`.
-    """
-
-    placed: FloatArray
-    direction: FloatArray
-    box: FloatArray
-    corners: FloatArray
-    offsets: IntArray
-    following: IntArray
-    preceding: IntArray
-    nodes: IntArray
-    held: BoolArray
-    size: FloatArray
 
 
 def corner_positions(outlines: Outlines, position: FloatArray) -> FloatArray:
@@ -105,22 +106,14 @@ def corner_positions(outlines: Outlines, position: FloatArray) -> FloatArray:
     return placed
 
 
-def scene_at(outlines: Outlines, position: FloatArray, band: float) -> Scene:
-    """Return the blocks at a position (n_blocks, 3), with boxes widened by half the band [m] on every side."""
+def records_at(outlines: Outlines, position: FloatArray, band: float) -> tuple[RecordArray, RecordArray]:
+    """Return the records VERTEX (n_vertices,) and BLOCK (n_blocks,) at a position (n_blocks, 3), for a band [m]."""
+    size = np.minimum(outlines.block_size, outlines.size)
     placed = corner_positions(outlines, position)
-    direction, box = _frame(placed, outlines.offsets, 0.5 * band)
-    return Scene(
-        placed=placed,
-        direction=direction,
-        box=box,
-        corners=outlines.corners,
-        offsets=outlines.offsets,
-        following=outlines.following,
-        preceding=outlines.preceding,
-        nodes=outlines.nodes,
-        held=outlines.held,
-        size=np.minimum(outlines.block_size, outlines.size),
+    records: tuple[RecordArray, RecordArray] = _records(
+        placed, outlines.corners, outlines.offsets, outlines.nodes, outlines.held, size, 0.5 * band
     )
+    return records
 
 
 @nb.njit(cache=True)
@@ -136,20 +129,32 @@ def _place(corners: FloatArray, offsets: IntArray, position: FloatArray) -> Floa
 
 
 @nb.njit(cache=True)
-def _frame(
-    placed: FloatArray, offsets: IntArray, margin: float
-) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return the unit vector along every edge and every block's box, widened by a margin."""
-    direction = np.empty_like(placed)
-    box = np.empty((offsets.size - 1, 4))
-    for b in range(offsets.size - 1):
-        box[b, 0], box[b, 1], box[b, 2], box[b, 3] = np.inf, np.inf, -np.inf, -np.inf
-        for i in range(offsets[b], offsets[b + 1]):
-            k = i + 1 if i + 1 < offsets[b + 1] else offsets[b]
+def _records(
+    placed: FloatArray,
+    corners: FloatArray,
+    offsets: IntArray,
+    nodes: IntArray,
+    held: BoolArray,
+    size: FloatArray,
+    margin: float,
+) -> tuple[RecordArray, RecordArray]:  # pragma: no cover - compiled
+    """Return the records of the corners, and of the blocks with their boxes widened by a margin."""
+    n = offsets.size - 1
+    vertices, blocks = np.empty(nodes.size, VERTEX), np.empty(n, BLOCK)
+    for b in range(n):
+        first, last = offsets[b], offsets[b + 1]
+        x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf
+        for i in range(first, last):
+            k = i + 1 if i + 1 < last else first
             x, y = placed[i, 0], placed[i, 1]
             dx, dy = placed[k, 0] - x, placed[k, 1] - y
             length = np.sqrt(dx * dx + dy * dy)
-            direction[i, 0], direction[i, 1] = dx / length, dy / length
-            box[b, 0], box[b, 1] = min(box[b, 0], x - margin), min(box[b, 1], y - margin)
-            box[b, 2], box[b, 3] = max(box[b, 2], x + margin), max(box[b, 3], y + margin)
-    return direction, box
+            vertex = vertices[i]
+            vertex.x, vertex.y, vertex.dx, vertex.dy = x, y, dx / length, dy / length
+            vertex.x0, vertex.y0 = corners[i, 0], corners[i, 1]
+            vertex.following, vertex.preceding, vertex.node = k, (i if i > first else last) - 1, nodes[i]
+            x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
+        block = blocks[b]
+        block.x0, block.y0, block.x1, block.y1 = x0 - margin, y0 - margin, x1 + margin, y1 + margin
+        block.first, block.last, block.size, block.held = first, last, size[b], held[b]
+    return vertices, blocks

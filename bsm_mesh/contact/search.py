@@ -10,8 +10,9 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.contact.broad_phase import near_pairs
 from bsm_mesh.contact.contact_rules import settle_pair
-from bsm_mesh.contact.narrow_phase import RULES, ActiveArrays, Rows, Rules, empty_rows, facing_pairs
-from bsm_mesh.contact.outlines import Outlines, Scene, corner_positions, scene_at
+from bsm_mesh.contact.narrow_phase import ACTIVE, FULL, ROW, add_facing
+from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
+from bsm_mesh.contact.rules import RULES, Rules, in_metres
 
 __all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts"]
 
@@ -128,40 +129,70 @@ def detect_contacts(
     rules : Rules
         Tolerances of the contact rules.
     """
-    scene = scene_at(outlines, position, band)
-    history = ActiveArrays(active.pair, active.key, active.pressure, active.point, active.normal)
-    rows, count = _search(scene, history, near_pairs(scene), band, rules)
-    return _as_candidates(rows, count)
+    vertices, blocks = records_at(outlines, position, band)
+    old = np.empty(len(active.key), dtype=ACTIVE)
+    old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
+    old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
+    return _as_candidates(_search(vertices, blocks, old, near_pairs(vertices, blocks), band, rules))
 
 
-def _as_candidates(rows: Rows, count: int) -> Candidates:
-    columns = {name: getattr(rows, name)[:count].copy() for name in Rows._fields if name not in ("tip", "state")}
+def _as_candidates(rows: RecordArray) -> Candidates:
+    columns = {name: rows[name].copy() for name in ROW.names or () if name not in ("tip", "state")}
     lower = np.minimum(columns["block_a"], columns["block_b"]).astype(np.int64)
     higher = np.maximum(columns["block_a"], columns["block_b"])
-    return Candidates(
-        pair=(lower << 32) | higher, key=(columns["corner"].astype(np.int64) << 32) | columns["edge"], **columns
-    )
+    key = (columns["corner"].astype(np.int64) << 32) | columns["edge"]
+    return Candidates(pair=(lower << 32) | higher, key=key, **columns)
 
 
 @nb.njit(cache=True)
 def _search(
-    scene: Scene, active: ActiveArrays, pairs: IntArray, band: float, rules: Rules
-) -> tuple[Rows, int]:  # pragma: no cover - compiled
-    """Return the candidates of all pairs (k, 2), in their order, and how many there are."""
-    rows = empty_rows(ROWS_PER_PAIR * pairs.shape[0] + 64)
-    count = 0
-    last = 0
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, pairs: IntArray, band: float, rules: Rules
+) -> RecordArray:  # pragma: no cover - compiled
+    """Return the candidates of all pairs (k, 2), in their order, records ROW."""
+    rows = np.empty(ROWS_PER_PAIR * pairs.shape[0] + 64, ROW)
+    count = last = 0
     for p in range(pairs.shape[0]):
         i, j = pairs[p, 0], pairs[p, 1]
-        pair = (np.int64(i) << 32) | np.int64(j)
-        while last < active.pair.size and active.pair[last] < pair:
-            last += 1
-        first = last
-        while last < active.pair.size and active.pair[last] == pair:
-            last += 1
-        size = min(scene.size[i], scene.size[j])
-        start = count
-        rows, count = facing_pairs(scene, active, first, last, i, j, size, band, rules, rows, count)
-        rows, count = facing_pairs(scene, active, first, last, j, i, size, band, rules, rows, count)
-        count = settle_pair(scene, active, first, last, size, band, rules, rows, start, count)
-    return rows, count
+        first, last = _rows_of_pair(active, last, i, j)
+        old = active[first:last]
+        here = in_metres(rules, min(blocks[i].size, blocks[j].size), band)
+        end = _both_roles(vertices, blocks, old, i, j, here, rows, count)
+        while end == FULL:
+            longer = np.empty(2 * rows.size, ROW)
+            longer[:count] = rows[:count]
+            rows = longer
+            end = _both_roles(vertices, blocks, old, i, j, here, rows, count)
+        kept = settle_pair(vertices, blocks, old, here, rows[count:end])
+        for k in range(count, count + kept):  # from rows of the pair to rows of all
+            rows[k].history += first if rows[k].history >= 0 else 0
+            rows[k].inherits += first if rows[k].inherits >= 0 else 0
+        count += kept
+    return rows[:count]
+
+
+@nb.njit(cache=True)
+def _rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, int]:  # pragma: no cover - compiled
+    """Return the first and behind the last row of a pair among the active contacts, from row `start` on."""
+    pair = (np.int64(i) << 32) | np.int64(j)
+    while start < active.size and active[start].pair < pair:
+        start += 1
+    end = start
+    while end < active.size and active[end].pair == pair:
+        end += 1
+    return start, end
+
+
+@nb.njit(cache=True)
+def _both_roles(
+    vertices: RecordArray,
+    blocks: RecordArray,
+    active: RecordArray,
+    i: int,
+    j: int,
+    rules: Rules,
+    rows: RecordArray,
+    count: int,
+) -> int:  # pragma: no cover - compiled
+    """Add the corners of i on edges of j, and of j on edges of i; return the number of rows, or FULL."""
+    count = add_facing(vertices, blocks, active, i, j, rules, rows, count)
+    return FULL if count == FULL else add_facing(vertices, blocks, active, j, i, rules, rows, count)
