@@ -36,14 +36,14 @@ class ParameterChecks:
         for name in unknown:
             self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
 
-    def positive(self, unit: str = "m", **values: object) -> bool:
+    def positive(self, unit: str = "m", /, **values: object) -> bool:
         """Return whether all `values` are positive finite numbers; add a fault for each that is not."""
         bad = {name: value for name, value in values.items() if not _is_positive(value)}
         for name, value in bad.items():
             self.add(f"{name} = {value!r} is not a positive number; give {name} in {unit}, greater than 0")
         return not bad
 
-    def count(self, least: int = 1, **values: object) -> bool:
+    def count(self, least: int = 1, /, **values: object) -> bool:
         """Return whether all `values` are whole numbers of at least `least`; add a fault for each that is not."""
         bad = {name: value for name, value in values.items() if not _is_count(value, least)}
         for name, value in bad.items():

@@ -13,7 +13,6 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.polygons import owner_of_corner
 
-
 # The blocks where they stand, as the compiled search takes them: records, because a kernel that is handed many
 # arrays in a tuple spends its time on counting references to them. A corner's record fills one cache line.
 VERTEX = np.dtype(

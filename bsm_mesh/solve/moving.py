@@ -183,7 +183,8 @@ def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray
     node, start, end = blocks.nodes[found.corner], blocks.nodes[found.edge], blocks.nodes[blocks.following[found.edge]]
     at_start = (node == start) & (np.abs(found.along) <= near)
     at_end = (node == end) & (np.abs(found.along - found.edge_length) <= near)
-    return (found.parallel_edge < 0) & (at_start | at_end)
+    meeting: BoolArray = (found.parallel_edge < 0) & (at_start | at_end)
+    return meeting
 
 
 def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
