@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numba as nb
 import numpy as np
@@ -12,7 +12,6 @@ import numpy.typing as npt
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.polygons import owner_of_corner
-
 
 # The blocks where they stand, as the compiled search takes them: records, because a kernel that is handed many
 # arrays in a tuple spends its time on counting references to them. A corner's record fills one cache line.
@@ -40,7 +39,8 @@ BLOCK = np.dtype(
     ],
     align=True,
 )
-RecordArray: TypeAlias = npt.NDArray[np.void]
+Record: TypeAlias = Any  # the types of numpy know nothing of the fields of a record
+RecordArray: TypeAlias = Any
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
