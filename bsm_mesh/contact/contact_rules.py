@@ -8,7 +8,7 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from bsm_mesh.contact.outlines import RecordArray
+from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
 DROPPED, UNDECIDED, KEPT = -1, 0, 1  # marks in a row's state
@@ -62,13 +62,13 @@ def settle_pair(
 
 
 @nb.njit(cache=True)
-def _touches(rules: Rules, row: np.void) -> bool:  # pragma: no cover - compiled
+def _touches(rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Whether a candidate bears, or would at once."""
     return bool(row.in_range and row.gap <= rules.fresh)
 
 
 @nb.njit(cache=True)
-def _fresh_depth(rules: Rules, row: np.void) -> float:  # pragma: no cover - compiled
+def _fresh_depth(rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
     """Return how deep a contact without history may be; corner on corner it has none as long as it is there."""
     return float(rules.seam if row.tip else rules.fresh)
 
@@ -100,7 +100,7 @@ def _one_edge_a_corner(
 
 @nb.njit(cache=True)
 def _bears_on_both(
-    vertices: RecordArray, rules: Rules, one: np.void, other: np.void
+    vertices: RecordArray, rules: Rules, one: Record, other: Record
 ) -> bool:  # pragma: no cover - compiled
     """Whether a corner bears on two edges: in a notch, or at a flat corner with an edge of its own on each of them."""
     e, f = one.edge, other.edge
@@ -143,9 +143,7 @@ def _no_dual_of_kept(
 
 
 @nb.njit(cache=True)
-def _are_duals(
-    vertices: RecordArray, one: np.void, other: np.void, reach: float
-) -> bool:  # pragma: no cover - compiled
+def _are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -> bool:  # pragma: no cover - compiled
     """Whether two rows are one place of contact with corner and edge swapped."""
     if one.block_a != other.block_b:
         return False
@@ -194,14 +192,14 @@ def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
 
 
 @nb.njit(cache=True)
-def _distance(vertices: RecordArray, old: np.void, row: np.void) -> float:  # pragma: no cover - compiled
+def _distance(vertices: RecordArray, old: Record, row: Record) -> float:  # pragma: no cover - compiled
     """Return the distance from where a contact was to the candidate's corner."""
     return float(np.hypot(old.x - vertices[row.corner].x, old.y - vertices[row.corner].y))
 
 
 @nb.njit(cache=True)
 def _alignment(
-    vertices: RecordArray, blocks: RecordArray, old: np.void, row: np.void
+    vertices: RecordArray, blocks: RecordArray, old: Record, row: Record
 ) -> float:  # pragma: no cover - compiled
     """Return the cosine between the normals of an old contact and of a candidate, both out of the same block."""
     cosine = old.nx * vertices[row.edge].dy - old.ny * vertices[row.edge].dx

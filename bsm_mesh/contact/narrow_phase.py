@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from bsm_mesh.contact.outlines import RecordArray
+from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
 FULL = -1  # returned where the table of rows has no space left
@@ -77,9 +77,7 @@ def add_facing(
 
 
 @nb.njit(cache=True)
-def _fill(
-    vertices: RecordArray, active: RecordArray, rules: Rules, row: np.void
-) -> bool:  # pragma: no cover - compiled
+def _fill(vertices: RecordArray, active: RecordArray, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Fill in what follows from corner, edge, gap and place along the edge; return whether it is a candidate."""
     overlap, parallel_edge, shorter = _overlap(vertices, rules, row)
     from_end = min(abs(row.along), abs(row.along - row.edge_length))
@@ -99,7 +97,7 @@ def _fill(
 
 @nb.njit(cache=True)
 def _overlap(
-    vertices: RecordArray, rules: Rules, row: np.void
+    vertices: RecordArray, rules: Rules, row: Record
 ) -> tuple[float, int, float]:  # pragma: no cover - compiled
     """Return the length that a's parallel edges at the corner share with the edge, the one with most, the shorter edge.
 
@@ -123,7 +121,7 @@ def _overlap(
 
 
 @nb.njit(cache=True)
-def _meets_diagonally(vertices: RecordArray, rules: Rules, row: np.void) -> bool:  # pragma: no cover - compiled
+def _meets_diagonally(vertices: RecordArray, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Whether a corner is at the edge's end, and the blocks met at the start in this point alone, without a face."""
     v, e = row.corner, row.edge
     w = e if abs(row.along) < 0.5 * row.edge_length else vertices[e].following
@@ -148,7 +146,7 @@ def _ran_against(vertices: RecordArray, p: int, q: int, r: int, s: int) -> bool:
 
 
 @nb.njit(cache=True)
-def _row_among(active: RecordArray, row: np.void) -> int:  # pragma: no cover - compiled
+def _row_among(active: RecordArray, row: Record) -> int:  # pragma: no cover - compiled
     """Return the row of the same contact among the active ones, -1 if it is not there."""
     key = (np.int64(row.corner) << 32) | np.int64(row.edge)
     for q in range(active.size):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numba as nb
 import numpy as np
@@ -39,7 +39,8 @@ BLOCK = np.dtype(
     ],
     align=True,
 )
-RecordArray: TypeAlias = npt.NDArray[np.void]
+Record: TypeAlias = Any  # the types of numpy know nothing of the fields of a record
+RecordArray: TypeAlias = Any
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
