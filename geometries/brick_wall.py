@@ -37,8 +37,10 @@ def build(
         Number of courses.
     bricks : int
         Whole bricks in a course.
-    length, height : float
-        Size of a brick [m].
+    length : float
+        Length of a brick [m].
+    height : float
+        Height of a brick [m].
     margin : float, optional
         Length of the base on either side of the wall [m]; as `length` where not given.
     rock : str

@@ -35,8 +35,10 @@ def build(
         The file to write, ``.msh``.
     count : int
         Number of blocks in the column.
-    width, height : float
-        Size of a block, along the base and across it [m].
+    width : float
+        Width of a block, along the base [m].
+    height : float
+        Height of a block, across the base [m].
     dip : float
         Dip of the base to the right [degrees].
     margin : float, optional
