@@ -36,9 +36,9 @@ def build(
     count : int
         Number of blocks in the column.
     width : float
-        Width of a block [m].
+        Width of a block, along the base [m].
     height : float
-        Height of a block [m].
+        Height of a block, across the base [m].
     dip : float
         Dip of the base to the right [degrees].
     margin : float, optional
