@@ -37,6 +37,7 @@ from bsm_mesh.solve.moving import (
     History,
     MovingContacts,
     commit,
+    elastic_tangent,
     evaluate,
     first_tangent,
     gather_contacts,
@@ -57,6 +58,7 @@ SOFTNESS = 0.1  # in the direct try, at a residual of the reference weight; fall
 DRIVEN = 0.5  # of the step length: how far supports move blocks in a step
 REACHED = 1e-6  # of the step length: what a prescribed displacement may lack at the end
 FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
+SHIFT, BALANCED, BALANCE_ITERATIONS = 4.0, 1e-3, 12  # over the block size
 RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps
 
 
@@ -141,6 +143,7 @@ class Continuation:
         self.d = STEP * self.outlines.size
         self.limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
         self.work = _Work()
+        self.least_lam = LEAST_LAM / self.d
         self.parted = self.start.copy()  # where each block last had a contact or a support
 
     def run(self) -> Motion:
@@ -169,8 +172,13 @@ class Continuation:
                 )
                 greatest = float(np.abs((moved - position) / self.scale).max())
                 if converged and greatest <= 2 * self.d:
-                    lam = step_lam
-                    break
+                    fall = 0.0 if quiet else self._balanced(contacts, moved, at)
+                    if fall == 0 or step_lam >= 2 * fall:
+                        lam = step_lam
+                        break
+                    self.least_lam = max(self.least_lam, 2 * fall)
+                    lam, rejected = max(lam, self.least_lam), True
+                    continue
                 if direct:
                     continue
                 rejected = True
@@ -191,7 +199,7 @@ class Continuation:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
-            lam = float(np.clip(lam * np.clip(greatest / self.d, slower, 4.0), LEAST_LAM / self.d, 1e3 / self.d))
+            lam = float(np.clip(lam * np.clip(greatest / self.d, slower, 4.0), self.least_lam, 1e3 / self.d))
         reason = f"the limit of {self.options.max_steps} steps was reached with residual {residual:.1e}"
         return self._end(Status.NOT_CONVERGED, reason, contacts, position)
 
@@ -334,6 +342,38 @@ class Continuation:
             part /= 2
         assert best is not None
         return best[1], best[2]
+
+    def _balanced(self, contacts: MovingContacts, position: FloatArray, at: Evaluation) -> float:
+        """Return how fast blocks fall out of an equilibrium, as a lam; 0 where it is none, or a stable one.
+
+        A block balanced on a corner is in equilibrium too, and Newton finds it as readily as any other. The lowest
+        eigenvalue of the tangent over the mass, from power iteration on the shifted inverse, tells: a Rayleigh
+        quotient is never below it, so that nothing stable is taken for unstable.
+        """
+        supports = self.constraints_at(position)
+        free = self._free(self.loads_at(position) + at.forces, supports)
+        if self.reference == 0 or float(np.abs(free).max()) >= self.options.tolerance * self._weight(at):
+            return 0.0
+        pattern = self._pattern(contacts)
+        data = elastic_tangent(contacts, at, pattern.place, len(pattern.column), self.outlines.size)
+        shift = SHIFT / self.outlines.size
+        vector = np.random.default_rng(0).normal(size=position.shape) * self.scale
+        lowest = 0.0
+        for k in range(BALANCE_ITERATIONS):
+            pushed = self.mass * vector
+            if k == 0:
+                found = self._correct(pattern, data, supports, shift, pushed)
+                if found is None:
+                    return 0.0
+            else:
+                assert self.work.solver is not None
+                found = supports.expand(self.work.solver.solve(supports.free_part(pushed)))
+            square = float((found * self.mass * found).sum())
+            if not (np.isfinite(square) and square > 0):
+                return 0.0
+            lowest = min(lowest, float((found * pushed).sum()) / square - shift) if k else 0.0
+            vector = found / np.sqrt(square)
+        return -lowest if lowest < -BALANCED / self.outlines.size else 0.0
 
     def _pattern(self, contacts: MovingContacts) -> BlockPattern:
         """Return the pattern of the candidates; its analysis is kept while it stays the same."""

@@ -258,6 +258,15 @@ def first_tangent(contacts: MovingContacts, at: Evaluation, places: IntArray, n_
     return tangent_stiffness(contacts, closed, places, n_places, 0.0)
 
 
+def elastic_tangent(
+    contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int, size: float
+) -> FloatArray:
+    """Return the stiffest tangent there can be: every contact that bears or nearly touches closed and sticking."""
+    near = contacts.touching & (at.gap <= TOUCHING * size)
+    closed = replace(at, bearing=at.bearing | near, sticking=at.bearing | near, by_pressure=np.zeros_like(at.gap))
+    return tangent_stiffness(contacts, closed, places, n_places, 0.0)
+
+
 def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:
     """Return what the accepted step leaves, and how many contacts changed their state for good.
 
