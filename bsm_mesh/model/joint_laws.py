@@ -126,7 +126,7 @@ class Patton:
         first, second = peak * pressing, self.cohesion * length + residual * pressing
         on_first = (first <= second) & ~failed
         strength = np.where(failed, residual * pressing, np.minimum(first, second))
-        slope = np.where(on_first, peak, residual) * (pressure > 0)
+        slope = np.where(pressure > 0, np.where(on_first, peak, residual), 0.0)
         sheared_off = ~failed & ~on_first & (np.abs(trial_shear) > strength) & (self.cohesion + peak - residual > 0)
         return _slide(trial_shear, strength, slope, failed | sheared_off)
 
@@ -169,7 +169,7 @@ class MohrCoulomb:
         pressing = np.maximum(pressure, 0.0)
         peak, residual = np.tan(np.radians(self.friction)), np.tan(np.radians(self.residual))
         strength = np.where(failed, residual * pressing, self.cohesion * length + peak * pressing)
-        slope = np.where(failed, residual, peak) * (pressure > 0)
+        slope = np.where(pressure > 0, np.where(failed, residual, peak), 0.0)
         weakens = self.cohesion > 0 or peak != residual
         return _slide(trial_shear, strength, slope, failed | (weakens & (np.abs(trial_shear) > strength)))
 

@@ -101,7 +101,8 @@ def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
     u, v, turn = step.T
     sinc = np.sinc(turn / np.pi)
     versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))  # (1 - cos) / turn
-    return position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
+    moved: FloatArray = position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
+    return moved
 
 
 class Continuation:
