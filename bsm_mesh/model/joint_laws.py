@@ -126,7 +126,7 @@ class Patton:
         first, second = peak * pressing, self.cohesion * length + residual * pressing
         on_first = (first <= second) & ~failed
         strength = np.where(failed, residual * pressing, np.minimum(first, second))
-        slope = np.where((pressure > 0) & on_first, peak, np.where(pressure > 0, residual, 0.0))
+        slope = np.where(pressure > 0, np.where(on_first, peak, residual), 0.0)
         sheared_off = ~failed & ~on_first & (np.abs(trial_shear) > strength) & (self.cohesion + peak - residual > 0)
         return _slide(trial_shear, strength, slope, failed | sheared_off)
 

@@ -368,3 +368,27 @@ def test_saved_results_come_back(tmp_path):
         assert list(new.unstable_blocks) == list(old.unstable_blocks)
         assert len(new.steps) == len(old.steps)
         assert_allclose(back.check().block_residual, results.check().block_residual, rtol=1e-6, atol=1e-12)
+
+
+CROSSING = [  # two joints that cross in (1.7044, 0.8132): blocks 2 and 3 meet in that point alone, 1 slides away
+    [(-3.0, -1.0), (6.0, -1.0), (6.0, 0.0), (-3.0, 0.0)],
+    [(0.1736, 1.9115), (0.0, 1.9429), (0.0, 0.3709), (1.7044, 0.8132)],
+    [(2.3899, 1.5107), (0.1736, 1.9115), (1.7044, 0.8132), (2.4596, 1.0093)],
+    [(0.0, 0.0), (2.5998, 0.0), (2.5734, 0.1897), (1.7044, 0.8132), (0.0, 0.3709)],
+    [(2.8379, 0.0), (3.0, 0.0), (3.0, 1.1495), (2.4596, 1.0093), (2.5734, 0.1897)],
+    [(2.3219, 2.0), (0.0, 2.0), (0.0, 1.9429), (2.3899, 1.5107)],
+    [(3.0, 1.4004), (3.0, 2.0), (2.3219, 2.0), (2.3899, 1.5107)],
+]
+APEX = [
+    [(-6, -1), (6, -1), (6, 0), (-6, 0)],
+    [(-1, 0), (1, 0), (0, 1)],
+    [(0, 1), (0.7, 1.7), (0, 2.4), (-0.7, 1.7)],
+]
+
+
+@pytest.mark.xfail(strict=True, reason="corners that meet corners in a point have no contact and pass through")
+@pytest.mark.parametrize(("polygons", "fixed"), [(CROSSING, (0,)), (APEX, (0, 1))])
+def test_wedges_that_meet_in_a_point_do_not_pass_through_each_other(polygons, fixed):
+    model = model_of([np.array(p, dtype=float) for p in polygons], friction=10, fixed=fixed)
+    results = bsm.run(model, MOVING)
+    assert results.check().overlap <= 1.3e-3
