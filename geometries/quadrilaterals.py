@@ -168,7 +168,7 @@ def _add_blocks(
 
 
 def _add_lines(gmsh: Any, connections: Sequence[Sequence[int]], sides: Sequence[Side]) -> int:
-    pairs = {}
+    pairs: dict[tuple[int, int], tuple[int, int]] = {}
     for block, side in sides:
         ends = connections[block][side], connections[block][(side + 1) % 4]
         pairs.setdefault((min(ends), max(ends)), ends)
