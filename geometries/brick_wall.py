@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import os
 from pathlib import Path
+from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import rectangle, sides_of, write_quadrilaterals
@@ -60,7 +61,8 @@ def build(
     """
     checks = ParameterChecks("brick_wall")
     checks.refuse_unknown(unknown, ("courses", "bricks", "length", "height", "margin", "rock"))
-    checks.positive(length=length, height=height, **({} if margin is None else {"margin": margin}))
+    optional: dict[str, Any] = {} if margin is None else {"margin": margin}
+    checks.positive(length=length, height=height, **optional)
     checks.count(courses=courses, bricks=bricks)
     checks.group_part(rock=rock)
     checks.raise_faults()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import rectangle, sides_of, turn, write_quadrilaterals
@@ -62,10 +63,9 @@ def build(
     """
     checks = ParameterChecks("column")
     checks.refuse_unknown(unknown, ("count", "width", "height", "dip", "margin", "thickness", "rock"))
-    optional = {"margin": margin, "thickness": thickness}
-    checks.positive(
-        width=width, height=height, **{name: value for name, value in optional.items() if value is not None}
-    )
+    optional: dict[str, Any] = {"margin": margin, "thickness": thickness}
+    given = {name: value for name, value in optional.items() if value is not None}
+    checks.positive(width=width, height=height, **given)
     checks.count(count=count)
     checks.within(0.0, 90.0, "degrees", dip=dip)
     checks.group_part(rock=rock)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import rectangle, sides_of, write_quadrilaterals
@@ -57,7 +58,7 @@ def build(
     """
     checks = ParameterChecks("pushed_block")
     checks.refuse_unknown(unknown, ("size", "gap", "separation", "behind", "rock"))
-    lengths = {"size": size, "gap": gap, "behind": behind}
+    lengths: dict[str, Any] = {"size": size, "gap": gap, "behind": behind}
     if separation is not None:
         lengths["separation"] = separation
     if checks.positive(**lengths) and separation is not None and separation > gap:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import Point, Quadrilateral, rectangle, sides_of, write_quadrilaterals
@@ -58,7 +59,7 @@ def build(
     checks = ParameterChecks("voussoir_arch")
     checks.refuse_unknown(unknown, ("count", "radius", "thickness", "springing", "rock"))
     checks.count(2, count=count)
-    lengths = {} if springing is None else {"springing": springing}
+    lengths: dict[str, Any] = {} if springing is None else {"springing": springing}
     if checks.positive(radius=radius, thickness=thickness, **lengths) and thickness >= 2.0 * radius:
         checks.add(f"thickness = {thickness} m is not less than twice radius = {radius} m; give less")
     checks.group_part(rock=rock)
