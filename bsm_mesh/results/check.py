@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.overlap import find_overlaps
 from bsm_mesh.results.records import Results, StageResult
 
@@ -75,13 +76,12 @@ def check_results(results: Results) -> Check:
         balance=balance,
         tolerance=tolerance,
         utilisation=max(float(s.contacts.utilisation.max(initial=0.0)) for s in results.stages) if moved else 0.0,
-        overlap=max(_unexplained_overlap(results, stage) for stage in results.stages) if moved else 0.0,
+        overlap=max(unexplained_overlap(results.blocks, stage) for stage in results.stages) if moved else 0.0,
     )
 
 
-def _unexplained_overlap(results: Results, stage: StageResult) -> float:
+def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
     """Return the overlapping area less the closure of the contacts times their length, over the size squared."""
-    blocks = results.blocks
     owner = blocks.owner
     x, y = (blocks.vertices - blocks.moments.centroid[owner]).T
     u, v, turn = stage.displacement[owner].T

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from bsm_mesh.contact.strength import MOST_UTILISATION
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, StepRecord
+from bsm_mesh.results.check import OVERLAP, unexplained_overlap
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import block_stress
 from bsm_mesh.solve.continuation import Continuation, Motion
 from bsm_mesh.solve.linear import Reporter, support_forces
@@ -59,7 +61,15 @@ def solve_continuation(
         reference_weight=motion.reference,
         steps=motion.steps,
     )
-    return stage, motion.linear_solver
+    return _refuse_overlap(model, stage), motion.linear_solver
+
+
+def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
+    """Return the stage; at rest with blocks inside each other is no answer, so it counts as not converged."""
+    if stage.status is not Status.STABLE or unexplained_overlap(model.blocks, stage) <= OVERLAP:
+        return stage
+    reason = "forces balance, but blocks have passed into each other (corners that met in a point): not an answer"
+    return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
 
 
 def _contact_forces(motion: Motion) -> ContactForces:
