@@ -39,13 +39,16 @@ def run(
     ModelError
         If the model cannot be analysed: a part free to move, overlapping blocks, rigid rocks without a joint.
     """
-    from bsm_mesh.solve.linear import solve_linear  # compiled code: not before it is needed
-
     options = options or Options()
-    stage, linear_solver = solve_linear(model, options, report)
-    if observer is not None:
-        for step in stage.steps:
-            observer(step)
+    watch: Observer = observer or (lambda record: None)
+    if options.scheme == "linear":  # compiled code: not before it is needed
+        from bsm_mesh.solve.linear import solve_linear
+
+        stage, linear_solver = solve_linear(model, options, report, watch)
+    else:
+        from bsm_mesh.solve.nonlinear import solve_continuation
+
+        stage, linear_solver = solve_continuation(model, options, report, watch)
     return Results(
         blocks=model.blocks,
         joint_names=tuple(joint.name for joint in model.joints),

@@ -36,11 +36,25 @@ class ParameterChecks:
         for name in unknown:
             self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
 
-    def positive(self, unit: str = "m", **values: object) -> bool:
+    def positive(self, unit: str = "m", /, **values: object) -> bool:
         """Return whether all `values` are positive finite numbers; add a fault for each that is not."""
         bad = {name: value for name, value in values.items() if not _is_positive(value)}
         for name, value in bad.items():
             self.add(f"{name} = {value!r} is not a positive number; give {name} in {unit}, greater than 0")
+        return not bad
+
+    def count(self, least: int = 1, /, **values: object) -> bool:
+        """Return whether all `values` are whole numbers of at least `least`; add a fault for each that is not."""
+        bad = {name: value for name, value in values.items() if not _is_count(value, least)}
+        for name, value in bad.items():
+            self.add(f"{name} = {value!r} is not a whole number of at least {least}; give one")
+        return not bad
+
+    def within(self, low: float, high: float, unit: str, **values: object) -> bool:
+        """Return whether all `values` lie from `low` to less than `high`; add a fault for each that does not."""
+        bad = {name: value for name, value in values.items() if not _is_within(value, low, high)}
+        for name, value in bad.items():
+            self.add(f"{name} = {value!r} does not lie from {low:g} to less than {high:g} {unit}; give one that does")
         return not bad
 
     def one_of(self, allowed: Collection[object], **values: object) -> bool:
@@ -75,6 +89,14 @@ def _is_positive(value: object) -> bool:
         return False
     number = float(value)
     return math.isfinite(number) and number > 0.0
+
+
+def _is_count(value: object, least: int) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
+
+
+def _is_within(value: object, low: float, high: float) -> bool:
+    return isinstance(value, Real | Integral) and not isinstance(value, bool) and low <= float(value) < high
 
 
 def _is_one_of(value: object, allowed: Collection[object]) -> bool:

@@ -25,8 +25,9 @@ from bsm_mesh.app.model_file import (
 from bsm_mesh.app.units import convert
 from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.loads import Load, PointLoad, Pressure, Traction
-from bsm_mesh.model.materials import Filling, Joint, JointLaw, MohrCoulomb, Patton, Rock
+from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.solve.options import Options

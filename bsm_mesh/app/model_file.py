@@ -153,6 +153,8 @@ class SolverTable(Table):
 
     scheme: Scheme = "linear"
     tolerance: Number = 1e-6
+    max_steps: StrictInt = 500
+    displacement_limit: Length | None = Field(default=None, description="unstable beyond; default: the model's size")
     linear_solver: LinearSolverName = "auto"
     threads: StrictInt = 0
 

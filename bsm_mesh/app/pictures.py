@@ -214,7 +214,7 @@ def draw_deformation(plotter: Any, scene: Scene) -> str:
     """Deformed blocks, exaggerated, over their outline (as Wang Fig. 6.10)."""
     grid = scene.grid
     greatest = float(np.linalg.norm(grid.point_data["displacement"], axis=1).max())
-    factor = _round_factor(EXAGGERATED * scene.size / greatest) if greatest > 0 else 1.0
+    factor = max(_round_factor(EXAGGERATED * scene.size / greatest), 1.0) if greatest > 0 else 1.0
     warped = grid.copy()
     warped.points = grid.points + factor * grid.point_data["displacement"] + (0, 0, 0.005 * scene.size)
     plotter.add_mesh(warped, color="#c9d8ea", show_edges=scene.outlines, edge_color="#4a6a8a", lighting=False)
@@ -224,12 +224,31 @@ def draw_deformation(plotter: Any, scene: Scene) -> str:
     return f"deformation, exaggerated {factor:g} times, over the original outline (black)"
 
 
+def draw_final_position(plotter: Any, scene: Scene) -> str:
+    """Blocks where they are at the end, true to scale, those that come down shaded (as Wang Fig. 4.19)."""
+    grid = scene.grid
+    moved = grid.copy()
+    moved.points = grid.points + grid.point_data["displacement"]
+    unstable = np.asarray(grid.cell_data["unstable"]) > 0
+    start = grid.copy()
+    plotter.add_mesh(start, style="wireframe", color="#b9b2a3", line_width=1, lighting=False)
+    moved.points[:, 2] = 0.005 * scene.size
+    for chosen, colour in ((~unstable, "#c9d8ea"), (unstable, "#d9776b")):
+        if chosen.any():
+            part = moved.extract_cells(np.flatnonzero(chosen))
+            plotter.add_mesh(part, color=colour, show_edges=scene.outlines, edge_color="#33475b", lighting=False)
+    count = int(unstable.sum())
+    told = f", {count} blocks that come down in red" if count else ""
+    return f"final position, true to scale, over the original outlines (grey){told}"
+
+
 PICTURES: dict[str, Callable[[Any, Scene], str]] = {
     "displacement": draw_displacement,
     "sigma_1": draw_sigma_1,
     "displacement_arrows": draw_arrows,
     "principal_stresses": draw_principal_stresses,
     "deformation": draw_deformation,
+    "final_position": draw_final_position,
 }
 
 

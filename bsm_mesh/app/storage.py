@@ -96,6 +96,7 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
     return {
         "name": stage.name,
         "status": stage.status.value,
+        "reason": stage.reason,
         "steps": len(stage.steps),
         "newton_iterations": sum(step.newton_iterations for step in stage.steps),
         "factorizations": sum(step.factorizations for step in stage.steps),
@@ -187,6 +188,7 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
     return StageResult(
         name=told["name"],
         status=Status(told["status"]),
+        reason=told["reason"],
         present=np.ones(len(xx), dtype=bool),
         displacement=np.column_stack([cells["displacement"][:, :2], cells["rotation"]]),
         stage_displacement=np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]]),

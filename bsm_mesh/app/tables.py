@@ -57,6 +57,7 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     sigma_1, sigma_3 = principal_stresses(stage.stress)
     rows = [
         ("verdict", results.status.value),
+        ("why", stage.reason),
         ("scheme", f"{results.scheme} ({results.linear_solver})"),
         ("blocks", f"{results.blocks.count}"),
         ("contacts", f"{len(stage.contacts.length)}"),
@@ -68,9 +69,14 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
         ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
         ("time of the solution", f"{stage.seconds:.3g} s"),
     ]
+    if results.scheme != "linear":
+        last = stage.steps[-1]
+        spent = sum(step.factorizations for step in stage.steps)
+        rows.insert(4, ("steps, factorizations", f"{len(stage.steps)}, {spent}"))
+        rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
     overstressed = int((stage.contacts.utilisation > 1).sum())
     if overstressed and results.scheme == "linear":
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
     if results.unstable_blocks.size:
-        rows.insert(1, ("unstable blocks", ", ".join(map(str, results.unstable_blocks[:12]))))
+        rows.insert(2, ("blocks that come down", ", ".join(map(str, results.unstable_blocks[:12]))))
     return rows

@@ -12,7 +12,8 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.table import ContactTable
-from bsm_mesh.model.materials import JointLaw, MohrCoulomb, Rock
+from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
+from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
 MOST_UTILISATION = 999.0  # shown where a contact without strength bears shear
@@ -46,9 +47,10 @@ def strength_lines(law: JointLaw, length: FloatArray) -> tuple[FloatArray, Float
     if isinstance(law, MohrCoulomb):
         slope[:, 0], intercept[:, 0] = np.tan(np.radians(law.friction)), law.cohesion * length
         return slope, intercept
-    residual = law.friction if law.residual_friction is None else law.residual_friction
+    if not isinstance(law, Patton):
+        raise TypeError(f"the law {type(law).__name__} has no straight lines of strength")
     slope[:, 0], intercept[:, 0] = np.tan(np.radians(law.friction + law.dilation)), 0.0  # Wang Eq. 4.1
-    slope[:, 1], intercept[:, 1] = np.tan(np.radians(residual)), law.cohesion * length  # Wang Eq. 4.2
+    slope[:, 1], intercept[:, 1] = np.tan(np.radians(law.residual)), law.cohesion * length  # Wang Eq. 4.2
     return slope, intercept
 
 

@@ -1,8 +1,9 @@
 """What is given: blocks, rocks, joints, supports, loads, and the model that holds them."""
 
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, PointLoad, Pressure, Traction
-from bsm_mesh.model.materials import Filling, Joint, MohrCoulomb, Patton, Rock
+from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
 

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from bsm_mesh.errors import ModelError, nearest
-from bsm_mesh.model.materials import Joint, JointLaw, MohrCoulomb, Rock
+from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
+from bsm_mesh.model.materials import Joint, Rock
 
 CASSIAR = "Cassiar Mining Corporation and Piteau Associates (1990)"
 FRANKLIN = "Franklin and Dusseault (1989)"

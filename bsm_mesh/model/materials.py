@@ -4,75 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.model.values import Rules, plain_numbers
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Patton:
-    """Patton's bilinear joint law (Wang Eqs. 4.1, 4.2, 4.8).
-
-    Attributes
-    ----------
-    friction : float [degrees]
-        Basic friction angle, to which `dilation` is added below the transition stress.
-    dilation : float [degrees]
-        Asperity angle i; strength only, no opening with slip.
-    cohesion : float [Pa]
-        Intercept of the second line.
-    residual_friction : float or None [degrees]
-        Friction angle once the asperities are sheared off; None: `friction`.
-    """
-
-    friction: float
-    dilation: float = 0.0
-    cohesion: float = 0.0
-    residual_friction: float | None = None
-
-    def __post_init__(self) -> None:
-        rules = Rules("law 'patton'")
-        rules.number("friction", self.friction, "degrees", least=0, below=90)
-        rules.number("dilation", self.dilation, "degrees", least=0, below=90)
-        if not rules.faults and self.dilation > 0:
-            rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
-        rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
-        raise_faults(rules.faults)
-        plain_numbers(self)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MohrCoulomb:
-    """Mohr-Coulomb joint law: strength = cohesion + pressure * tan(friction).
-
-    Attributes
-    ----------
-    friction : float [degrees]
-        Friction angle.
-    cohesion : float [Pa]
-        Cohesion, lost once the joint has slipped or opened.
-    residual_friction : float or None [degrees]
-        Friction angle after that; None: `friction`.
-    """
-
-    friction: float
-    cohesion: float = 0.0
-    residual_friction: float | None = None
-
-    def __post_init__(self) -> None:
-        rules = Rules("law 'mohr_coulomb'")
-        rules.number("friction", self.friction, "degrees", least=0, below=90)
-        rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
-        raise_faults(rules.faults)
-        plain_numbers(self)
-
-
-JointLaw: TypeAlias = Patton | MohrCoulomb
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.overlap import find_overlaps
 from bsm_mesh.results.records import Results, StageResult
 
 
@@ -24,27 +26,39 @@ class Check:
         Sum of loads and reactions, over the sum of their magnitudes.
     tolerance : float
         What both are held to.
+    utilisation : float
+        Greatest shear force over shear strength; 0 in the linear scheme, where nothing can slip.
+    overlap : float [m2]
+        Area by which blocks overlap beyond what the contacts' closure accounts for, over the square of their size.
     """
 
     block_residual: float
     worst_block: int
     balance: float
     tolerance: float
+    utilisation: float = 0.0
+    overlap: float = 0.0
 
     @property
     def ok(self) -> bool:
         """Whether all is within the tolerance."""
-        return self.block_residual <= self.tolerance and self.balance <= self.tolerance
+        at_rest = self.block_residual <= self.tolerance and self.balance <= self.tolerance
+        return at_rest and self.utilisation <= 1 + UTILISATION and self.overlap <= OVERLAP
 
     def __str__(self) -> str:
         """Return one line for a person."""
         verdict = "in equilibrium" if self.ok else "NOT in equilibrium"
-        return (
+        text = (
             f"{verdict}: greatest residual of a block {self.block_residual:.1e} (block {self.worst_block}), "
             f"loads against reactions {self.balance:.1e}, tolerance {self.tolerance:.0e}"
         )
+        if self.utilisation > 0:
+            text += f"; greatest shear over strength {self.utilisation:.6f}, unexplained overlap {self.overlap:.1e} h2"
+        return text
 
 
+UTILISATION = 1e-9  # a law returns its strength to rounding
+OVERLAP = 1.3e-3  # of the square of the block size: what touching within a thousandth of it allows
 LINEAR_TOLERANCE = 1e-9  # of the reference weight: a linear solution loses no more than rounding
 NONLINEAR_TOLERANCE = 1e-6  # of the reference weight: where the iteration ends
 
@@ -55,7 +69,28 @@ def check_results(results: Results) -> Check:
     residual, block = max(found)
     balance = max(_stage_balance(stage) for stage in results.stages)
     tolerance = LINEAR_TOLERANCE if results.scheme == "linear" else NONLINEAR_TOLERANCE
-    return Check(block_residual=residual, worst_block=block, balance=balance, tolerance=tolerance)
+    moved = results.scheme != "linear"
+    return Check(
+        block_residual=residual,
+        worst_block=block,
+        balance=balance,
+        tolerance=tolerance,
+        utilisation=max(float(s.contacts.utilisation.max(initial=0.0)) for s in results.stages) if moved else 0.0,
+        overlap=max(unexplained_overlap(results.blocks, stage) for stage in results.stages) if moved else 0.0,
+    )
+
+
+def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
+    """Return the overlapping area less the closure of the contacts times their length, over the size squared."""
+    owner = blocks.owner
+    x, y = (blocks.vertices - blocks.moments.centroid[owner]).T
+    u, v, turn = stage.displacement[owner].T
+    cosine, sine = np.cos(turn), np.sin(turn)
+    centre = blocks.moments.centroid[owner]
+    corners = centre + np.stack([u + cosine * x - sine * y, v + sine * x + cosine * y], axis=1)
+    found = find_overlaps(corners, blocks.offsets, np.arange(len(corners), dtype=np.int32))
+    closure = float((np.maximum(-stage.contacts.opening, 0.0) * stage.contacts.length).sum())
+    return (float(found.area.sum()) - closure) / float(np.median(blocks.moments.area))
 
 
 def block_residuals(results: Results, stage: StageResult) -> FloatArray:

@@ -142,6 +142,8 @@ class StageResult:
         Name of the stage; the first is ``initial``.
     status : Status
         The verdict.
+    reason : str
+        Why, in words.
     present : (n,) bool
         Which blocks are there.
     displacement, stage_displacement : (n, 3) float64 [m, m, rad]
@@ -166,6 +168,7 @@ class StageResult:
 
     name: str
     status: Status
+    reason: str
     present: BoolArray
     displacement: FloatArray
     stage_displacement: FloatArray

@@ -8,6 +8,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_moments
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.records import ContactForces
 
 PointForce = tuple[IntArray, FloatArray, FloatArray]
 """Blocks (k,), points (k, 2) [m] and forces (k, 2) [N/m]."""
@@ -15,7 +16,8 @@ PointForce = tuple[IntArray, FloatArray, FloatArray]
 
 def block_stress(
     blocks: Blocks,
-    contacts: ContactTable,
+    centroid: FloatArray,
+    contacts: ContactTable | ContactForces,
     normal_force: FloatArray,
     shear_force: FloatArray,
     point_forces: tuple[PointForce, ...],
@@ -26,9 +28,21 @@ def block_stress(
     out (Eq. B.13). It is symmetric where the block is in equilibrium of moments; a block whose rotation is held
     at its centroid is not, and the symmetric part is returned. Where a block is held as a whole (`Fixed` with
     blocks) the place of the reaction is unknown and its contribution is left out.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        For their areas.
+    centroid : (n, 2) float64 [m]
+        Where they are.
+    contacts : ContactTable or ContactForces
+        Who touches where.
+    normal_force, shear_force : (m,) float64 [N/m]
+        Contact forces.
+    point_forces : tuple of PointForce
+        Loads and support forces.
     """
     dyad = np.zeros((blocks.count, 2, 2))
-    centroid = blocks.moments.centroid
     add_contact_moments(
         contacts.block_a,
         contacts.block_b,

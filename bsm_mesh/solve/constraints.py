@@ -85,7 +85,7 @@ class Constraints:
 
 
 def build_constraints(model: Model) -> Constraints:
-    """Return the constraints of the model's supports.
+    """Return the constraints of the model's supports at the start.
 
     Raises
     ------
@@ -93,29 +93,55 @@ def build_constraints(model: Model) -> Constraints:
         If bars on one block prescribe displacements that contradict each other.
     """
     bars = bars_of(model.supports, model.blocks)
+    return constrain_bars(model, bars, bars.point - model.blocks.moments.centroid[bars.block], bars.value)
+
+
+def constrain_bars(
+    model: Model, bars: Bars, arm: FloatArray, value: FloatArray, *, conflicts: bool = True
+) -> Constraints:
+    """Return the constraints that bars make of small displacements.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    bars : Bars
+        The bars.
+    arm : (n_bars, 2) float64 [m]
+        From the block's centroid to the held point, as the block stands now.
+    value : (n_bars,) float64 [m or rad]
+        What is left of the prescribed displacement.
+    conflicts : bool
+        Whether to look for contradictions; after large rotations small ones are rounding.
+
+    Raises
+    ------
+    ModelError
+        If bars on one block prescribe displacements that contradict each other.
+    """
     moments = model.blocks.moments
     block, row_of_bar, counts = np.unique(bars.block, return_inverse=True, return_counts=True)
     slot = _slots(row_of_bar, counts)
     k, most = len(block), int(counts.max(initial=1))
     radius = moments.gyration[block]
     rows, values = np.zeros((k, most, 3)), np.zeros((k, most))
-    arm = bars.point - moments.centroid[bars.block]
-    arm /= radius[row_of_bar, None]
+    arm = arm / radius[row_of_bar, None]
     moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
     rows[row_of_bar, slot] = np.column_stack([bars.direction, moment])
     # A bar that holds the rotation counts as one at the radius of gyration, or units of length would weigh it.
     lever = np.where(bars.holds_rotation, radius[row_of_bar], 1.0)
-    values[row_of_bar, slot] = bars.value * lever
+    values[row_of_bar, slot] = value * lever
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
     noise = rounding(model.blocks.vertices) / radius
     held = (size > np.maximum(RANK, noise)[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(3) < held[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
     given = np.einsum("kab,kb->ka", pseudo, values)
-    misfit = np.abs(np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot] - bars.value * lever)
+    misfit = np.abs(np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot] - value * lever)
     share = np.transpose(pseudo, (0, 2, 1))
     share[row_of_bar, slot] *= lever[:, None]
-    _check_conflicts(bars, misfit, np.maximum(CONFLICT, noise)[row_of_bar])
+    if conflicts:
+        _check_conflicts(bars, misfit, np.maximum(CONFLICT, noise)[row_of_bar])
     scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
     number[block] = np.arange(k)

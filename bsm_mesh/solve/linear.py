@@ -21,7 +21,12 @@ from bsm_mesh.solve.system import LinearSystem, relative_residual
 Reporter = Callable[[str], None]
 
 
-def solve_linear(model: Model, options: Options, report: Reporter = lambda text: None) -> tuple[StageResult, str]:
+def solve_linear(
+    model: Model,
+    options: Options,
+    report: Reporter = lambda text: None,
+    observer: Callable[[StepRecord], None] = lambda record: None,
+) -> tuple[StageResult, str]:
     """Return the stage ``initial`` in linear equilibrium, and the name of the linear solver used.
 
     Parameters
@@ -52,9 +57,10 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
     U, normal_force, shear_force = solution.displacement, solution.normal_force, solution.shear_force
     constraints = system.constraints
     reactions = constraints.reactions(solution.unbalanced)
-    supports = _support_forces(constraints, reactions)
+    supports = support_forces(constraints, reactions)
     reference = system.reference_of(solution)
     residual = relative_residual(model, solution.unbalanced + reactions, reference)
+    converged = residual <= options.tolerance
     forces = point_forces_of(model.loads, model.blocks)
     acting: tuple[PointForce, ...] = (
         (forces.block, forces.point, forces.force),
@@ -71,13 +77,15 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
         slipping_contacts=0,
         seconds=time.perf_counter() - began,
     )
+    observer(step)
     stage = StageResult(
         name="initial",
-        status=Status.STABLE if residual <= options.tolerance else Status.NOT_CONVERGED,
+        status=Status.STABLE if converged else Status.NOT_CONVERGED,
+        reason="one linear step: no contact can fail" if converged else "rounding spoils the linear solution",
         present=np.ones(model.blocks.count, dtype=bool),
         displacement=U,
         stage_displacement=U,
-        stress=block_stress(model.blocks, contacts, normal_force, shear_force, acting),
+        stress=block_stress(model.blocks, model.blocks.moments.centroid, contacts, normal_force, shear_force, acting),
         loads=system.loads,
         reactions=reactions,
         contacts=_contact_forces(model, contacts, normal_force, shear_force),
@@ -90,9 +98,10 @@ def solve_linear(model: Model, options: Options, report: Reporter = lambda text:
     return stage, solution.linear_solver
 
 
-def _support_forces(constraints: Constraints, reactions: FloatArray) -> SupportForces:
-    """Return the bars' forces, those at the same point of the same block added up."""
+def support_forces(constraints: Constraints, reactions: FloatArray, point: FloatArray | None = None) -> SupportForces:
+    """Return the bars' forces, those at the same point of the same block added up; `point` is where they are now."""
     bars = constraints.bars
+    point = bars.point if point is None else point
     size = constraints.bar_forces(reactions)
     key = np.column_stack([bars.block, bars.point])
     _, first, place = np.unique(key, axis=0, return_index=True, return_inverse=True)
@@ -100,7 +109,7 @@ def _support_forces(constraints: Constraints, reactions: FloatArray) -> SupportF
     force, moment = np.zeros((len(first), 2)), np.zeros(len(first))
     np.add.at(force, place, size[:, None] * bars.direction)
     np.add.at(moment, place, size * bars.holds_rotation)
-    return SupportForces(block=bars.block[first], point=bars.point[first], reaction=force, moment=moment)
+    return SupportForces(block=bars.block[first], point=point[first], reaction=force, moment=moment)
 
 
 def _contact_forces(

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.values import Rules
 
-Scheme = Literal["linear"]
+Scheme = Literal["linear", "continuation"]
 LinearSolverName = Literal["auto", "pardiso", "superlu"]
 
 
@@ -19,10 +19,15 @@ class Options:
 
     Attributes
     ----------
-    scheme : {"linear"}
+    scheme : {"linear", "continuation"}
         ``"linear"``: one step, small displacements, every contact carries tension and any shear (Wang ch. 3).
+        ``"continuation"``: joints slip and open, blocks move far, the verdict is found (Wang ch. 4 in purpose).
     tolerance : float
         Greatest force out of balance of a block that counts as equilibrium, over the reference weight.
+    max_steps : int
+        Steps of the continuation after which it gives up: `not_converged`.
+    displacement_limit : float or None [m]
+        A block that has moved farther comes down; None: the size of the model.
     linear_solver : {"auto", "pardiso", "superlu"}
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which.
     threads : int
@@ -31,12 +36,17 @@ class Options:
 
     scheme: Scheme = "linear"
     tolerance: float = 1e-6
+    max_steps: int = 500
+    displacement_limit: float | None = None
     linear_solver: LinearSolverName = "auto"
     threads: int = 0
 
     def __post_init__(self) -> None:
         rules = Rules("solver")
         rules.number("tolerance", self.tolerance, "", above=0, below=1)
+        rules.number("displacement_limit", self.displacement_limit, "m", above=0, optional=True)
+        if not isinstance(self.max_steps, int) or isinstance(self.max_steps, bool) or self.max_steps < 1:
+            rules.faults.append(f"solver: max_steps = {self.max_steps!r} must be a whole number of 1 or more")
         rules.number("threads", self.threads, "", least=0)
         if not isinstance(self.threads, Integral):
             rules.faults.append(f"solver: threads = {self.threads!r} must be a whole number")

@@ -17,7 +17,7 @@ def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
 
     n = pattern.rows
     upper = csr_array((np.ones(len(pattern.column), np.int8), pattern.column, pattern.row_start), shape=(n, n))
-    graph = csr_array(upper + upper.T)
+    graph = csr_array(upper + upper.T) if pattern.symmetric else upper
     order: IntArray = nested_dissection(graph.indptr, graph.indices, position)
     return order
 

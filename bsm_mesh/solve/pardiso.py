@@ -14,7 +14,7 @@ from bsm_mesh.errors import ModelError, SingularMatrixError
 from bsm_mesh.solve.pattern import BlockPattern
 
 _ANALYSE, _FACTORIZE, _SOLVE, _RELEASE = 11, 22, 33, -1
-_POSITIVE_DEFINITE = 2
+_POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
 
 
 @cache
@@ -39,7 +39,7 @@ def is_available() -> bool:
 
 
 class Pardiso:
-    """MKL Pardiso, LL^T, on the upper triangle of 3 x 3 blocks; the analysis is kept between factorizations.
+    """MKL Pardiso on 3 x 3 blocks, LL^T or (whole patterns) LU; the analysis is kept between factorizations.
 
     Parameters
     ----------
@@ -69,6 +69,7 @@ class Pardiso:
             )
         self._mkl = library
         self._pattern = pattern
+        self._kind = _POSITIVE_DEFINITE if pattern.symmetric else _STRUCTURALLY_SYMMETRIC
         self._handle = np.zeros(64, dtype=np.int64)
         self._parameters = np.zeros(64, dtype=np.int32)
         self._parameters[0] = 1  # no defaults
@@ -112,7 +113,7 @@ class Pardiso:
             _pointer(self._handle),
             ctypes.byref(one),
             ctypes.byref(one),
-            ctypes.byref(ctypes.c_int(_POSITIVE_DEFINITE)),
+            ctypes.byref(ctypes.c_int(self._kind)),
             ctypes.byref(ctypes.c_int(phase)),
             ctypes.byref(ctypes.c_int(self._pattern.rows)),
             _pointer(self._data),

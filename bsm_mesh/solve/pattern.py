@@ -1,7 +1,8 @@
 """The block pattern of the stiffness matrix, made once, and the compiled pass that fills it.
 
-The matrix is symmetric and positive semi-definite (Wang's Eq. 3.41 times -1) and is kept as its upper triangle
-of 3 x 3 blocks in compressed rows. An open contact keeps its place, so that the analysis of a pattern lasts.
+The linear matrix is symmetric and positive semi-definite (Wang's Eq. 3.41 times -1) and is kept as its upper triangle
+of 3 x 3 blocks in compressed rows; the tangent of sliding contacts is not symmetric and is kept whole. An open contact
+keeps its place, so that the analysis of a pattern lasts.
 """
 
 from __future__ import annotations
@@ -16,21 +17,27 @@ from bsm_mesh.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class BlockPattern:
-    """Upper triangle of a symmetric matrix of 3 x 3 blocks, in compressed rows.
+    """A matrix of 3 x 3 blocks in compressed rows: the upper triangle of a symmetric one, or all of it.
 
     Attributes
     ----------
     row_start : (n + 1,) int32
-        Row i owns the places ``row_start[i]:row_start[i + 1]``, the first of which is its diagonal block.
+        Row i owns the places ``row_start[i]:row_start[i + 1]``.
     column : (n_places,) int32
         Column of every place, rising within a row.
-    place : (m,) int32
-        Place of the block row-column pair of each contact.
+    diagonal : (n,) int32
+        Place of each row's diagonal block.
+    place : (m,) or (m, 4) int32
+        Place of each contact's pair of blocks; of its blocks aa, ab, ba, bb where the pattern is whole.
+    symmetric : bool
+        Whether only the upper triangle is kept.
     """
 
     row_start: IntArray
     column: IntArray
+    diagonal: IntArray
     place: IntArray
+    symmetric: bool
 
     @property
     def rows(self) -> int:
@@ -41,7 +48,55 @@ class BlockPattern:
 def block_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockPattern:
     """Return the pattern of the pairs (block_a[c], block_b[c]) and the diagonal."""
     row_start, column, place = _pattern(n_blocks, block_a, block_b)
-    return BlockPattern(row_start=row_start, column=column, place=place)
+    return BlockPattern(row_start=row_start, column=column, diagonal=row_start[:-1].copy(), place=place, symmetric=True)
+
+
+def whole_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockPattern:
+    """Return the pattern of both triangles, from the pairs (block_a[c], block_b[c]) and the diagonal."""
+    upper = block_pattern(n_blocks, block_a, block_b)
+    row_start, column, upper_at, lower_at = _mirror(upper.row_start, upper.column)
+    diagonal = upper_at[upper.diagonal]
+    low_first = (block_a < block_b)[:, None]
+    across = np.column_stack([upper_at[upper.place], lower_at[upper.place]])  # (low, high) and (high, low)
+    across = np.where(low_first, across, across[:, ::-1])
+    place = np.column_stack([diagonal[block_a], across, diagonal[block_b]]).astype(np.int32)
+    return BlockPattern(row_start=row_start, column=column, diagonal=diagonal, place=place, symmetric=False)
+
+
+@nb.njit(cache=True)
+def _mirror(
+    row_start: IntArray, column: IntArray
+) -> tuple[IntArray, IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
+    """Return row starts and columns of the whole matrix, and where each upper place and its mirror image went."""
+    n = row_start.size - 1
+    start = np.zeros(n + 1, np.int32)
+    for i in range(n):
+        for p in range(row_start[i], row_start[i + 1]):
+            start[i + 1] += 1
+            if column[p] != i:
+                start[column[p] + 1] += 1
+    for i in range(n):
+        start[i + 1] += start[i]
+    fill = start[:-1].copy()
+    whole = np.empty(start[n], np.int32)
+    upper_at, lower_at = np.empty(column.size, np.int32), np.empty(column.size, np.int32)
+    for i in range(n):  # rows rise, so the mirrored columns of a row rise too, before its own
+        for p in range(row_start[i], row_start[i + 1]):
+            j = column[p]
+            if j != i:
+                whole[fill[j]] = i
+                lower_at[p] = fill[j]
+                fill[j] += 1
+            else:
+                lower_at[p] = -1
+    for i in range(n):
+        for p in range(row_start[i], row_start[i + 1]):
+            whole[fill[i]] = column[p]
+            upper_at[p] = fill[i]
+            if column[p] == i:
+                lower_at[p] = fill[i]
+            fill[i] += 1
+    return start, whole, upper_at, lower_at
 
 
 @nb.njit(cache=True)
@@ -135,13 +190,19 @@ def fill_stiffness(
 
 @nb.njit(cache=True)
 def constrain(
-    row_start: IntArray, column: IntArray, data: FloatArray, number: IntArray, basis: FloatArray, held: IntArray
+    row_start: IntArray,
+    column: IntArray,
+    diagonal: IntArray,
+    data: FloatArray,
+    number: IntArray,
+    basis: FloatArray,
+    held: IntArray,
 ) -> None:  # pragma: no cover - compiled
     """Turn the rows and columns of supported blocks into their own axes and strike out the held ones, in place.
 
     Parameters
     ----------
-    row_start, column, data
+    row_start, column, diagonal, data
         The pattern and its blocks.
     number : (n,) int32
         Row of each block in `basis` and `held`; -1 for a block without support.
@@ -161,7 +222,7 @@ def constrain(
                 data[p, :, : held[number[j]]] = 0.0
         if number[i] >= 0:
             for r in range(held[number[i]]):
-                data[row_start[i], r, r] = 1.0
+                data[diagonal[i], r, r] = 1.0
 
 
 @nb.njit(cache=True)

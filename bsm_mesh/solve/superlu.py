@@ -25,7 +25,7 @@ class SuperLU:
         self._order = elimination_order(pattern, position)
         position = np.empty(pattern.rows, dtype=np.int32)
         position[self._order] = np.arange(pattern.rows, dtype=np.int32)
-        self._columns = _full_columns(pattern.row_start, pattern.column, position)
+        self._columns = _full_columns(pattern.row_start, pattern.column, position, pattern.symmetric)
         self._factors = None
 
     def factorize(self, data: FloatArray) -> None:
@@ -60,7 +60,7 @@ class SuperLU:
 
 @nb.njit(cache=True)
 def _full_columns(
-    row_start: IntArray, column: IntArray, position: IntArray
+    row_start: IntArray, column: IntArray, position: IntArray, symmetric: bool
 ) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
     """Return the reordered full block matrix by columns: starts, rows, and source place (-place - 1: transposed)."""
     n = row_start.size - 1
@@ -68,7 +68,7 @@ def _full_columns(
     for i in range(n):
         for p in range(row_start[i], row_start[i + 1]):
             start[position[column[p]] + 1] += 1
-            if column[p] != i:
+            if symmetric and column[p] != i:
                 start[position[i] + 1] += 1
     for i in range(n):
         start[i + 1] += start[i]
@@ -82,7 +82,7 @@ def _full_columns(
             row[at] = position[i]
             source[at] = p
             fill[position[j]] += 1
-            if j != i:
+            if symmetric and j != i:
                 at = fill[position[i]]
                 row[at] = position[j]
                 source[at] = -p - 1

@@ -86,7 +86,9 @@ class LinearSystem:
             c.shear_stiffness,
             self.model.blocks.moments.centroid,
         )
-        constrain(pattern.row_start, pattern.column, data, support.number, support.basis, support.held)
+        constrain(
+            pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
+        )
         return data
 
     def solve(self, stiffness: FloatArray, options: Options) -> Solution:

@@ -288,7 +288,7 @@ def test_demo(case: Case) -> None:
     assert outcome.code == 0, outcome.err
     made = {name.removeprefix("bsm-mesh-demo/") for name in outcome.new}
     assert {"model.toml", "tunnel.py", "out/blocks_0000.vtu", "out/blocks.pvd", "out/contacts.pvd"} <= made
-    assert len([name for name in made if name.endswith(".png")]) == 5
+    assert len([name for name in made if name.endswith(".png")]) == 6
     for word in ("verdict", "stable", "greatest displacement", "sigma_1.png"):
         assert word in outcome.out
     assert Results.load(case.folder / "bsm-mesh-demo/out").check().ok

@@ -117,7 +117,7 @@ def test_constrain_is_a_change_of_axes():
     expected[struck] = 0
     expected[:, struck] = 0
     expected[struck, struck] = 1
-    constrain(pattern.row_start, pattern.column, data, support.number, support.basis, support.held)
+    constrain(pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held)
     assert_allclose(dense(pattern, data), expected, rtol=0, atol=1e-12 * expected.max())
 
 

@@ -18,7 +18,7 @@ def stress_of(polygon, points, forces):
     none = np.zeros(0)
     contacts = initial_contacts(bsm.Model(blocks=blocks, rocks=[ROCK]))
     acting = (np.zeros(len(points), dtype=np.int32), np.asarray(points, float), np.asarray(forces, float))
-    return block_stress(blocks, contacts, none, none, (acting,))[0]
+    return block_stress(blocks, blocks.moments.centroid, contacts, none, none, (acting,))[0]
 
 
 def test_two_forces_that_pull_give_tension():
@@ -41,7 +41,7 @@ def test_only_the_symmetric_part_is_returned():
 def test_contact_forces_on_both_blocks(sign):
     blocks = bsm.Blocks.from_polygons([square(0, 0), square(0, 1)][::sign], rock="r")
     contacts = initial_contacts(bsm.Model(blocks=blocks, rocks=[ROCK]))
-    found = block_stress(blocks, contacts, np.array([-3.0, -3.0]), np.zeros(2), ())
+    found = block_stress(blocks, blocks.moments.centroid, contacts, np.array([-3.0, -3.0]), np.zeros(2), ())
     # 6 N over 1 m on one side only: half of it as a mean over the block, compression negative
     assert_allclose(found[:, 1, 1], -3.0, rtol=RTOL)
     assert_allclose(found[:, 0, :], 0.0, atol=1e-15)

@@ -1,0 +1,152 @@
+"""Compiled passes over contacts in a moving frame: exact rotations, forces in the current geometry, their tangent.
+
+A contact is a corner of block a, fixed to a, and an edge of block b, fixed to b. Pressure is positive; on b acts
+``-pressure * n + shear * t``, on a its negative, at the corner.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+
+
+@nb.njit(cache=True)
+def relative_positions(
+    position: FloatArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    corner: FloatArray,
+    start: FloatArray,
+    along: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
+    """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2)."""
+    m = block_a.size
+    gap, coordinate = np.empty(m), np.empty(m)
+    tangent, arm_a, arm_b = np.empty((m, 2)), np.empty((m, 2)), np.empty((m, 2))
+    cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
+    for k in range(m):
+        a, b = block_a[k], block_b[k]
+        ax = cosine[a] * corner[k, 0] - sine[a] * corner[k, 1]
+        ay = sine[a] * corner[k, 0] + cosine[a] * corner[k, 1]
+        tx = cosine[b] * along[k, 0] - sine[b] * along[k, 1]
+        ty = sine[b] * along[k, 0] + cosine[b] * along[k, 1]
+        rx = position[a, 0] - position[b, 0] + ax
+        ry = position[a, 1] - position[b, 1] + ay
+        dx = rx - (cosine[b] * start[k, 0] - sine[b] * start[k, 1])
+        dy = ry - (sine[b] * start[k, 0] + cosine[b] * start[k, 1])
+        gap[k] = dx * ty - dy * tx
+        coordinate[k] = dx * tx + dy * ty
+        tangent[k, 0], tangent[k, 1] = tx, ty
+        arm_a[k, 0], arm_a[k, 1] = ax, ay
+        arm_b[k, 0], arm_b[k, 1] = rx, ry
+    return gap, coordinate, tangent, arm_a, arm_b
+
+
+@nb.njit(cache=True)
+def add_moving_forces(
+    block_a: IntArray,
+    block_b: IntArray,
+    tangent: FloatArray,
+    arm_a: FloatArray,
+    arm_b: FloatArray,
+    pressure: FloatArray,
+    shear: FloatArray,
+    total: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Add force and moment of all contacts to `total` (n, 3). `shear` acts on a against the edge's direction."""
+    for k in range(block_a.size):
+        if pressure[k] == 0.0 and shear[k] == 0.0:
+            continue
+        a, b = block_a[k], block_b[k]
+        tx, ty = tangent[k, 0], tangent[k, 1]
+        fx = pressure[k] * ty - shear[k] * tx
+        fy = -pressure[k] * tx - shear[k] * ty
+        total[a, 0] += fx
+        total[a, 1] += fy
+        total[a, 2] += arm_a[k, 0] * fy - arm_a[k, 1] * fx
+        total[b, 0] -= fx
+        total[b, 1] -= fy
+        total[b, 2] -= arm_b[k, 0] * fy - arm_b[k, 1] * fx
+
+
+@nb.njit(cache=True)
+def fill_tangent(
+    places: IntArray,
+    n_places: int,
+    tangent: FloatArray,
+    arm_a: FloatArray,
+    arm_b: FloatArray,
+    normal_stiffness: FloatArray,
+    shear_by_gap: FloatArray,
+    shear_stiffness: FloatArray,
+    pressure: FloatArray,
+    shear: FloatArray,
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return the 3 x 3 blocks of the tangent of minus the contact forces, (n_places, 3, 3); not symmetric.
+
+    ``d pressure = -normal_stiffness d gap`` and ``d shear = shear_by_gap d gap + shear_stiffness d along``. The
+    turning of normal and arms under the forces (geometric stiffness) is included.
+
+    Parameters
+    ----------
+    places : (m, 4) int32
+        Places of the blocks aa, ab, ba, bb of every contact.
+    """
+    data = np.zeros((n_places, 3, 3))
+    gn, gs, ds = np.empty(6), np.empty(6), np.empty(6)
+    for k in range(places.shape[0]):
+        kn, kg, ks = normal_stiffness[k], shear_by_gap[k], shear_stiffness[k]
+        if kn == 0.0 and ks == 0.0 and kg == 0.0:
+            continue
+        tx, ty = tangent[k, 0], tangent[k, 1]
+        nx, ny = ty, -tx
+        ax, ay, rx, ry = arm_a[k, 0], arm_a[k, 1], arm_b[k, 0], arm_b[k, 1]
+        gn[0], gn[1], gn[2] = nx, ny, ax * ny - ay * nx
+        gn[3], gn[4], gn[5] = -nx, -ny, -(rx * ny - ry * nx)
+        gs[0], gs[1], gs[2] = tx, ty, ax * ty - ay * tx
+        gs[3], gs[4], gs[5] = -tx, -ty, -(rx * ty - ry * tx)
+        for i in range(6):
+            ds[i] = kg * gn[i] + ks * gs[i]
+        for r in range(2):
+            for s in range(2):
+                place = places[k, 2 * r + s]
+                for i in range(3):
+                    for j in range(3):
+                        data[place, i, j] += kn * gn[3 * r + i] * gn[3 * s + j] + gs[3 * r + i] * ds[3 * s + j]
+        if pressure[k] != 0.0 or shear[k] != 0.0:
+            _add_geometric(places[k], data, -pressure[k], nx, ny, tx, ty, ax, ay, rx, ry)
+            _add_geometric(places[k], data, shear[k], tx, ty, -nx, -ny, ax, ay, rx, ry)
+    return data
+
+
+@nb.njit(cache=True)
+def _add_geometric(
+    place: IntArray,
+    data: FloatArray,
+    force: float,
+    ux: float,
+    uy: float,
+    vx: float,
+    vy: float,
+    ax: float,
+    ay: float,
+    rx: float,
+    ry: float,
+) -> None:  # pragma: no cover - compiled
+    """Add force times the second derivative of the coordinate along u, where du/d theta_b = v."""
+    aa, ab, ba, bb = place[0], place[1], place[2], place[3]
+    data[aa, 2, 2] -= force * (ax * ux + ay * uy)
+    data[ab, 0, 2] += force * vx
+    data[ab, 1, 2] += force * vy
+    data[ba, 2, 0] += force * vx
+    data[ba, 2, 1] += force * vy
+    turn = force * (ax * vy - ay * vx)
+    data[ab, 2, 2] += turn
+    data[ba, 2, 2] += turn
+    data[bb, 0, 2] -= force * vx
+    data[bb, 1, 2] -= force * vy
+    data[bb, 2, 0] -= force * vx
+    data[bb, 2, 1] -= force * vy
+    data[bb, 2, 2] -= force * (rx * ux + ry * uy)

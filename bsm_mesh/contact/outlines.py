@@ -1,0 +1,160 @@
+"""Outlines of the blocks as the contact search needs them: rigid shapes that are only moved and turned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numba as nb
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.polygons import owner_of_corner
+
+# The blocks where they stand, as the compiled search takes them: records, because a kernel that is handed many
+# arrays in a tuple spends its time on counting references to them. A corner's record fills one cache line.
+VERTEX = np.dtype(
+    [
+        ("x", "f8"),  # corner [m]
+        ("y", "f8"),
+        ("dx", "f8"),  # unit vector along the edge that starts there
+        ("dy", "f8"),
+        ("x0", "f8"),  # corner from its block's centroid, at zero rotation [m]
+        ("y0", "f8"),
+        ("following", "i4"),  # next and previous corner of the block
+        ("preceding", "i4"),
+        ("node", "i4"),  # point at which the corner lay at the start
+    ],
+    align=True,
+)
+BLOCK = np.dtype(
+    [
+        *((name, "f8") for name in ("x0", "y0", "x1", "y1")),  # box, widened by half the band [m]
+        ("size", "f8"),  # length that the rules are scaled with [m]
+        ("first", "i4"),  # corners first .. last - 1 are the block's
+        ("last", "i4"),
+        ("held", "?"),
+    ],
+    align=True,
+)
+Record: TypeAlias = Any  # the types of numpy know nothing of the fields of a record
+RecordArray: TypeAlias = Any
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Outlines:
+    """What never changes while blocks move. Edge e runs from corner e to the next corner of its block.
+
+    Attributes
+    ----------
+    corners : (n_vertices, 2) float64 [m]
+        Corners from the centroid of their block, at zero rotation.
+    offsets : (n_blocks + 1,) int32
+        Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
+    nodes : (n_vertices,) int32
+        Number of the point at which each corner lay at the start: corners that touched there share it.
+    held : (n_blocks,) bool
+        Blocks that cannot move at all: two of them are no pair.
+    block_size : (n_blocks,) float64 [m]
+        Square root of each block's area.
+    size : float [m]
+        Median of `block_size` over the blocks that can move (over all if none can).
+    """
+
+    corners: FloatArray
+    offsets: IntArray
+    nodes: IntArray
+    held: BoolArray
+    block_size: FloatArray
+    size: float
+
+    def __post_init__(self) -> None:
+        own_array(self, "corners", np.float64, (None, 2))
+        for name in ("offsets", "nodes"):
+            own_array(self, name, np.int32, (None,))
+        own_array(self, "held", np.bool_, (None,))
+        own_array(self, "block_size", np.float64, (None,))
+
+    @classmethod
+    def of(cls, blocks: Blocks, held: npt.ArrayLike) -> Outlines:
+        """Return the outlines of blocks, of which those flagged in `held` (n_blocks,) cannot move."""
+        fixed = np.asarray(held, dtype=bool)
+        block_size = np.sqrt(blocks.moments.area)
+        return cls(
+            corners=blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)],
+            offsets=blocks.offsets,
+            nodes=blocks.nodes,
+            held=fixed,
+            block_size=block_size,
+            size=float(np.median(block_size if fixed.all() else block_size[~fixed])),
+        )
+
+
+def corner_positions(outlines: Outlines, position: FloatArray) -> FloatArray:
+    """Return where the corners are, (n_vertices, 2) [m].
+
+    Parameters
+    ----------
+    outlines : Outlines
+        The blocks.
+    position : (n_blocks, 3) float64 [m, m, rad]
+        Centroid and rotation of every block; rotations of any size are exact.
+    """
+    placed: FloatArray = _place(outlines.corners, outlines.offsets, np.ascontiguousarray(position))
+    return placed
+
+
+def records_at(outlines: Outlines, position: FloatArray, band: float) -> tuple[RecordArray, RecordArray]:
+    """Return the records VERTEX (n_vertices,) and BLOCK (n_blocks,) at a position (n_blocks, 3), for a band [m]."""
+    size = np.minimum(outlines.block_size, outlines.size)
+    placed = corner_positions(outlines, position)
+    records: tuple[RecordArray, RecordArray] = _records(
+        placed, outlines.corners, outlines.offsets, outlines.nodes, outlines.held, size, 0.5 * band
+    )
+    return records
+
+
+@nb.njit(cache=True)
+def _place(corners: FloatArray, offsets: IntArray, position: FloatArray) -> FloatArray:  # pragma: no cover - compiled
+    """Return the corners, turned by each block's rotation and moved to its centroid."""
+    placed = np.empty_like(corners)
+    for b in range(offsets.size - 1):
+        c, s = np.cos(position[b, 2]), np.sin(position[b, 2])
+        for i in range(offsets[b], offsets[b + 1]):
+            placed[i, 0] = position[b, 0] + (c * corners[i, 0] - s * corners[i, 1])
+            placed[i, 1] = position[b, 1] + (s * corners[i, 0] + c * corners[i, 1])
+    return placed
+
+
+@nb.njit(cache=True)
+def _records(
+    placed: FloatArray,
+    corners: FloatArray,
+    offsets: IntArray,
+    nodes: IntArray,
+    held: BoolArray,
+    size: FloatArray,
+    margin: float,
+) -> tuple[RecordArray, RecordArray]:  # pragma: no cover - compiled
+    """Return the records of the corners, and of the blocks with their boxes widened by a margin."""
+    n = offsets.size - 1
+    vertices, blocks = np.empty(nodes.size, VERTEX), np.empty(n, BLOCK)
+    for b in range(n):
+        first, last = offsets[b], offsets[b + 1]
+        x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf
+        for i in range(first, last):
+            k = i + 1 if i + 1 < last else first
+            x, y = placed[i, 0], placed[i, 1]
+            dx, dy = placed[k, 0] - x, placed[k, 1] - y
+            length = np.sqrt(dx * dx + dy * dy)
+            vertex = vertices[i]
+            vertex.x, vertex.y, vertex.dx, vertex.dy = x, y, dx / length, dy / length
+            vertex.x0, vertex.y0 = corners[i, 0], corners[i, 1]
+            vertex.following, vertex.preceding, vertex.node = k, (i if i > first else last) - 1, nodes[i]
+            x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
+        block = blocks[b]
+        block.x0, block.y0, block.x1, block.y1 = x0 - margin, y0 - margin, x1 + margin, y1 + margin
+        block.first, block.last, block.size, block.held = first, last, size[b], held[b]
+    return vertices, blocks

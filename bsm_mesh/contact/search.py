@@ -1,0 +1,228 @@
+"""Contact search: candidates for contact between the blocks where they stand now, with the history they carry on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
+from bsm_mesh.contact.broad_phase import near_pairs
+from bsm_mesh.contact.contact_rules import settle_pair
+from bsm_mesh.contact.narrow_phase import ACTIVE, FULL, ROW, add_facing
+from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
+from bsm_mesh.contact.rules import RULES, Rules, in_metres
+
+__all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts"]
+
+ROWS_PER_PAIR = 3  # space at first; the tables grow where more are found
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ActiveContacts:
+    """Contacts that bore pressure at the last accepted step, sorted by pair.
+
+    Attributes
+    ----------
+    pair : (k,) int64
+        Lower block << 32 | higher block, ascending.
+    key : (k,) int64
+        Corner << 32 | edge: number of the corner of a, and of the edge of b.
+    pressure : (k,) float64 [N/m]
+        Normal force, compression positive; a row with none counts as not active.
+    point : (k, 2) float64 [m]
+        Where the contact was.
+    normal : (k, 2) float64
+        Outward unit normal of b's edge then.
+    """
+
+    pair: IntArray
+    key: IntArray
+    pressure: FloatArray
+    point: FloatArray
+    normal: FloatArray
+
+    def __post_init__(self) -> None:
+        own_array(self, "pair", np.int64, (None,))
+        own_array(self, "key", np.int64, (None,))
+        own_array(self, "pressure", np.float64, (None,))
+        own_array(self, "point", np.float64, (None, 2))
+        own_array(self, "normal", np.float64, (None, 2))
+
+    @classmethod
+    def none(cls) -> ActiveContacts:
+        """Return no contacts: the start."""
+        ids, vectors = np.empty(0, dtype=np.int64), np.empty((0, 2))
+        return cls(pair=ids, key=ids, pressure=np.empty(0), point=vectors, normal=vectors)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Candidates:
+    """Places where a corner of `block_a` touches an edge of `block_b`, or may within the next step; sorted by pair.
+
+    Attributes
+    ----------
+    block_a, block_b : (m,) int32
+        The block with the corner, and the block with the edge.
+    corner, edge : (m,) int32
+        Number of the corner, and of the edge.
+    pair, key : (m,) int64
+        As in `ActiveContacts`.
+    gap : (m,) float64 [m]
+        Distance of the corner from the edge's line, positive outside.
+    along : (m,) float64 [m]
+        Coordinate of the corner along the edge, from the edge's start.
+    edge_length : (m,) float64 [m]
+        Length of the edge.
+    length : (m,) float64 [m]
+        Length that the contact stands for: half of what a's parallel edge shares with b's edge; without one, 0.05 of
+        the smaller block's size.
+    parallel_edge : (m,) int32
+        Edge of a at the corner that is parallel to b's edge; -1 if there is none.
+    in_range : (m,) bool
+        Whether the corner's projection lies on the edge. A candidate that is not in range bears only once its
+        projection has come onto the edge.
+    history : (m,) int32
+        Row of the same contact among the active ones; -1 if it was not active.
+    inherits : (m,) int32
+        Row of an active contact that has ended and whose shear force this one takes over; else -1.
+    """
+
+    block_a: IntArray
+    block_b: IntArray
+    corner: IntArray
+    edge: IntArray
+    pair: IntArray
+    key: IntArray
+    gap: FloatArray
+    along: FloatArray
+    edge_length: FloatArray
+    length: FloatArray
+    parallel_edge: IntArray
+    in_range: BoolArray
+    history: IntArray
+    inherits: IntArray
+
+    @property
+    def count(self) -> int:
+        """Number of candidates."""
+        return len(self.corner)
+
+
+def detect_contacts(
+    outlines: Outlines, position: FloatArray, active: ActiveContacts, band: float, *, rules: Rules = RULES
+) -> Candidates:
+    """Return the candidates for contact at a position.
+
+    Parameters
+    ----------
+    outlines : Outlines
+        The blocks.
+    position : (n_blocks, 3) float64 [m, m, rad]
+        Centroid and rotation of every block.
+    active : ActiveContacts
+        Contacts at the last accepted step.
+    band : float [m]
+        Corners nearer than this to an edge are candidates, those still open too. Take it a little more than blocks
+        move in a step.
+    rules : Rules
+        Tolerances of the contact rules.
+    """
+    vertices, blocks = records_at(outlines, position, band)
+    old = np.empty(len(active.key), dtype=ACTIVE)
+    old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
+    old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
+    rows = _search(vertices, blocks, old, near_pairs(vertices, blocks), band, rules)
+    names = [field.name for field in fields(Candidates)]
+    return Candidates(**dict(zip(names, _columns(rows), strict=True)))
+
+
+@nb.njit(cache=True)
+def _search(
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, pairs: IntArray, band: float, rules: Rules
+) -> RecordArray:  # pragma: no cover - compiled
+    """Return the candidates of all pairs (k, 2), in their order, records ROW."""
+    rows = np.empty(ROWS_PER_PAIR * pairs.shape[0] + 64, ROW)
+    count = last = 0
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p, 0], pairs[p, 1]
+        first, last = _rows_of_pair(active, last, i, j)
+        old = active[first:last]
+        here = in_metres(rules, min(blocks[i].size, blocks[j].size), band)
+        end = _both_roles(vertices, blocks, old, i, j, here, rows, count)
+        while end == FULL:
+            longer = np.empty(2 * rows.size, ROW)
+            longer[:count] = rows[:count]
+            rows = longer
+            end = _both_roles(vertices, blocks, old, i, j, here, rows, count)
+        kept = settle_pair(vertices, blocks, old, here, rows[count:end])
+        for k in range(count, count + kept):  # from rows of the pair to rows of all
+            rows[k].history += first if rows[k].history >= 0 else 0
+            rows[k].inherits += first if rows[k].inherits >= 0 else 0
+        count += kept
+    return rows[:count]
+
+
+@nb.njit(cache=True)
+def _rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, int]:  # pragma: no cover - compiled
+    """Return the first and behind the last row of a pair among the active contacts, from row `start` on."""
+    pair = (np.int64(i) << 32) | np.int64(j)
+    while start < active.size and active[start].pair < pair:
+        start += 1
+    end = start
+    while end < active.size and active[end].pair == pair:
+        end += 1
+    return start, end
+
+
+@nb.njit(cache=True)
+def _both_roles(
+    vertices: RecordArray,
+    blocks: RecordArray,
+    active: RecordArray,
+    i: int,
+    j: int,
+    rules: Rules,
+    rows: RecordArray,
+    count: int,
+) -> int:  # pragma: no cover - compiled
+    """Add the corners of i on edges of j, and of j on edges of i; return the number of rows, or FULL."""
+    count = add_facing(vertices, blocks, active, i, j, rules, rows, count)
+    return FULL if count == FULL else add_facing(vertices, blocks, active, j, i, rules, rows, count)
+
+
+@nb.njit(cache=True)
+def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]:  # pragma: no cover - compiled
+    """Return the fields of `Candidates`, in their order, in one pass over the records ROW."""
+    n, i4, i8 = rows.size, np.int32, np.int64
+    block_a, block_b, corner, edge = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
+    pair, key = np.empty(n, i8), np.empty(n, i8)
+    gap, along, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    parallel_edge, in_range = np.empty(n, i4), np.empty(n, np.bool_)
+    history, inherits = np.empty(n, i4), np.empty(n, i4)
+    for i in range(n):
+        row = rows[i]
+        a, b = row.block_a, row.block_b
+        block_a[i], block_b[i], corner[i], edge[i] = a, b, row.corner, row.edge
+        pair[i] = (i8(min(a, b)) << 32) | i8(max(a, b))
+        key[i] = (i8(row.corner) << 32) | i8(row.edge)
+        gap[i], along[i], edge_length[i], length[i] = row.gap, row.along, row.edge_length, row.length
+        parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
+        history[i], inherits[i] = row.history, row.inherits
+    return (
+        block_a,
+        block_b,
+        corner,
+        edge,
+        pair,
+        key,
+        gap,
+        along,
+        edge_length,
+        length,
+        parallel_edge,
+        in_range,
+        history,
+        inherits,
+    )
