@@ -44,6 +44,8 @@ def analyse_limit(
         click.echo(f"mesh: {note}", err=True)
     print_table(model.title or str(path), ("", ""), _rows(found, numbers, told.get("tilt"), tilt))
     click.echo(f"{found}.")
+    if numbers and found.admissible and found.factor < 1:
+        click.echo("A factor below 1: with the loads as given the blocks must move.")
     if file is not None:
         click.echo(f"collapse mechanism written to {file}")
 
@@ -66,13 +68,14 @@ def _rows(
     found: LimitAnalysis, numbers: tuple[int, ...], angle: float | None, side: str | None
 ) -> list[tuple[str, str]]:
     which = f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads together"
+    without = f", without load {', '.join(map(str, numbers))}" if numbers else ""
     factor = f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"
     rows = [
-        ("statically", "admissible" if found.admissible else "inadmissible"),
+        (f"statically{without}", "admissible" if found.admissible else "inadmissible"),
         ("contacts", str(found.contacts.count)),
         ("of them without a limit of strength", str(found.unlimited)),
         (f"greatest factor on {which}", factor),
     ]
     if angle is not None:
-        rows.append((f"greatest tilt to the {side}", f"{angle:.4f} degrees"))
+        rows.append((f"greatest further tilt to the {side}", f"{angle:.4f} degrees"))
     return rows
