@@ -1,4 +1,4 @@
-"""The VTU files of a run, read back by VTK and by PyVista: names, components and values (DESIGN section 8)."""
+"""The VTU files of a run, read back by VTK and by PyVista: names, components and values."""
 
 from __future__ import annotations
 
