@@ -175,17 +175,17 @@ def _notches(vertices: RecordArray, rules: Rules, row: Record) -> tuple[bool, bo
 def _meets_diagonally(
     vertices: RecordArray, h: float, rules: Rules, row: Record
 ) -> bool:  # pragma: no cover - compiled
-    """Whether a corner is at the edge's end, and the blocks met at the start in this point alone, without a face."""
+    """Whether a corner is at the corner of a diagonal neighbour: from the start blocks between them hold them apart.
+
+    Both corners belong to one fan of blocks, but have no face in common. Two corners that just touch are no diagonal
+    neighbours: they must support each other.
+    """
     v, e = row.corner, row.edge
     w = e if abs(row.along) < 0.5 * row.edge_length else vertices[e].following
-    if vertices[v].node != vertices[w].node or abs(row.gap) > rules.tip * h:
+    if vertices[v].fan != vertices[w].fan or abs(row.gap) > rules.tip * h:
         return False
-    u = vertices[w].preceding
-    cosine = vertices[u].dx * vertices[w].dx + vertices[u].dy * vertices[w].dy
-    if cosine > 0.0 and vertices[u].dx * vertices[w].dy - vertices[u].dy * vertices[w].dx < rules.parallel:
-        return False  # the other outline is smooth here, or a notch: a corner on an edge
     return not (
-        _ran_against(vertices, v, vertices[v].following, u, w)
+        _ran_against(vertices, v, vertices[v].following, vertices[w].preceding, w)
         or _ran_against(vertices, vertices[v].preceding, v, w, vertices[w].following)
     )
 

@@ -21,7 +21,7 @@ def outlines_of(polygons, held=None):
     outlines = Outlines(
         corners=vertices - np.repeat(moments.centroid, np.diff(offsets), axis=0),
         offsets=offsets,
-        nodes=np.arange(len(vertices)),
+        fans=np.arange(len(vertices)),
         held=np.zeros(len(polygons), dtype=bool) if held is None else held,
         block_size=size,
         size=float(np.median(size)),
