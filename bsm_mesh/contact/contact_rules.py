@@ -8,102 +8,182 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
+from bsm_mesh.arrays import IntArray
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
 DROPPED, UNDECIDED, KEPT = -1, 0, 1  # marks in a row's state
 
 
-@nb.njit(cache=True)
-def settle_pair(
-    vertices: RecordArray, blocks: RecordArray, active: RecordArray, rules: Rules, rows: RecordArray
-) -> int:  # pragma: no cover - compiled
-    """Apply the rules to the rows of one pair; those that stand come first, in their order: return how many.
+ACTIVE = np.dtype(  # an active contact, as in `search.ActiveContacts`
+    [("pair", "i8"), ("key", "i8"), ("pressure", "f8"), ("x", "f8"), ("y", "f8"), ("nx", "f8"), ("ny", "f8")]
+)
 
-    (1) Active contacts: one edge a corner, one of two duals. (2) History that no active contact carries on goes to
-    the nearest candidate. (3) Fresh contacts must not start deep. (4) One edge a corner, and (5) no dual of a
-    contact that bears; active contacts go before fresh ones, touching ones before open ones.
+
+@nb.njit(cache=True)
+def settle(
+    vertices: RecordArray,
+    blocks: RecordArray,
+    pairs: IntArray,
+    active: RecordArray,
+    band: float,
+    rules: Rules,
+    rows: RecordArray,
+    starts: IntArray,
+) -> RecordArray:  # pragma: no cover - compiled
+    """Return the candidates that stand, with their history: the first of `rows`, which are changed.
 
     Parameters
     ----------
     vertices, blocks : records VERTEX, BLOCK
-        The blocks.
+        The blocks where they stand.
+    pairs : (k, 2) int32
+        Pairs of blocks, sorted.
     active : records ACTIVE
-        The active contacts of this pair.
+        Contacts at the last accepted step, sorted by pair.
+    band : float [m]
+        As in the search.
     rules : Rules
-        Tolerances in metres.
-    rows : records ROW
-        The candidates of this pair, with both roles.
+        Tolerances.
+    rows, starts : records ROW, (k + 1,) int64
+        Candidates of all pairs, and where each pair's begin (`narrow_phase.facing_rows`).
+    """
+    count = last = 0
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p, 0], pairs[p, 1]
+        first, last = _rows_of_pair(active, last, i, j)
+        if starts[p + 1] == starts[p]:
+            continue
+        h = min(blocks[i].size, blocks[j].size)
+        here = rows[starts[p] : starts[p + 1]]
+        _settle_pair(vertices, blocks, active[first:last], h, band, rules, here)
+        for k in range(here.size):
+            if here[k].state == KEPT:
+                here[k].history += first if here[k].history >= 0 else 0  # from the pair's rows to the rows of all
+                here[k].inherits += first if here[k].inherits >= 0 else 0
+                rows[count] = here[k]
+                count += 1
+    return rows[:count]
+
+
+@nb.njit(cache=True, forceinline=True)
+def _rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, int]:  # pragma: no cover - compiled
+    """Return the first and behind the last row of a pair among the active contacts, from row `start` on."""
+    pair = (np.int64(i) << 32) | np.int64(j)
+    while start < active.size and active[start].pair < pair:
+        start += 1
+    end = start
+    while end < active.size and active[end].pair == pair:
+        end += 1
+    return start, end
+
+
+@nb.njit(cache=True, forceinline=True)
+def _settle_pair(
+    vertices: RecordArray,
+    blocks: RecordArray,
+    active: RecordArray,
+    h: float,
+    band: float,
+    rules: Rules,
+    rows: RecordArray,
+) -> None:  # pragma: no cover - compiled
+    """Mark the rows of one pair, with both roles, that stand.
+
+    (1) Active contacts: they end off their edge; one edge a corner; one of two duals. (2) History that no active
+    contact carries on goes to the nearest candidate. (3) Fresh contacts must not start deep. (4) One edge a corner,
+    and (5) no dual of a contact that bears; active contacts go before fresh ones, touching ones before open ones.
     """
     if active.size > 0:
         for i in range(rows.size):
-            if rows[i].history >= 0:
-                _one_edge_a_corner(vertices, rules, rows, i)
+            _carry_on(active, h, rules, rows[i])
         for i in range(rows.size):
             if rows[i].history >= 0 and rows[i].state == UNDECIDED:
-                _one_of_active_duals(vertices, active, rules, rows, i)
-        _hand_over(vertices, blocks, active, rules, rows)
+                _one_edge_a_corner(vertices, h, rules, rows, i)
+        for i in range(rows.size):
+            if rows[i].history >= 0 and rows[i].state == UNDECIDED:
+                _one_of_active_duals(vertices, active, h, rules, rows, i)
+        _hand_over(vertices, blocks, active, h, rules, rows)
     for i in range(rows.size):
-        if rows[i].history < 0 and rows[i].inherits < 0 and rows[i].gap < -_fresh_depth(rules, rows[i]):
+        if rows[i].history < 0 and rows[i].inherits < 0 and rows[i].gap < -h * _fresh_depth(rules, rows[i]):
             rows[i].state = DROPPED
     for i in range(rows.size):
         if rows[i].history < 0 and rows[i].state == UNDECIDED:
-            _one_edge_a_corner(vertices, rules, rows, i)
+            _one_edge_a_corner(vertices, h, rules, rows, i)
     for touching in (True, False):
         for i in range(rows.size):
-            if rows[i].state == UNDECIDED and _touches(rules, rows[i]) == touching:
-                _no_dual_of_kept(vertices, rules, rows, i)
-    kept = 0
-    for i in range(rows.size):
-        if rows[i].state == KEPT:
-            rows[kept] = rows[i]
-            kept += 1
-    return kept
+            if rows[i].state == UNDECIDED and _touches(h, rules, rows[i]) == touching:
+                _no_dual_of_kept(vertices, h, band, rules, rows, i)
 
 
-@nb.njit(cache=True)
-def _touches(rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
+@nb.njit(cache=True, forceinline=True)
+def _carry_on(active: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
+    """Find the candidate among the active contacts of its pair; one that has left its edge ends.
+
+    Corner on corner of diagonal neighbours there is no history: it would hold them together.
+    """
+    if row.tip:
+        return
+    key = (np.int64(row.corner) << 32) | np.int64(row.edge)
+    for q in range(active.size):
+        if active[q].key == key and active[q].pressure > 0.0:
+            row.history = q
+            row.in_range = -rules.leave * h <= row.along <= row.edge_length + rules.leave * h
+            if not row.in_range:
+                row.state = DROPPED
+            return
+
+
+@nb.njit(cache=True, forceinline=True)
+def _touches(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Whether a candidate bears, or would at once."""
-    return bool(row.in_range and row.gap <= rules.fresh)
+    return bool(row.in_range and row.gap <= rules.fresh * h)
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _fresh_depth(rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
     """Return how deep a contact without history may be; corner on corner it has none as long as it is there."""
-    return float(rules.seam if row.tip else rules.fresh)
+    return float(rules.tip if row.tip else rules.fresh)
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _one_edge_a_corner(
-    vertices: RecordArray, rules: Rules, rows: RecordArray, i: int
+    vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
     """Drop row i if it is closed and the same corner has a better edge: an active one, else the one with more gap.
 
     The way out of a convex block leads over the edge with the greatest gap.
     """
-    if not rows[i].in_range or rows[i].gap > rules.rounding:
+    if not rows[i].in_range or rows[i].gap > rules.closed * h:
         return
     for j in range(rows.size):
         if j == i or rows[j].corner != rows[i].corner or not rows[j].in_range or rows[j].state == DROPPED:
             continue
         if (rows[i].history >= 0) == (rows[j].history >= 0):
             better = rows[j].gap - rows[i].gap
-            if abs(better) <= rules.rounding:
+            if abs(better) <= rules.rounding * h:
                 better = rows[j].length - rows[i].length
             wins = better > 0.0 or (better == 0.0 and j < i)
         else:
             wins = rows[j].history >= 0
-        if wins and not _bears_on_both(vertices, rules, rows[i], rows[j]):
+        if wins and not _bears_on_both(vertices, h, rules, rows[i], rows[j]):
             rows[i].state = DROPPED
             return
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _bears_on_both(
-    vertices: RecordArray, rules: Rules, one: Record, other: Record
+    vertices: RecordArray, h: float, rules: Rules, one: Record, other: Record
 ) -> bool:  # pragma: no cover - compiled
-    """Whether a corner bears on two edges: in a notch, or at a flat corner with an edge of its own on each of them."""
+    """Whether a corner that has closed on edge `one` bears on it whatever it does on the edge `other`.
+
+    So it is where the block is not convex: the edge lies in front of the other (the floor of a wide notch and its
+    wall), or the two meet in a notch. So it is, too, at a flat corner where each bears on an edge of its own.
+    """
     e, f = one.edge, other.edge
+    cosine = vertices[e].dx * vertices[f].dx + vertices[e].dy * vertices[f].dy
+    if other.gap - one.gap * cosine > rules.rounding * h:  # the foot on the one edge, seen from the other
+        return True
     if vertices[f].following == e:
         e, f = f, e
     if vertices[e].following != f:
@@ -115,12 +195,12 @@ def _bears_on_both(
     return bool(turn <= rules.flat and p >= 0 and q >= 0 and p != q)
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _one_of_active_duals(
-    vertices: RecordArray, active: RecordArray, rules: Rules, rows: RecordArray, i: int
+    vertices: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
     """Keep active row i unless its dual is active at the same point and bears more: else both would bear for ever."""
-    reach = 2.0 * (rules.fresh + max(0.0, -rows[i].gap))
+    reach = 2.0 * (rules.fresh * h + max(0.0, -rows[i].gap))
     for j in range(rows.size):
         if j != i and rows[j].history >= 0 and rows[j].state != DROPPED:
             more = active[rows[j].history].pressure - active[rows[i].history].pressure
@@ -130,19 +210,23 @@ def _one_of_active_duals(
     rows[i].state = KEPT
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _no_dual_of_kept(
-    vertices: RecordArray, rules: Rules, rows: RecordArray, i: int
+    vertices: RecordArray, h: float, band: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
     """Keep fresh row i unless its dual stands and bears: two would halve the friction, one of them without history."""
     for j in range(rows.size):
-        if rows[j].state == KEPT and _touches(rules, rows[j]) and _are_duals(vertices, rows[i], rows[j], rules.dual):
+        if (
+            rows[j].state == KEPT
+            and _touches(h, rules, rows[j])
+            and _are_duals(vertices, rows[i], rows[j], rules.dual * band)
+        ):
             rows[i].state = DROPPED
             return
     rows[i].state = KEPT
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -> bool:  # pragma: no cover - compiled
     """Whether two rows are one place of contact with corner and edge swapped."""
     if one.block_a != other.block_b:
@@ -160,15 +244,15 @@ def _are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) 
     return bool(np.hypot(vertices[v].x - vertices[w].x, vertices[v].y - vertices[w].y) < reach)
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _hand_over(
-    vertices: RecordArray, blocks: RecordArray, active: RecordArray, rules: Rules, rows: RecordArray
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray
 ) -> None:  # pragma: no cover - compiled
     """Give the history of every contact that has ended to the nearest candidate with an aligned normal, once."""
     for q in range(active.size):
         if active[q].pressure <= 0.0 or _goes_on(rows, q):
             continue
-        best, nearest = -1, rules.near
+        best, nearest = -1, rules.near * h
         for i in range(rows.size):
             if rows[i].history >= 0 or not rows[i].in_range:
                 continue
@@ -182,7 +266,7 @@ def _hand_over(
             rows[best].inherits = q
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
     """Whether an active contact goes on in a row that stands."""
     found = False
@@ -191,13 +275,13 @@ def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
     return found
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _distance(vertices: RecordArray, old: Record, row: Record) -> float:  # pragma: no cover - compiled
     """Return the distance from where a contact was to the candidate's corner."""
     return float(np.hypot(old.x - vertices[row.corner].x, old.y - vertices[row.corner].y))
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _alignment(
     vertices: RecordArray, blocks: RecordArray, old: Record, row: Record
 ) -> float:  # pragma: no cover - compiled

@@ -1,8 +1,11 @@
 """Narrow phase: which corners of one block may touch which edges of another, pair by pair.
 
-Geometry only: a corner faces an edge if it is convex, near it, and both edges of its block lead away from it. The
-rules that look at one candidate alone (seam, leaving, corner on corner) are applied here, those that weigh
-candidates against each other in `contact_rules`.
+Geometry only: a corner faces an edge if it is convex, near it, and both edges of its block lead away from it. What
+else depends on one candidate's place alone is settled here (seam, corner on corner); history, and the rules that weigh
+candidates against each other, are in `contact_rules`.
+
+A kernel's cache is renewed when its own file changes, not when a file changes whose kernels it calls: so the kernels
+of this file call no others, and neither do those of `broad_phase` and `contact_rules`.
 """
 
 from __future__ import annotations
@@ -10,14 +13,13 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
+from bsm_mesh.arrays import IntArray
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
+ROWS_PER_PAIR = 3  # space at first; the table grows where there are more
 FULL = -1  # returned where the table of rows has no space left
-ACTIVE = np.dtype(  # an active contact, as in `search.ActiveContacts`
-    [("pair", "i8"), ("key", "i8"), ("pressure", "f8"), ("x", "f8"), ("y", "f8"), ("nx", "f8"), ("ny", "f8")]
-)
-ROW = np.dtype(  # a candidate, as in `search.Candidates`; history and inherits are rows of the pair's active contacts
+ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
         *((name, "f8") for name in ("gap", "along", "edge_length", "length")),
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "inherits")),
@@ -30,21 +32,57 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`; history and inherits 
 
 
 @nb.njit(cache=True)
-def add_facing(
+def facing_rows(
+    vertices: RecordArray, blocks: RecordArray, pairs: IntArray, band: float, rules: Rules
+) -> tuple[RecordArray, IntArray]:  # pragma: no cover - compiled
+    """Return the candidates of all pairs, records ROW, and where each pair's begin (k + 1,).
+
+    Parameters
+    ----------
+    vertices, blocks : records VERTEX, BLOCK
+        The blocks where they stand.
+    pairs : (k, 2) int32
+        Pairs of blocks, lower number first.
+    band : float [m]
+        How near a corner must be to an edge.
+    rules : Rules
+        Tolerances.
+    """
+    rows = np.empty(ROWS_PER_PAIR * pairs.shape[0] + 64, ROW)
+    starts = np.zeros(pairs.shape[0] + 1, np.int64)
+    for p in range(pairs.shape[0]):
+        i, j = pairs[p, 0], pairs[p, 1]
+        h = min(blocks[i].size, blocks[j].size)
+        end = FULL
+        while end == FULL:
+            end = _add_facing(vertices, blocks, i, j, h, band, rules, rows, starts[p])
+            if end != FULL:
+                end = _add_facing(vertices, blocks, j, i, h, band, rules, rows, end)
+            if end == FULL:
+                longer = np.empty(2 * rows.size, ROW)
+                longer[: starts[p]] = rows[: starts[p]]
+                rows = longer
+        starts[p + 1] = end
+    return rows, starts
+
+
+@nb.njit(cache=True, forceinline=True)
+def _add_facing(
     vertices: RecordArray,
     blocks: RecordArray,
-    active: RecordArray,
     a: int,
     b: int,
+    h: float,
+    band: float,
     rules: Rules,
     rows: RecordArray,
     count: int,
 ) -> int:  # pragma: no cover - compiled
     """Add the corners of block a that face edges of block b to the first `count` rows; return how many there are.
 
-    `active` are the active contacts of this pair; `rules` are in metres. Returns FULL where the table is too short.
+    h is the length that the rules are scaled with [m]. Returns FULL where the table is too short.
     """
-    box, reach = blocks[b], 0.5 * rules.band  # the box holds the other half
+    box, reach = blocks[b], 0.5 * band  # the box holds the other half
     for v in range(blocks[a].first, blocks[a].last):
         x, y = vertices[v].x, vertices[v].y
         if x < box.x0 - reach or x > box.x1 + reach or y < box.y0 - reach or y > box.y1 + reach:
@@ -57,45 +95,46 @@ def add_facing(
             tx, ty = vertices[e].dx, vertices[e].dy
             x_e, y_e = x - vertices[e].x, y - vertices[e].y
             gap = x_e * ty - y_e * tx
-            if gap > rules.band or gap < -rules.deepest:
+            if gap > band or gap < -rules.deepest * h:
                 continue
             if min(out_x * ty - out_y * tx, back_x * ty - back_y * tx) < -rules.entrance:
                 continue  # an edge of the corner leads into the other block
             along = x_e * tx + y_e * ty
             end = vertices[vertices[e].following]
             length = (end.x - vertices[e].x) * tx + (end.y - vertices[e].y) * ty
-            if along < -rules.band or along > length + rules.band:
+            off = max(0.0, -along, along - length)
+            if off * off + max(0.0, gap) ** 2 > band * band:
                 continue
             if count == rows.size:
                 return FULL
             row = rows[count]
             row.block_a, row.block_b, row.corner, row.edge = a, b, v, e
             row.gap, row.along, row.edge_length = gap, along, length
-            if _fill(vertices, active, rules, row):
+            if _fill(vertices, h, rules, row):
                 count += 1
     return count
 
 
-@nb.njit(cache=True)
-def _fill(vertices: RecordArray, active: RecordArray, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
+@nb.njit(cache=True, forceinline=True)
+def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Fill in what follows from corner, edge, gap and place along the edge; return whether it is a candidate."""
     overlap, parallel_edge, shorter = _overlap(vertices, rules, row)
     from_end = min(abs(row.along), abs(row.along - row.edge_length))
-    at_end = from_end < rules.seam
-    if parallel_edge >= 0 and at_end and overlap < min(rules.seam, 0.5 * shorter):
+    if parallel_edge >= 0 and from_end < rules.seam * h and overlap < min(rules.seam * h, 0.5 * shorter):
         return False  # parallel edges that only meet end to end
     row.parallel_edge = parallel_edge
-    row.length = 0.5 * overlap if overlap > 0.0 else rules.corner_share
-    row.tip = at_end and parallel_edge < 0 and _meets_diagonally(vertices, rules, row)
-    row.history = -1 if row.tip else _row_among(active, row)
-    slack = rules.leave if row.history >= 0 else rules.rounding
-    row.in_range = not row.tip and -slack <= row.along <= row.edge_length + slack
-    row.inherits = -1
+    row.length = 0.5 * overlap if overlap > 0.0 else rules.corner_share * h
+    row.tip = from_end < rules.tip * h and _meets_diagonally(vertices, h, rules, row)
+    before, behind = _notches(vertices, rules, row)
+    slack_before = h * (rules.leave if before else rules.rounding)
+    slack_behind = h * (rules.leave if behind else rules.rounding)
+    row.in_range = not row.tip and -slack_before <= row.along <= row.edge_length + slack_behind
+    row.history = row.inherits = -1
     row.state = 0
-    return bool(row.in_range or row.history < 0)  # an active contact that has left its edge ends
+    return True
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _overlap(
     vertices: RecordArray, rules: Rules, row: Record
 ) -> tuple[float, int, float]:  # pragma: no cover - compiled
@@ -120,36 +159,41 @@ def _overlap(
     return total, best, shorter
 
 
-@nb.njit(cache=True)
-def _meets_diagonally(vertices: RecordArray, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
-    """Whether a corner is at the edge's end, and the blocks met at the start in this point alone, without a face."""
+@nb.njit(cache=True, forceinline=True)
+def _notches(vertices: RecordArray, rules: Rules, row: Record) -> tuple[bool, bool]:  # pragma: no cover - compiled
+    """Return whether the edge starts, and whether it ends, in a notch.
+
+    There a corner is off the floor by what it presses into the wall, and must still bear on the floor.
+    """
+    here = vertices[row.edge]
+    before, after = vertices[here.preceding], vertices[here.following]
+    starts = before.dx * here.dy - before.dy * here.dx < -rules.flat
+    return starts, here.dx * after.dy - here.dy * after.dx < -rules.flat
+
+
+@nb.njit(cache=True, forceinline=True)
+def _meets_diagonally(
+    vertices: RecordArray, h: float, rules: Rules, row: Record
+) -> bool:  # pragma: no cover - compiled
+    """Whether a corner is at the corner of a diagonal neighbour: from the start blocks between them hold them apart.
+
+    Both corners belong to one fan of blocks, but have no face in common. Two corners that just touch are no diagonal
+    neighbours: they must support each other.
+    """
     v, e = row.corner, row.edge
     w = e if abs(row.along) < 0.5 * row.edge_length else vertices[e].following
-    if vertices[v].node != vertices[w].node or abs(row.gap) > rules.seam:
+    if vertices[v].fan != vertices[w].fan or abs(row.gap) > rules.tip * h:
         return False
-    u = vertices[w].preceding
-    if vertices[u].dx * vertices[w].dy - vertices[u].dy * vertices[w].dx < rules.parallel:
-        return False  # the other outline is smooth here: a corner on an edge
     return not (
-        _ran_against(vertices, v, vertices[v].following, u, w)
+        _ran_against(vertices, v, vertices[v].following, vertices[w].preceding, w)
         or _ran_against(vertices, vertices[v].preceding, v, w, vertices[w].following)
     )
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, forceinline=True)
 def _ran_against(vertices: RecordArray, p: int, q: int, r: int, s: int) -> bool:  # pragma: no cover - compiled
     """Whether the edges p-q and r-s ran against each other at the start."""
     ax, ay = vertices[q].x0 - vertices[p].x0, vertices[q].y0 - vertices[p].y0
     bx, by = vertices[s].x0 - vertices[r].x0, vertices[s].y0 - vertices[r].y0
     along = ax * bx + ay * by
     return bool(abs(ax * by - ay * bx) < -1e-3 * along)
-
-
-@nb.njit(cache=True)
-def _row_among(active: RecordArray, row: Record) -> int:  # pragma: no cover - compiled
-    """Return the row of the same contact among the active ones, -1 if it is not there."""
-    key = (np.int64(row.corner) << 32) | np.int64(row.edge)
-    for q in range(active.size):
-        if active[q].key == key and active[q].pressure > 0.0:
-            return q
-    return -1

@@ -8,9 +8,12 @@ from typing import Any, TypeAlias
 import numba as nb
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.polygons import owner_of_corner
 
 # The blocks where they stand, as the compiled search takes them: records, because a kernel that is handed many
@@ -25,7 +28,7 @@ VERTEX = np.dtype(
         ("y0", "f8"),
         ("following", "i4"),  # next and previous corner of the block
         ("preceding", "i4"),
-        ("node", "i4"),  # point at which the corner lay at the start
+        ("fan", "i4"),  # as in `Outlines`
     ],
     align=True,
 )
@@ -53,8 +56,8 @@ class Outlines:
         Corners from the centroid of their block, at zero rotation.
     offsets : (n_blocks + 1,) int32
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
-    nodes : (n_vertices,) int32
-        Number of the point at which each corner lay at the start: corners that touched there share it.
+    fans : (n_vertices,) int32
+        Corners that lay at one point at the start, each with a face to the next, have one number.
     held : (n_blocks,) bool
         Blocks that cannot move at all: two of them are no pair.
     block_size : (n_blocks,) float64 [m]
@@ -65,14 +68,14 @@ class Outlines:
 
     corners: FloatArray
     offsets: IntArray
-    nodes: IntArray
+    fans: IntArray
     held: BoolArray
     block_size: FloatArray
     size: float
 
     def __post_init__(self) -> None:
         own_array(self, "corners", np.float64, (None, 2))
-        for name in ("offsets", "nodes"):
+        for name in ("offsets", "fans"):
             own_array(self, name, np.int32, (None,))
         own_array(self, "held", np.bool_, (None,))
         own_array(self, "block_size", np.float64, (None,))
@@ -85,11 +88,23 @@ class Outlines:
         return cls(
             corners=blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)],
             offsets=blocks.offsets,
-            nodes=blocks.nodes,
+            fans=_fans(blocks),
             held=fixed,
             block_size=block_size,
             size=float(np.median(block_size if fixed.all() else block_size[~fixed])),
         )
+
+
+def _fans(blocks: Blocks) -> IntArray:
+    """Return a number for every corner: the same for corners at one point that faces hold together."""
+    faces, following = find_faces(blocks), blocks.following
+    one = np.concatenate([faces.edge_a, following[faces.edge_a]])
+    other = np.concatenate([following[faces.edge_b], faces.edge_b])
+    same = blocks.nodes[one] == blocks.nodes[other]  # not at a T, where the corner lies within the other edge
+    ends = (one[same], other[same])
+    n = len(blocks.vertices)
+    fans: IntArray = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)[1]
+    return fans
 
 
 def corner_positions(outlines: Outlines, position: FloatArray) -> FloatArray:
@@ -111,7 +126,7 @@ def records_at(outlines: Outlines, position: FloatArray, band: float) -> tuple[R
     size = np.minimum(outlines.block_size, outlines.size)
     placed = corner_positions(outlines, position)
     records: tuple[RecordArray, RecordArray] = _records(
-        placed, outlines.corners, outlines.offsets, outlines.nodes, outlines.held, size, 0.5 * band
+        placed, outlines.corners, outlines.offsets, outlines.fans, outlines.held, size, 0.5 * band
     )
     return records
 
@@ -133,14 +148,14 @@ def _records(
     placed: FloatArray,
     corners: FloatArray,
     offsets: IntArray,
-    nodes: IntArray,
+    fans: IntArray,
     held: BoolArray,
     size: FloatArray,
     margin: float,
 ) -> tuple[RecordArray, RecordArray]:  # pragma: no cover - compiled
     """Return the records of the corners, and of the blocks with their boxes widened by a margin."""
     n = offsets.size - 1
-    vertices, blocks = np.empty(nodes.size, VERTEX), np.empty(n, BLOCK)
+    vertices, blocks = np.empty(fans.size, VERTEX), np.empty(n, BLOCK)
     for b in range(n):
         first, last = offsets[b], offsets[b + 1]
         x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf
@@ -152,7 +167,7 @@ def _records(
             vertex = vertices[i]
             vertex.x, vertex.y, vertex.dx, vertex.dy = x, y, dx / length, dy / length
             vertex.x0, vertex.y0 = corners[i, 0], corners[i, 1]
-            vertex.following, vertex.preceding, vertex.node = k, (i if i > first else last) - 1, nodes[i]
+            vertex.following, vertex.preceding, vertex.fan = k, (i if i > first else last) - 1, fans[i]
             x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
         block = blocks[b]
         block.x0, block.y0, block.x1, block.y1 = x0 - margin, y0 - margin, x1 + margin, y1 + margin

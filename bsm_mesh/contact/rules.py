@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba as nb
-
 
 class Rules(NamedTuple):
     """Tolerances of the contact rules: lengths over a block size h, sines and cosines of angles.
@@ -15,15 +13,16 @@ class Rules(NamedTuple):
     must stay small against the steps, which follow the median block.
     """
 
-    band: float = 0.0  # [m] how near a candidate is; given to the search
     flat: float = 1e-6  # sine of the turn: a corner that turns right by more is concave and touches nothing
     entrance: float = 0.05  # sine: a corner's edges may lean into the other block by 3 degrees, because blocks rotate
     parallel: float = 0.1  # sine: edges within 6 degrees bear on each other along their length
     deepest: float = 0.25  # a corner deeper than this has come from the other side
     seam: float = 5e-3  # shared length that is none: more than elastic penetration, less than a real step (0.02 h)
+    tip: float = 5e-3  # a corner this near the corner of a diagonal neighbour meets that corner alone
     leave: float = 1e-3  # an active contact ends when its corner is this far off the edge
     fresh: float = 1e-3  # a contact without history must not start deeper: it would push the blocks apart
     rounding: float = 1e-6  # positions nearer than this are equal: faces are found to 1e-6 of an edge, too
+    closed: float = 1e-6  # a corner nearer than this to two edges has closed on both
     near: float = 0.1  # shear force is carried over from no farther: blocks move less than that in a step
     aligned: float = 0.9  # cosine between the normals of a contact and of the one that takes over
     dual: float = 2.0  # over the band: corners nearer than this make one place of contact
@@ -31,23 +30,3 @@ class Rules(NamedTuple):
 
 
 RULES = Rules()
-
-
-@nb.njit(cache=True)
-def in_metres(rules: Rules, size: float, band: float) -> Rules:  # pragma: no cover - compiled
-    """Return the rules for a pair of blocks whose smaller size is `size` [m]: lengths in metres."""
-    return Rules(
-        band,
-        rules.flat,
-        rules.entrance,
-        rules.parallel,
-        rules.deepest * size,
-        rules.seam * size,
-        rules.leave * size,
-        rules.fresh * size,
-        rules.rounding * size,
-        rules.near * size,
-        rules.aligned,
-        rules.dual * band,
-        rules.corner_share * size,
-    )

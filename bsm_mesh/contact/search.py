@@ -9,14 +9,12 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.contact.broad_phase import near_pairs
-from bsm_mesh.contact.contact_rules import settle_pair
-from bsm_mesh.contact.narrow_phase import ACTIVE, FULL, ROW, add_facing
+from bsm_mesh.contact.contact_rules import ACTIVE, settle
+from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
-from bsm_mesh.contact.rules import RULES, Rules, in_metres
+from bsm_mesh.contact.rules import RULES, Rules
 
 __all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts"]
-
-ROWS_PER_PAIR = 3  # space at first; the tables grow where more are found
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -133,63 +131,11 @@ def detect_contacts(
     old = np.empty(len(active.key), dtype=ACTIVE)
     old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
     old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
-    rows = _search(vertices, blocks, old, near_pairs(vertices, blocks), band, rules)
+    pairs = near_pairs(vertices, blocks)
+    rows, starts = facing_rows(vertices, blocks, pairs, band, rules)
+    kept = settle(vertices, blocks, pairs, old, band, rules, rows, starts)
     names = [field.name for field in fields(Candidates)]
-    return Candidates(**dict(zip(names, _columns(rows), strict=True)))
-
-
-@nb.njit(cache=True)
-def _search(
-    vertices: RecordArray, blocks: RecordArray, active: RecordArray, pairs: IntArray, band: float, rules: Rules
-) -> RecordArray:  # pragma: no cover - compiled
-    """Return the candidates of all pairs (k, 2), in their order, records ROW."""
-    rows = np.empty(ROWS_PER_PAIR * pairs.shape[0] + 64, ROW)
-    count = last = 0
-    for p in range(pairs.shape[0]):
-        i, j = pairs[p, 0], pairs[p, 1]
-        first, last = _rows_of_pair(active, last, i, j)
-        old = active[first:last]
-        here = in_metres(rules, min(blocks[i].size, blocks[j].size), band)
-        end = _both_roles(vertices, blocks, old, i, j, here, rows, count)
-        while end == FULL:
-            longer = np.empty(2 * rows.size, ROW)
-            longer[:count] = rows[:count]
-            rows = longer
-            end = _both_roles(vertices, blocks, old, i, j, here, rows, count)
-        kept = settle_pair(vertices, blocks, old, here, rows[count:end])
-        for k in range(count, count + kept):  # from rows of the pair to rows of all
-            rows[k].history += first if rows[k].history >= 0 else 0
-            rows[k].inherits += first if rows[k].inherits >= 0 else 0
-        count += kept
-    return rows[:count]
-
-
-@nb.njit(cache=True)
-def _rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, int]:  # pragma: no cover - compiled
-    """Return the first and behind the last row of a pair among the active contacts, from row `start` on."""
-    pair = (np.int64(i) << 32) | np.int64(j)
-    while start < active.size and active[start].pair < pair:
-        start += 1
-    end = start
-    while end < active.size and active[end].pair == pair:
-        end += 1
-    return start, end
-
-
-@nb.njit(cache=True)
-def _both_roles(
-    vertices: RecordArray,
-    blocks: RecordArray,
-    active: RecordArray,
-    i: int,
-    j: int,
-    rules: Rules,
-    rows: RecordArray,
-    count: int,
-) -> int:  # pragma: no cover - compiled
-    """Add the corners of i on edges of j, and of j on edges of i; return the number of rows, or FULL."""
-    count = add_facing(vertices, blocks, active, i, j, rules, rows, count)
-    return FULL if count == FULL else add_facing(vertices, blocks, active, j, i, rules, rows, count)
+    return Candidates(**dict(zip(names, _columns(kept), strict=True)))
 
 
 @nb.njit(cache=True)

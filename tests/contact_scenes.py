@@ -1,0 +1,144 @@
+"""Blocks at any place, and a slow, obvious search for the tests of the compiled one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scenes import turned
+
+import bsm_mesh as bsm
+from bsm_mesh.contact.rules import RULES, Rules
+from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, corner_positions, detect_contacts
+
+
+@dataclass
+class Scene:
+    """Blocks that can be put anywhere: `Blocks` refuses outlines that overlap, positions may."""
+
+    outlines: Outlines
+    position: np.ndarray
+    blocks: bsm.Blocks
+
+    @classmethod
+    def of(cls, polygons: Sequence[np.ndarray], held: Sequence[int] = ()) -> Scene:
+        """Return the blocks where their polygons lie."""
+        blocks = bsm.Blocks.from_polygons(polygons, rock="r")
+        flags = np.isin(np.arange(blocks.count), held)
+        return cls(
+            Outlines.of(blocks, flags), np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)]), blocks
+        )
+
+    def moved(self, block: int, shift: Sequence[float] = (0.0, 0.0), degrees: float = 0.0, about=None) -> Scene:
+        """Return the scene with one block turned about a point (or its centroid), then shifted."""
+        position = self.position.copy()
+        about = position[block, :2] if about is None else np.asarray(about)
+        position[block, :2] = turned(position[block, :2] - about, degrees) + about + shift
+        position[block, 2] += np.radians(degrees)
+        return Scene(self.outlines, position, self.blocks)
+
+    @property
+    def placed(self) -> np.ndarray:
+        """Corners (n, 2)."""
+        return corner_positions(self.outlines, self.position)
+
+    def polygon(self, block: int) -> np.ndarray:
+        offsets = self.outlines.offsets
+        return self.placed[offsets[block] : offsets[block + 1]]
+
+    def normals(self, edges: np.ndarray) -> np.ndarray:
+        """Return the outward normals of edges, (k, 2)."""
+        d = self.placed[self.blocks.following[edges]] - self.placed[edges]
+        return np.column_stack([d[:, 1], -d[:, 0]]) / np.hypot(*d.T)[:, None]
+
+    def detect(
+        self, active: ActiveContacts | None = None, band: float | None = None, rules: Rules = RULES
+    ) -> Candidates:
+        """Return the candidates; the band is 0.075 of the median size unless given."""
+        band = 0.075 * self.outlines.size if band is None else band
+        return detect_contacts(self.outlines, self.position, active or ActiveContacts.none(), band, rules=rules)
+
+    def touching(self, found: Candidates) -> np.ndarray:
+        """Return the rows that bear: in range and closed."""
+        return np.flatnonzero(found.in_range & (found.gap <= 1e-3 * self.outlines.size))
+
+    def activated(self, found: Candidates, rows=None, pressure: float | np.ndarray = 1.0) -> ActiveContacts:
+        """Return rows (those that touch) as contacts that bore a pressure here."""
+        rows = self.touching(found) if rows is None else np.asarray(rows)
+        return ActiveContacts(
+            pair=found.pair[rows],
+            key=found.key[rows],
+            pressure=np.broadcast_to(pressure, len(rows)),
+            point=self.placed[found.corner[rows]],
+            normal=self.normals(found.edge[rows]),
+        )
+
+
+def near_scene(polygons: Sequence[np.ndarray], position: np.ndarray) -> Scene:
+    """Return blocks of any shapes, centroids put at the positions (n, 3): made apart, so that they may overlap."""
+    apart = [p - p.mean(axis=0) + (1000.0 * k, 0.0) for k, p in enumerate(polygons)]
+    scene = Scene.of(apart)
+    return Scene(scene.outlines, position, scene.blocks)
+
+
+def brute_candidates(scene: Scene, band: float, rules: Rules = RULES) -> dict[tuple[int, int], dict[str, float]]:
+    """Return (corner, edge) of all corners that face an edge of another block, by the definition, one by one.
+
+    The rules that look at one candidate alone are applied (convex, near, both edges away, seam), no others.
+    """
+    outlines, found = scene.outlines, {}
+    n = len(outlines.block_size)
+    for a in range(n):
+        for b in range(n):
+            if a == b or (outlines.held[a] and outlines.held[b]):
+                continue
+            h = min(outlines.block_size[a], outlines.block_size[b], outlines.size)
+            p, q = scene.polygon(a), scene.polygon(b)
+            for i, v in enumerate(p):
+                if (v < q.min(axis=0) - band).any() or (v > q.max(axis=0) + band).any():
+                    continue
+                arms = [p[(i + 1) % len(p)] - v, p[i - 1] - v]
+                for j in range(len(q)):
+                    before, start, end, after = (q[(j + k) % len(q)] for k in (-1, 0, 1, 2))
+                    notches = _cross(start - before, end - start) < 0, _cross(end - start, after - end) < 0
+                    row = _facing(v, arms, start, end, notches, h, band, rules)
+                    if row is not None:
+                        key = int(outlines.offsets[a]) + i, int(outlines.offsets[b]) + j
+                        found[key] = row | {"h": h, "a": a, "b": b}
+    return found
+
+
+def _cross(p, q):
+    return p[0] * q[1] - p[1] * q[0]
+
+
+def _facing(v, arms, start, end, notches, h, band, rules):
+    units = [arm / np.hypot(*arm) for arm in arms]
+    t = (end - start) / np.hypot(*(end - start))
+    n = np.array([t[1], -t[0]])
+    length, gap, along = np.hypot(*(end - start)), (v - start) @ n, (v - start) @ t
+    if _cross(*units) < -rules.flat or not -rules.deepest * h <= gap <= band:
+        return None
+    if np.hypot(max(0.0, -along, along - length), max(0.0, gap)) > band:
+        return None
+    if min(unit @ n for unit in units) < -rules.entrance:
+        return None
+    shares = []
+    for arm, unit, runs in zip(arms, units, (-1, 1), strict=True):
+        if abs(unit @ n) <= rules.parallel and runs * (unit @ t) >= 0:
+            ends = sorted([along, along + arm @ t])
+            shares.append((max(0.0, min(length, ends[1]) - max(0.0, ends[0])), min(length, ends[1] - ends[0])))
+    at_end = min(abs(along), abs(along - length)) < rules.seam * h
+    if shares and at_end and sum(s for s, _ in shares) < min(rules.seam * h, 0.5 * max(shares)[1]):
+        return None
+    total = sum(s for s, _ in shares)
+    slack = [h * (rules.leave if notch else rules.rounding) for notch in notches]
+    return {
+        "gap": gap,
+        "along": along,
+        "edge_length": length,
+        "length": total / 2 if total > 0 else rules.corner_share * h,
+        "parallel": bool(shares),
+        "in_range": -slack[0] <= along <= length + slack[1],
+    }
