@@ -17,6 +17,7 @@ from scenes import gmsh_triangles, grid, rectangle, running_bond, square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.rules import RULES
+from bsm_mesh.contact.search import ActiveContacts
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
 
@@ -274,6 +275,36 @@ def test_no_swapped_role_while_the_active_contact_is_in_range(shift):
         assert sorted(off.history[moved.touching(off)]) == [-1, 0, 1]
 
 
+@pytest.mark.parametrize("shift", [-0.01, 0.01])
+@pytest.mark.parametrize("polygons", [[square(0, 0), square(0, 1)], [square(0, 1), square(0, 0)]])
+def test_of_two_fresh_duals_the_one_that_touches_stands(polygons, shift):
+    scene = Scene.of(polygons).moved(1, (shift, 0.0))
+    found = scene.detect()
+    assert found.count == 2
+    assert len(scene.touching(found)) == 2
+
+
+def test_history_of_two_goes_to_one_from_the_nearer():
+    scene = Scene.of([rectangle(0, 0, 3, 1), rectangle(1, 1, 2, 2)])
+    found = scene.detect()
+    row = int(np.argmin(scene.placed[found.corner, 0]))  # at (1, 1)
+    for points in ([(1.05, 1), (1.02, 1)], [(1.02, 1), (1.05, 1)]):
+        ended = active_on_top(found.pair[0], [1 << 20, 2 << 20], points)
+        assert scene.detect(ended).inherits[row] == [x for x, _ in points].index(1.02)
+        assert (scene.detect(ended).inherits >= 0).sum() == 1
+
+
+def active_on_top(pair, keys, points):
+    """Return active contacts of block 1 on the top of block 0 under keys that no candidate has."""
+    return ActiveContacts(
+        pair=np.full(len(keys), pair),
+        key=(np.array([4] * len(keys)) << 32) | np.array(keys),
+        pressure=np.ones(len(keys)),
+        point=np.array(points),
+        normal=np.tile([0.0, 1.0], (len(keys), 1)),
+    )
+
+
 def test_an_open_dual_waits_until_the_contact_that_stands_has_gone():
     start = column()
     active = start.activated(start.detect())
@@ -426,10 +457,9 @@ def test_a_corner_within_a_corner_bears_on_one_edge_only():
     assert normals(on_top)[0] == [(0.0, 1.0)], "the active edge goes first"
 
 
-@pytest.mark.parametrize("pieces", [1, 4])
-def test_a_corner_in_a_notch_bears_on_floor_and_wall(pieces):
-    floor = np.column_stack([np.linspace(1, 3, pieces + 1)[::-1], np.ones(pieces + 1)])
-    notched = np.vstack([[(0, 0), (3, 0)], floor, [(1, 3), (0, 3)]])
+@pytest.mark.parametrize("floor", [[3, 1], [3, 2, 1.5, 1], [3, 1.01, 1]])
+def test_a_corner_in_a_notch_bears_on_floor_and_wall(floor):
+    notched = np.vstack([[(0, 0), (3, 0)], np.column_stack([floor, np.ones(len(floor))]), [(1, 3), (0, 3)]])
     start = Scene.of([notched, rectangle(1, 1, 2, 2)], held=[0])
     pressed = start.moved(1, (-1e-5, -2e-5))
     active = start.activated(start.detect())
@@ -440,6 +470,14 @@ def test_a_corner_in_a_notch_bears_on_floor_and_wall(pieces):
         assert_allclose(np.abs(pressed.normals(found.edge[rows[corner]]).sum(axis=0)), 1.0)
     near = start.moved(1, (0.02, -2e-5))  # a wall within the band does not take away the floor
     assert (near.normals(near.detect().edge[near.touching(near.detect())])[:, 1] > 0.9).sum() >= 2
+
+
+def test_a_tip_in_a_notch_bears_on_both_sides():
+    notched = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
+    arms = np.radians([20, 70])
+    tip = turned([(0, 0), *zip(np.cos(arms), np.sin(arms), strict=True)], 0, (1, 1))
+    pressed = Scene.of([notched, tip], held=[0]).moved(1, (-1e-5, -2e-5))
+    assert len(pressed.touching(pressed.detect())) == 2
 
 
 def test_a_fresh_contact_does_not_start_deep():
@@ -505,7 +543,7 @@ def test_corners_of_diagonal_neighbours_do_not_support_each_other():
     assert len(scene.touching(scene.detect(rules=RULES._replace(tip=0.0)))) > 14
     tips = ~found.in_range & (np.abs(found.gap) < 1e-9)
     assert tips.any(), "candidates they stay"
-    pressed = scene.moved(0, scene.position[0, :2] * -5e-4)
+    pressed = scene.moved(0, scene.position[0, :2] * -4e-3)
     again = pressed.detect(pressed.activated(found, np.flatnonzero(tips)))
     still = [k for k in found.key[tips] if k in again.key]
     assert still
