@@ -7,7 +7,6 @@ from typing import Protocol
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.solve import pardiso
-from bsm_mesh.solve.ordering import elimination_order
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.superlu import SuperLU
 
@@ -43,7 +42,7 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     pattern : BlockPattern
         Upper triangle of the matrix.
     position : (n, 2) float64 [m]
-        Centroids of the blocks, for the elimination order.
+        Centroids of the blocks, for SuperLU's elimination order.
     threads : int
         Threads that Pardiso may use; 0: as many as there are cores.
 
@@ -55,7 +54,7 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso":
-        return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position))
+        return pardiso.Pardiso(pattern, threads)
     if name == "superlu":
         return SuperLU(pattern, position)
     raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu'))}")
