@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.model import (
     Blocks,
+    Bolt,
     EdgeTractions,
     Filling,
     Fixed,
@@ -69,6 +70,7 @@ def load(path: str | os.PathLike[str]) -> Model:
 
 __all__ = [
     "Blocks",
+    "Bolt",
     "EdgeTractions",
     "Filling",
     "Fixed",

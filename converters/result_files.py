@@ -10,20 +10,23 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
+from converters.bolt_files import bolt_grid, bolts_of_grid, write_bolt_table
 from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 
 SERIES = ("blocks", "contacts", "supports")
 
 
 def write_series(results: Results, folder: Path) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts and supports; return all files.
+    """Write one VTU a stage and one PVD for each of blocks, contacts and supports, and bolts if any; return all files.
 
     PVD time is the number of the stage. Every file is written whole or not at all.
     """
     files: list[Path] = []
-    for kind in SERIES:
+    bolted = results.stages[0].bolts.count > 0
+    for kind in (*SERIES, "bolts") if bolted else SERIES:
         entries = []
         for number, stage in enumerate(results.stages):
             name = f"{kind}_{number:04d}.vtu"
@@ -32,6 +35,9 @@ def write_series(results: Results, folder: Path) -> list[Path]:
             files.append(folder / name)
         write_pvd(folder / f"{kind}.pvd", entries)
         files.append(folder / f"{kind}.pvd")
+    if bolted:
+        files.append(folder / "bolts.csv")
+        write_bolt_table(results, files[-1])
     return files
 
 
@@ -142,13 +148,20 @@ def support_grid(results: Results, stage: StageResult) -> Grid:
     return _vertices(supports.point, cells, {})
 
 
-_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid}
+_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid, "bolts": bolt_grid}
 
 
 def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
     """Return the grids of blocks, contacts and supports of a stage."""
     blocks, contacts, supports = (read_vtu(read_pvd(folder / f"{kind}.pvd")[stage][1]) for kind in SERIES)
     return blocks, contacts, supports
+
+
+def read_bolts(folder: Path, stage: int) -> BoltForces:
+    """Return the bolts of a stage; none where the run had none."""
+    if not (folder / "bolts.pvd").exists():
+        return BoltForces.none()
+    return bolts_of_grid(read_vtu(read_pvd(folder / "bolts.pvd")[stage][1]))
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:

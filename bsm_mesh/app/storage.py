@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
 
@@ -54,6 +55,8 @@ def save_results(results: Results, folder: Path, model_file: str | None = None) 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "summary.json").unlink(missing_ok=True)  # while the files change the run is not complete
+        for name in ("bolts.pvd", "bolts.csv"):  # of an earlier run with bolts
+            (folder / name).unlink(missing_ok=True)
         write_series(results, folder)
         _write_history(results, folder / "history.csv")
         if model_file is not None:
@@ -107,10 +110,26 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
         "most_tensile_stress": float(sigma_3.max()),
         "unstable_blocks": stage.unstable_blocks.tolist(),
         "contacts": len(stage.contacts.length),
+        **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
         "total_load": stage.total_load.tolist(),
         "total_reaction": stage.total_reaction.tolist(),
         "seconds": stage.seconds,
     }
+
+
+def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
+    bolts = stage.bolts
+    used = np.zeros(bolts.count)
+    np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    return [
+        {
+            "name": name,
+            "status": BoltStatus(int(bolts.status[k])).name.lower(),
+            "greatest_force": float(bolts.greatest_force[k]),
+            "utilisation": float(used[k]),
+        }
+        for k, name in enumerate(bolts.names)
+    ]
 
 
 def _write_history(results: Results, path: Path) -> None:
@@ -180,7 +199,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord]) -> StageResult:
-    from converters.result_files import contacts_of_grid, read_stage_grids, supports_of_grid
+    from converters.result_files import contacts_of_grid, read_bolts, read_stage_grids, supports_of_grid
 
     blocks, contacts, supports = read_stage_grids(folder, number)
     cells = blocks.cell_data
@@ -197,6 +216,7 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
         reactions=cells["reaction"],
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
+        bolts=read_bolts(folder, number),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
         residual=told["residual"],
         reference_weight=told["reference_weight"],

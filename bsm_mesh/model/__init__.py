@@ -1,6 +1,7 @@
-"""What is given: blocks, rocks, joints, supports, loads, and the model that holds them."""
+"""What is given: blocks, rocks, joints, supports, loads, bolts, and the model that holds them."""
 
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
@@ -9,6 +10,7 @@ from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement,
 
 __all__ = [
     "Blocks",
+    "Bolt",
     "EdgeTractions",
     "Filling",
     "Fixed",

@@ -13,6 +13,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, digest
 from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_layout import named, pass_blocks
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.loads import Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint, Rock
@@ -40,6 +42,8 @@ class Model:
         `Fixed`, `Roller`, `NormalRoller`, `PrescribedDisplacement`.
     loads : tuple of load
         `PointLoad`, `Pressure`, `Traction`, `EdgeTractions`.
+    bolts : tuple of Bolt
+        Rockbolts.
     gravity_direction : float [degrees]
         Direction in which the unit weights pull, from the x axis; -90 is down.
     contact_points : {"ends", "gauss"}
@@ -59,12 +63,13 @@ class Model:
     default_joint: str | None = None
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
+    bolts: tuple[Bolt, ...] = ()
     gravity_direction: float = -90.0
     contact_points: ContactPoints = "ends"
     title: str = field(default="", metadata={"digest": False})
 
     def __post_init__(self) -> None:
-        for name in ("rocks", "joints", "supports", "loads"):
+        for name in ("rocks", "joints", "supports", "loads", "bolts"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         raise_faults(_faults(self))
 
@@ -128,7 +133,23 @@ def _faults(model: Model) -> list[str]:
         faults.extend(error.faults)
     for number, load in enumerate(model.loads):
         faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, blocks))
+    faults.extend(_bolt_faults(model.bolts, blocks))
     return faults
+
+
+def _bolt_faults(bolts: tuple[Bolt, ...], blocks: Blocks) -> list[str]:
+    if not bolts:
+        return []
+    staged = [
+        f"{named(bolts, k)} names the stage '{bolt.stage}', and there are no stages; leave stage out"
+        for k, bolt in enumerate(bolts)
+        if bolt.stage is not None
+    ]
+    try:
+        pass_blocks(bolts, blocks)
+    except ModelError as error:
+        return [*staged, *error.faults]
+    return staged
 
 
 def _missing(

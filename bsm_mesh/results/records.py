@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.bolts import BoltForces
 
 if TYPE_CHECKING:
     from bsm_mesh.results.check import Check
@@ -156,6 +157,8 @@ class StageResult:
         Forces in the contacts.
     supports : SupportForces
         Forces at the supports.
+    bolts : BoltForces
+        Forces in the bolts.
     unstable_blocks : (k,) int32
         Blocks that come down; empty where the stage is stable.
     residual : float
@@ -177,6 +180,7 @@ class StageResult:
     reactions: FloatArray
     contacts: ContactForces
     supports: SupportForces
+    bolts: BoltForces
     unstable_blocks: IntArray
     residual: float
     reference_weight: float

@@ -1,6 +1,6 @@
 """Equilibrium by pseudo-time continuation: implicit static steps with a mass-like regularisation that fades.
 
-Each step solves ``loads + contact forces - lam * M (q - q_n) = 0`` for the position q, with total contact laws,
+Each step solves ``loads + contacts + bolts - lam * M (q - q_n) = 0`` for the position q, with total contact laws,
 exact rotations, and ``M = diag(W, W, W I/A)`` anchored at the accepted position. Where little moves, lam falls
 by four a step and the end is static equilibrium; where blocks run away it stays, and they are followed.
 
@@ -10,7 +10,7 @@ The step, numbered as in the loop:
 2. Newton: force out of balance, tangent, correction, capped at twice the step length d;
 3. the correction is halved until the 2-norm falls (the greatest residual as merit needs many times the iterations);
 4. a step that does not converge or moves too far is taken again with a greater lam;
-5. accepted: history is committed; lam is adapted to the movement;
+5. accepted: history and bolts are committed; lam is adapted to the movement;
 6. verdict.
 """
 
@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.results.records import Status, StepRecord
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints, constrain_bars
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.moving import (
@@ -71,6 +72,7 @@ class Motion:
     position: FloatArray
     contacts: MovingContacts
     at: Evaluation
+    bolts: InstalledBolts
     constraints: Constraints
     loads: FloatArray
     unstable_blocks: IntArray
@@ -86,6 +88,7 @@ class _Work:
 
     solver: LinearSolver | None = None
     pattern: BlockPattern | None = None
+    bolt_places: IntArray = field(default_factory=lambda: np.zeros(0, np.int32))
     name: str = ""
     factorizations: int = 0
     iterations: int = 0
@@ -136,7 +139,9 @@ class Continuation:
         self.applied = point_forces_of(model.loads, model.blocks)
         self.applied_arm = self.applied.point - moments.centroid[self.applied.block]
         self.loads = external_loads(model)
-        self.reference = reference_weight(model, self.loads)
+        bolts = InstalledBolts.of(model.bolts, model.blocks)
+        self.bolts = bolts.install(np.array([bolt.stage is None for bolt in model.bolts], dtype=bool), self.start)
+        self.reference = reference_weight(model, self.loads, self.bolts.evaluate(self.start).forces)
         weight = np.maximum(model.weights, 1e-3 * self.reference)
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
@@ -187,6 +192,7 @@ class Continuation:
                     return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", contacts, position)
             position = moved
             history, changed = commit(contacts, at, position, self.outlines.size)  # (5)
+            self.bolts = self.bolts.commit(at.bolts)
             residual = self._static_residual(contacts, position)
             self._record(number, residual, position, contacts, at, began, counts)
             recent = [*recent[-RECENT_STEPS:], position]
@@ -247,7 +253,7 @@ class Continuation:
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, 1.5 * self.d, first=first)
 
     def _evaluate(self, contacts: MovingContacts, position: FloatArray) -> Evaluation:
-        return evaluate(contacts, self.catalogue.laws, position)
+        return evaluate(contacts, self.catalogue.laws, self.bolts, position)
 
     def _free(self, forces: FloatArray, supports: Constraints) -> FloatArray:
         """Return forces as accelerations see them: held axes out, moments over the radius of gyration."""
@@ -291,6 +297,7 @@ class Continuation:
             else:
                 softness = SOFTNESS * min(greatest, 1.0) if most == MOST_DIRECT else 0.0
                 data = tangent_stiffness(contacts, at, pattern.place, len(pattern.column), softness)
+            self.bolts.add_tangent(at.bolts, self.work.bolt_places, data)
             step = self._correct(pattern, data, supports, lam, forces)
             if step is None:
                 break
@@ -356,6 +363,7 @@ class Continuation:
             return 0.0
         pattern = self._pattern(contacts)
         data = elastic_tangent(contacts, at, pattern.place, len(pattern.column), self.outlines.size)
+        self.bolts.add_tangent(at.bolts, self.work.bolt_places, data)
         shift = SHIFT / self.outlines.size
         vector = np.random.default_rng(0).normal(size=position.shape) * self.scale
         lowest = 0.0
@@ -376,9 +384,13 @@ class Continuation:
         return -lowest if lowest < -BALANCED / self.outlines.size else 0.0
 
     def _pattern(self, contacts: MovingContacts) -> BlockPattern:
-        """Return the pattern of the candidates; its analysis is kept while it stays the same."""
+        """Return the pattern of the candidates and bolts; its analysis is kept while it stays the same."""
         c, old = contacts.candidates, self.work.pattern
-        pattern = whole_pattern(self.model.blocks.count, c.block_a, c.block_b)
+        lower, higher = self.bolts.pairs
+        pattern = whole_pattern(
+            self.model.blocks.count, np.concatenate([c.block_a, lower]), np.concatenate([c.block_b, higher])
+        )
+        pattern = replace(pattern, place=pattern.place[: contacts.count])
         same = (
             old is not None
             and len(old.column) == len(pattern.column)
@@ -392,6 +404,7 @@ class Continuation:
                 self.options.linear_solver, pattern, self.model.blocks.moments.centroid, self.options.threads
             )
             self.work.name, self.work.pattern = self.work.solver.name, pattern
+            self.work.bolt_places = self.bolts.places(pattern)
         return pattern
 
     def _falling(
@@ -402,6 +415,7 @@ class Continuation:
         supported = np.zeros(len(position), dtype=bool)
         supported[c.block_a[at.bearing]] = supported[c.block_b[at.bearing]] = True
         supported[self.bars.block] = True
+        supported[self.bolts.held_blocks(at.bolts)] = True
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.start)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
@@ -458,6 +472,7 @@ class Continuation:
             position=position,
             contacts=contacts,
             at=at,
+            bolts=self.bolts,
             constraints=self.constraints_at(position),
             loads=self.loads_at(position),
             unstable_blocks=np.zeros(0, dtype=np.int32) if unstable is None else unstable,

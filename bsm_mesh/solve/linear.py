@@ -14,6 +14,7 @@ from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord, SupportForces
 from bsm_mesh.results.stress import PointForce, block_stress
+from bsm_mesh.solve.bolts import bolt_forces
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.system import LinearSystem, relative_residual
@@ -62,8 +63,10 @@ def solve_linear(
     residual = relative_residual(model, solution.unbalanced + reactions, reference)
     converged = residual <= options.tolerance
     forces = point_forces_of(model.loads, model.blocks)
+    bolts = bolt_forces(model.bolts, system.bolts, solution.bolts)
     acting: tuple[PointForce, ...] = (
         (forces.block, forces.point, forces.force),
+        bolts.on_blocks(),
         (supports.block, supports.point, supports.reaction),
     )
     step = StepRecord(
@@ -90,6 +93,7 @@ def solve_linear(
         reactions=reactions,
         contacts=_contact_forces(model, contacts, normal_force, shear_force),
         supports=supports,
+        bolts=bolts,
         unstable_blocks=np.zeros(0, dtype=np.int32),
         residual=residual,
         reference_weight=reference,

@@ -13,6 +13,7 @@ from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, detect
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 
 IDLE = 1e-6  # of the block size: an intact contact open by less has not been parted
 TOUCHING = 1e-3  # of the block size: a gap or overlap up to this is contact when two blocks meet
@@ -87,7 +88,7 @@ class MovingContacts:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Evaluation:
-    """Contact forces at a position and their derivatives; evaluating changes nothing."""
+    """Forces of contacts and bolts at a position and their derivatives; evaluating changes nothing."""
 
     gap: FloatArray
     along: FloatArray
@@ -101,6 +102,7 @@ class Evaluation:
     strength: FloatArray
     by_pressure: FloatArray
     failed: BoolArray
+    bolts: BoltEvaluation
     forces: FloatArray
 
 
@@ -194,8 +196,10 @@ def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
-def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: FloatArray) -> Evaluation:
-    """Return the contact forces on the blocks at a position, (n, 3), and all that the tangent needs."""
+def evaluate(
+    contacts: MovingContacts, laws: tuple[JointLaw, ...], bolts: InstalledBolts, position: FloatArray
+) -> Evaluation:
+    """Return the forces of contacts and bolts on the blocks at a position, (n, 3), and all that the tangent needs."""
     c = contacts.candidates
     gap, along, tangent, arm_a, arm_b = relative_positions(
         position, c.block_a, c.block_b, contacts.corner, contacts.start, contacts.along
@@ -215,7 +219,8 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
         answer = laws[number].respond(pressure[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
         shear[chosen], by_pressure[chosen] = answer.shear, answer.by_pressure
         sticking[chosen], failed[chosen], strength[chosen] = answer.sticking, answer.failed, answer.strength
-    forces = np.zeros((len(position), 3))
+    at_bolts = bolts.evaluate(position)
+    forces = at_bolts.forces.copy()
     add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, shear, forces)
     return Evaluation(
         gap=gap,
@@ -230,6 +235,7 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
         strength=strength,
         by_pressure=by_pressure,
         failed=failed,
+        bolts=at_bolts,
         forces=forces,
     )
 

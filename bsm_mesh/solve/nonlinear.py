@@ -12,6 +12,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import block_stress
+from bsm_mesh.solve.bolts import bolt_forces
 from bsm_mesh.solve.continuation import Continuation, Motion
 from bsm_mesh.solve.linear import Reporter, support_forces
 from bsm_mesh.solve.options import Options
@@ -43,7 +44,8 @@ def solve_continuation(
     contacts = _contact_forces(motion)
     loads = engine.point_forces_at(motion.position)
     centroid = motion.position[:, :2]
-    acting = (loads, (supports.block, supports.point, supports.reaction))
+    bolts = bolt_forces(model.bolts, motion.bolts, motion.at.bolts)
+    acting = (loads, bolts.on_blocks(), (supports.block, supports.point, supports.reaction))
     stage = StageResult(
         name="initial",
         status=motion.status,
@@ -56,6 +58,7 @@ def solve_continuation(
         reactions=reactions,
         contacts=contacts,
         supports=supports,
+        bolts=bolts,
         unstable_blocks=motion.unstable_blocks,
         residual=motion.residual,
         reference_weight=motion.reference,

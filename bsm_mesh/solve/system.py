@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 from bsm_mesh.solve.constraints import build_constraints
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.mobility import unsupported_parts
@@ -32,8 +33,10 @@ class Solution:
         u, v and theta of every block.
     normal_force, shear_force : (m,) float64 [N/m]
         Of every contact.
+    bolts : BoltEvaluation
+        Forces of the bolts.
     unbalanced : (n, 3) float64 [N/m, N/m, N]
-        Loads plus contact forces on every block: what its supports bear.
+        Loads, contact and bolt forces on every block: what its supports bear.
     linear_solver : str
         Name of the solver.
     factorizations : int
@@ -43,6 +46,7 @@ class Solution:
     displacement: FloatArray
     normal_force: FloatArray
     shear_force: FloatArray
+    bolts: BoltEvaluation
     unbalanced: FloatArray
     linear_solver: str
     factorizations: int
@@ -57,15 +61,32 @@ class LinearSystem:
         What is given.
     contacts : ContactTable
         Its contacts; all of them bear tension and shear.
+
+    Notes
+    -----
+    Bolts are elastic about their pretension; one that is tensioned to its capacity keeps that force.
     """
 
     def __init__(self, model: Model, contacts: ContactTable) -> None:
         self.model = model
         self.contacts = contacts
-        self.pattern = block_pattern(model.blocks.count, contacts.block_a, contacts.block_b)
+        self.bolts, self.bolts_at_start = self._install_bolts()
+        self.bolt_coupling = self.bolts.coupling(self.bolts_at_start)
+        lower, higher = self.bolts.pairs
+        pattern = block_pattern(
+            model.blocks.count, np.concatenate([contacts.block_a, lower]), np.concatenate([contacts.block_b, higher])
+        )
+        self.pattern = replace(pattern, place=pattern.place[: contacts.count])
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = reference_weight(model, self.loads)
+        self.reference = reference_weight(model, self.loads, self.bolts_at_start.forces)
+
+    def _install_bolts(self) -> tuple[InstalledBolts, BoltEvaluation]:
+        blocks = self.model.blocks
+        bolts = InstalledBolts.of(self.model.bolts, blocks)
+        start = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
+        bolts = bolts.install(np.array([bolt.stage is None for bolt in self.model.bolts], dtype=bool), start)
+        return bolts, bolts.evaluate(start)
 
     def check_supports(self) -> None:
         """Raise `ModelError` for every part that its supports leave free."""
@@ -86,6 +107,7 @@ class LinearSystem:
             c.shear_stiffness,
             self.model.blocks.moments.centroid,
         )
+        self.bolts.add_tangent(self.bolts_at_start, self.bolts.places(pattern), data, turning=False)
         constrain(
             pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
         )
@@ -122,7 +144,8 @@ class LinearSystem:
         """
         U = self.constraints.given
         normal_force, shear_force = self.spring_forces(U)
-        best = self._solution(solver, U, normal_force, shear_force)
+        bolts = self.bolts.strained(self.bolts_at_start, self.bolt_coupling, U)
+        best = self._solution(solver, U, normal_force, shear_force, bolts)
         size = self._out_of_balance(best)
         for _ in range(MOST_REFINEMENTS + 1):
             if size <= GOOD_RESIDUAL * self.reference:
@@ -131,7 +154,8 @@ class LinearSystem:
             normal_part, shear_part = self.spring_forces(dU)
             U = U + dU
             normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
-            found = self._solution(solver, U, normal_force, shear_force)
+            bolts = self.bolts.strained(bolts, self.bolt_coupling, dU)
+            found = self._solution(solver, U, normal_force, shear_force, bolts)
             before, size = size, self._out_of_balance(found)
             if size >= before:
                 break
@@ -139,13 +163,19 @@ class LinearSystem:
         return best
 
     def _solution(
-        self, solver: LinearSolver, U: FloatArray, normal_force: FloatArray, shear_force: FloatArray
+        self,
+        solver: LinearSolver,
+        U: FloatArray,
+        normal_force: FloatArray,
+        shear_force: FloatArray,
+        bolts: BoltEvaluation,
     ) -> Solution:
         return Solution(
             displacement=U,
             normal_force=normal_force,
             shear_force=shear_force,
-            unbalanced=self.unbalanced(normal_force, shear_force),
+            bolts=bolts,
+            unbalanced=self.unbalanced(normal_force, shear_force) + bolts.forces,
             linear_solver=solver.name,
             factorizations=1,
         )
@@ -190,11 +220,19 @@ def external_loads(model: Model) -> FloatArray:
     return total
 
 
-def reference_weight(model: Model, loads: FloatArray) -> float:
-    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater."""
-    applied = np.hypot(loads[:, 0], loads[:, 1])
-    loaded = applied[applied > 0]
-    return max(float(model.weights.mean()), float(loaded.mean()) if loaded.size else 0.0)
+def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray) -> float:
+    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater.
+
+    Without weight and load it is the mean force of the bolts' pretension on a block that they pull at.
+    """
+    reference = max(float(model.weights.mean()), _mean_size(loads))
+    return reference if reference > 0 else _mean_size(bolt_forces)
+
+
+def _mean_size(forces: FloatArray) -> float:
+    size = np.hypot(forces[:, 0], forces[:, 1])
+    acting = size[size > 0]
+    return float(acting.mean()) if acting.size else 0.0
 
 
 def relative_residual(model: Model, unbalanced: FloatArray, reference: float) -> float:

@@ -1,0 +1,244 @@
+"""Where bolts run: the blocks that each passes, its nodes and elements (Wang 5.2.1, 5.3.2)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolts import Bolt
+
+SHORT = 1e-6  # of the bolt's length: what it passes of a block, or lies in the void, below this is rounding
+FINE = 0.15  # of the decay length of elastic bond: greatest distance of its nodes; the decay is 0.1 % off
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Passages:
+    """Pieces of bolts in blocks, bolt after bolt, from head to tip.
+
+    Attributes
+    ----------
+    bolt, block : (k,) int32
+        Which bolt in which block; a concave block may be passed more than once.
+    first, last : (k,) float64 [m]
+        Distances from the head at which the piece begins and ends.
+    """
+
+    bolt: IntArray
+    block: IntArray
+    first: FloatArray
+    last: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class BoltLayout:
+    """Nodes and elements of all bolts, stored flat. Element i of a bolt joins its nodes i and i + 1.
+
+    Attributes
+    ----------
+    node_start : (n_bolts + 1,) int32
+        Bolt b has the nodes ``node_start[b]:node_start[b + 1]``.
+    block : (n_nodes,) int32
+        Block to which each node is bonded.
+    station : (n_nodes,) float64 [m]
+        Distance from the head.
+    point : (n_nodes, 2) float64 [m]
+        Where the node is at the start.
+    capacity : (n_nodes,) float64 [N]
+        Greatest force on the rock (Wang Eq. 5.7); infinite if unlimited.
+    bond_stiffness : (n_nodes,) float64 [N/m]
+        Of elastic bond; infinite where it is rigid.
+    axial_stiffness, yield_force, pretension, spacing : (n_bolts,) float64 [N, N, N, m]
+        As in `Bolt`.
+    """
+
+    node_start: IntArray
+    block: IntArray
+    station: FloatArray
+    point: FloatArray
+    capacity: FloatArray
+    bond_stiffness: FloatArray
+    axial_stiffness: FloatArray
+    yield_force: FloatArray
+    pretension: FloatArray
+    spacing: FloatArray
+
+    @property
+    def bolts(self) -> int:
+        """Number of bolts."""
+        return len(self.node_start) - 1
+
+    @property
+    def bolt_of_node(self) -> IntArray:
+        """Bolt of every node, (n_nodes,)."""
+        return np.repeat(np.arange(self.bolts, dtype=np.int32), np.diff(self.node_start))
+
+    @property
+    def first_node(self) -> IntArray:
+        """First node of every element, (n_elements,); the second is the next one."""
+        inner = np.ones(len(self.block), dtype=bool)
+        inner[self.node_start[1:] - 1] = False
+        return np.flatnonzero(inner).astype(np.int32)
+
+
+def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
+    """Return the pieces of the bolts in the blocks.
+
+    Raises
+    ------
+    ModelError
+        For a bolt whose head or tip lies in no block, and one that runs along an edge.
+    """
+    import shapely
+
+    count = len(bolts)
+    start = np.array([bolt.start for bolt in bolts], dtype=np.float64).reshape(-1, 2)
+    end = np.array([bolt.end for bolt in bolts], dtype=np.float64).reshape(-1, 2)
+    length = np.hypot(*(end - start).T)
+    along = (end - start) / length[:, None]
+    boxes = _boxes(blocks)
+    lines = shapely.linestrings(np.stack([start, end], axis=1))
+    tree = shapely.STRtree(boxes)
+    bolt, block = tree.query(lines)
+    near = np.unique(block)
+    outlines = np.full(blocks.count, None, dtype=object)
+    outlines[near] = [shapely.Polygon(blocks.polygon(b)) for b in near.tolist()]
+    met = shapely.intersection(lines[bolt], outlines[block])
+    on_edge = shapely.length(shapely.intersection(lines[bolt], shapely.boundary(outlines[block])))
+    pieces, source = shapely.get_parts(met, return_index=True)
+    kept = shapely.length(pieces) > SHORT * length[bolt[source]]
+    pieces, source = pieces[kept], source[kept]
+    ends = shapely.get_coordinates([shapely.get_point(pieces, 0), shapely.get_point(pieces, -1)]).reshape(2, -1, 2)
+    piece_bolt = bolt[source]
+    reached = ((ends - start[piece_bolt]) * along[piece_bolt]).sum(axis=2)
+    first, last = reached.min(axis=0), reached.max(axis=0)
+    order = np.lexsort((first, piece_bolt))
+    found = Passages(
+        bolt=piece_bolt[order].astype(np.int32),
+        block=block[source][order].astype(np.int32),
+        first=first[order],
+        last=last[order],
+    )
+    along_edge = on_edge > SHORT * length[bolt]
+    faults = [""] * count
+    for k in np.flatnonzero(along_edge)[::-1]:
+        faults[bolt[k]] = (
+            f"runs along an edge of block {block[k]} over {on_edge[k]:.3g} m, so that no block holds it; "
+            "move it off the joint"
+        )
+    _report_ends(faults, bolts, found)
+    raise_faults([f"{named(bolts, b)} {text}" for b, text in enumerate(faults) if text])
+    return found
+
+
+def named(bolts: Sequence[Bolt], number: int) -> str:
+    """Return how a bolt is called in messages: its number in the list, its name and its place."""
+    bolt = bolts[number]
+    name = f" '{bolt.name}'" if bolt.name else ""
+    return (
+        f"bolt {number + 1}{name} from ({bolt.start[0]:.6g}, {bolt.start[1]:.6g}) "
+        f"to ({bolt.end[0]:.6g}, {bolt.end[1]:.6g})"
+    )
+
+
+def _report_ends(faults: list[str], bolts: Sequence[Bolt], found: Passages) -> None:
+    """Say of every bolt whose head or tip is in the void by how much."""
+    inside = np.unique(found.bolt)
+    head, tip = np.full(len(bolts), np.inf), np.full(len(bolts), -np.inf)
+    np.minimum.at(head, found.bolt, found.first)
+    np.maximum.at(tip, found.bolt, found.last)
+    for b, bolt in enumerate(bolts):
+        slack = SHORT * bolt.length
+        if faults[b]:
+            continue
+        if b not in inside:
+            faults[b] = "passes no block; place it in the rock"
+        elif head[b] > slack:
+            faults[b] = f"has its start in the void, {head[b]:.4g} m before the rock; start it there"
+        elif tip[b] < bolt.length - slack:
+            faults[b] = f"has its end in the void, {bolt.length - tip[b]:.4g} m beyond the rock; end it there"
+
+
+def _boxes(blocks: Blocks) -> FloatArray:
+    import shapely
+
+    low = np.minimum.reduceat(blocks.vertices, blocks.offsets[:-1])
+    high = np.maximum.reduceat(blocks.vertices, blocks.offsets[:-1])
+    boxes: FloatArray = shapely.box(*low.T, *high.T)
+    return boxes
+
+
+def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks) -> BoltLayout:
+    """Return the nodes of all bolts.
+
+    A rigid bond has one node a block for the whole length there: at the head in the first, at the tip in the last, at
+    mid-length elsewhere. Elastic bond has nodes at the middles of shorter pieces. An end-anchored bolt has two nodes.
+
+    Raises
+    ------
+    ModelError
+        As `pass_blocks`.
+    """
+    passed = pass_blocks(bolts, blocks) if bolts else None
+    parts: list[tuple[list[int], list[float], list[float], list[float]]] = []
+    for b, bolt in enumerate(bolts):
+        assert passed is not None
+        mine = slice(*np.searchsorted(passed.bolt, (b, b + 1)))
+        parts.append(_nodes(bolt, passed.block[mine], passed.first[mine], passed.last[mine]))
+    sizes = [len(part[0]) for part in parts]
+    block, station, capacity, stiffness = (
+        np.array([value for part in parts for value in part[k]], dtype=np.float64) for k in range(4)
+    )
+    bolt_of = np.repeat(np.arange(len(bolts)), sizes)
+    start = np.array([bolt.start for bolt in bolts], dtype=np.float64).reshape(-1, 2)
+    end = np.array([bolt.end for bolt in bolts], dtype=np.float64).reshape(-1, 2)
+    length = np.array([bolt.length for bolt in bolts], dtype=np.float64)
+    part_of = (station / length[bolt_of])[:, None] if len(bolts) else np.zeros((0, 1))
+    return BoltLayout(
+        node_start=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
+        block=block.astype(np.int32),
+        station=station,
+        point=start[bolt_of] + part_of * (end - start)[bolt_of],
+        capacity=capacity,
+        bond_stiffness=stiffness,
+        axial_stiffness=np.array([bolt.axial_stiffness for bolt in bolts], dtype=np.float64),
+        yield_force=np.array([bolt.yield_force for bolt in bolts], dtype=np.float64),
+        pretension=np.array([bolt.pretension for bolt in bolts], dtype=np.float64),
+        spacing=np.array([bolt.spacing for bolt in bolts], dtype=np.float64),
+    )
+
+
+def _nodes(
+    bolt: Bolt, block: IntArray, first: FloatArray, last: FloatArray
+) -> tuple[list[int], list[float], list[float], list[float]]:
+    """Return block, station, capacity and bond stiffness of the nodes of one bolt."""
+    if bolt.kind == "end_anchored":
+        most = math.inf if bolt.anchor_capacity is None else bolt.anchor_capacity
+        return [int(block[0]), int(block[-1])], [0.0, bolt.length], [most, most], [math.inf, math.inf]
+    if bolt.bond_stiffness is None:
+        station = (first + last) / 2
+        station[-1] = bolt.length
+        station[0] = 0.0
+        capacity = bolt.bond_capacity * (last - first)
+        capacity[0] += bolt.plate
+        return block.tolist(), station.tolist(), capacity.tolist(), [math.inf] * len(block)
+    most_apart = FINE * math.sqrt(bolt.axial_stiffness / bolt.bond_stiffness)
+    pieces = np.ceil((last - first) / most_apart).astype(np.int64)
+    piece = np.repeat((last - first) / pieces, pieces)
+    within = np.arange(len(piece)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    station = np.repeat(first, pieces) + (within + 0.5) * piece
+    found = (
+        np.repeat(block, pieces).tolist(),
+        station.tolist(),
+        (bolt.bond_capacity * piece).tolist(),
+        (bolt.bond_stiffness * piece).tolist(),
+    )
+    if bolt.plate > 0:
+        for values, value in zip(found, (int(block[0]), 0.0, bolt.plate, math.inf), strict=True):
+            values.insert(0, value)
+    return found

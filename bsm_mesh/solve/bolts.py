@@ -1,0 +1,333 @@
+"""Bolts at work: installed at a position, evaluated at others, advanced by accepted steps only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.strength import MOST_UTILISATION
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_layout import BoltLayout, lay_out_bolts
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.solve.bolt_chain import AT_LIMIT
+from bsm_mesh.solve.bolt_kernels import (
+    add_bolt_forces,
+    add_bolt_tangent,
+    bolt_couplings,
+    couple,
+    element_lines,
+    find_places,
+    node_positions,
+    own_coupling,
+    solve_bolts,
+)
+from bsm_mesh.solve.pattern import BlockPattern
+
+ROUNDING = 1e-12  # of E A
+RESISTS = 1e-9  # of an element's stiffness: what is left of it where its bond gives way is less
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class BoltEvaluation:
+    """Forces of the bolts at a position; evaluating changes nothing.
+
+    Attributes
+    ----------
+    point, arm : (n_nodes, 2) float64 [m]
+        Where the nodes are, and from the centroids of their blocks to them.
+    length : (n_elements,) float64 [m]
+        Of the elements.
+    direction : (n_elements, 2) float64
+        From head to tip.
+    stretch : (n_elements,) float64 [m]
+        By how much each element is longer than where it bears nothing.
+    tension : (n_elements,) float64 [N]
+        Axial force, of one bolt.
+    slip : (n_nodes,) float64 [m]
+        Of the bolt against the rock, towards the tip positive.
+    bond_force : (n_nodes,) float64 [N]
+        On the rock, towards the tip positive: the tension after the node less that before it (Wang Eq. 5.6).
+    forces : (n_blocks, 3) float64 [N/m, N/m, N]
+        On the blocks, over the spacing.
+    """
+
+    point: FloatArray
+    arm: FloatArray
+    length: FloatArray
+    direction: FloatArray
+    stretch: FloatArray
+    tension: FloatArray
+    slip: FloatArray
+    bond_force: FloatArray
+    forces: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class InstalledBolts:
+    """The bolts of a model with what accepted steps have left in them.
+
+    Attributes
+    ----------
+    layout : BoltLayout
+        Nodes and elements.
+    pairs : two (n_pairs,) int32
+        Different blocks that a bolt couples: each with every other on the same bolt.
+    arm : (n_nodes, 2) float64 [m]
+        From the centroid of its block to each node, in the block's own axes.
+    stiffness : (n_elements,) float64 [N/m]
+        E A over length (Wang Eq. 5.2).
+    alive : (n_elements,) bool
+        Installed, and in blocks that are there.
+    rest : (n_elements,) float64 [m]
+        Length at which an element bears nothing: pretension and plastic stretch are in it.
+    yielded : (n_elements,) float64 [m]
+        Plastic stretch.
+    anchor : (n_nodes,) float64 [m]
+        Slip at which a bond bears nothing: where rigid, the slip so far.
+    """
+
+    layout: BoltLayout
+    pairs: tuple[IntArray, IntArray]
+    arm: FloatArray
+    stiffness: FloatArray
+    alive: BoolArray
+    rest: FloatArray
+    yielded: FloatArray
+    anchor: FloatArray
+
+    @classmethod
+    def of(cls, bolts: Sequence[Bolt], blocks: Blocks) -> InstalledBolts:
+        """Return the bolts of a model, none of them installed yet.
+
+        Raises
+        ------
+        ModelError
+            For bolts that end in the void or run along an edge.
+        """
+        layout = lay_out_bolts(bolts, blocks)
+        first = layout.first_node
+        length = layout.station[first + 1] - layout.station[first]
+        return cls(
+            layout=layout,
+            pairs=_pairs(layout),
+            arm=layout.point - blocks.moments.centroid[layout.block],
+            stiffness=layout.axial_stiffness[layout.bolt_of_node[first]] / length,
+            alive=np.zeros(len(first), dtype=bool),
+            rest=length,
+            yielded=np.zeros(len(first)),
+            anchor=np.zeros(len(layout.block)),
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of bolts, installed or not."""
+        return self.layout.bolts
+
+    def install(self, which: BoolArray, position: FloatArray) -> InstalledBolts:
+        """Return a copy with some bolts (n_bolts,) installed as the blocks stand: they feel only what moves later.
+
+        Parameters
+        ----------
+        which : (n_bolts,) bool
+            The bolts.
+        position : (n_blocks, 3) float64 [m, m, rad]
+            Centroids and rotations at installation.
+        """
+        point, _ = node_positions(position, self.layout.block, self.arm)
+        length, _ = element_lines(point, self.layout.first_node)
+        bolt = self.layout.bolt_of_node[self.layout.first_node]
+        tensioned = length - self.layout.pretension[bolt] / self.stiffness
+        chosen = which[bolt]
+        return replace(self, alive=self.alive | chosen, rest=np.where(chosen, tensioned, self.rest))
+
+    def without(self, present: BoolArray) -> InstalledBolts:
+        """Return a copy cut where blocks (n_blocks,) are no longer present; what is left of a bolt goes on working."""
+        first = self.layout.first_node
+        both = present[self.layout.block[first]] & present[self.layout.block[first + 1]]
+        return replace(self, alive=self.alive & both)
+
+    def evaluate(self, position: FloatArray) -> BoltEvaluation:
+        """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
+        layout = self.layout
+        point, arm = node_positions(position, layout.block, self.arm)
+        length, direction = element_lines(point, layout.first_node)
+        stretch = length - self.rest
+        tension, slip = solve_bolts(
+            layout.node_start,
+            self.alive,
+            self.stiffness,
+            stretch,
+            layout.yield_force,
+            layout.capacity,
+            layout.bond_stiffness,
+            self.anchor,
+        )
+        return self._forces(
+            len(position),
+            point=point,
+            arm=arm,
+            length=length,
+            direction=direction,
+            stretch=stretch,
+            tension=tension,
+            slip=slip,
+        )
+
+    def strained(self, at: BoltEvaluation, coupling: FloatArray, U: FloatArray) -> BoltEvaluation:
+        """Return the forces after further small displacements U (n_blocks, 3), the coupling unchanged."""
+        layout, first = self.layout, self.layout.first_node
+        u, v, turn = U[layout.block].T
+        moved = np.stack([u - turn * at.arm[:, 1], v + turn * at.arm[:, 0]], axis=1)
+        stretch = ((moved[first + 1] - moved[first]) * at.direction).sum(axis=1)
+        tension = at.tension + couple(layout.node_start, coupling, stretch)
+        slip = self._bond_force(tension) / layout.bond_stiffness
+        return self._forces(
+            len(U),
+            point=at.point,
+            arm=at.arm,
+            length=at.length,
+            direction=at.direction,
+            stretch=at.stretch + stretch,
+            tension=tension,
+            slip=slip,
+        )
+
+    def _forces(self, n_blocks: int, **found: FloatArray) -> BoltEvaluation:
+        """Return the evaluation with what follows from the tensions: bond forces, and forces on the blocks."""
+        layout = self.layout
+        tension = found["tension"]
+        forces = np.zeros((n_blocks, 3))
+        add_bolt_forces(
+            layout.node_start, layout.block, layout.spacing, found["arm"], found["direction"], tension, forces
+        )
+        return BoltEvaluation(bond_force=self._bond_force(tension), forces=forces, **found)
+
+    def _bond_force(self, tension: FloatArray) -> FloatArray:
+        """Return the force of every node on the rock (Wang Eq. 5.6), (n_nodes,)."""
+        force = np.zeros(len(self.layout.block))
+        force[self.layout.first_node] += tension
+        force[self.layout.first_node + 1] -= tension
+        return force
+
+    def places(self, pattern: BlockPattern) -> IntArray:
+        """Return where in a matrix each pair of a bolt's nodes stands, for `add_tangent`."""
+        places: IntArray = find_places(pattern.row_start, pattern.column, self.layout.node_start, self.layout.block)
+        return places
+
+    def coupling(self, at: BoltEvaluation) -> FloatArray:
+        """Return the derivatives of the tensions by the stretches, a matrix a bolt (`bolt_couplings`)."""
+        layout = self.layout
+        found: FloatArray = bolt_couplings(
+            layout.node_start,
+            self.alive,
+            self.stiffness,
+            at.stretch,
+            layout.yield_force,
+            layout.capacity,
+            layout.bond_stiffness,
+            at.slip,
+            at.tension,
+        )
+        return found
+
+    def add_tangent(self, at: BoltEvaluation, places: IntArray, data: FloatArray, *, turning: bool = True) -> None:
+        """Add the tangent of minus the forces to the blocks of a matrix, in place (Wang Eq. 5.21).
+
+        `turning`: with the turning of the bolts under their tension, which small displacements leave out.
+        """
+        add_bolt_tangent(
+            self.layout.node_start,
+            self.layout.spacing,
+            self.coupling(at),
+            at.tension if turning else np.zeros_like(at.tension),
+            at.arm,
+            at.direction,
+            at.length,
+            places,
+            data,
+        )
+
+    def commit(self, at: BoltEvaluation) -> InstalledBolts:
+        """Return the bolts after an accepted step: slip and plastic stretch stay."""
+        layout, first = self.layout, self.layout.first_node
+        strained = at.stretch + at.slip[first + 1] - at.slip[first]
+        over = np.where(self.yielding(at), np.maximum(strained - at.tension / self.stiffness, 0.0), 0.0)
+        return replace(
+            self,
+            rest=self.rest + over,
+            yielded=self.yielded + over,
+            anchor=at.slip - at.bond_force / layout.bond_stiffness,
+        )
+
+    def taut(self, at: BoltEvaluation) -> BoolArray:
+        """Return which elements bear more than what rounding of their length is worth, (n_elements,)."""
+        found: BoolArray = at.tension > ROUNDING * self.stiffness * at.length
+        return found
+
+    def yielding(self, at: BoltEvaluation) -> BoolArray:
+        """Return which elements are at the yield force of the steel, (n_elements,)."""
+        bolt = self.layout.bolt_of_node[self.layout.first_node]
+        found: BoolArray = self.alive & (at.tension >= self.layout.yield_force[bolt] * (1 - AT_LIMIT))
+        return found
+
+    def slipping(self, at: BoltEvaluation) -> BoolArray:
+        """Return which nodes are at the capacity of their bond, (n_nodes,)."""
+        full = np.abs(at.bond_force) >= self.layout.capacity * (1 - AT_LIMIT)
+        pulled = np.zeros(len(full), dtype=bool)
+        pulled[self.layout.first_node[self.taut(at)]] = pulled[self.layout.first_node[self.taut(at)] + 1] = True
+        found: BoolArray = full & pulled
+        return found
+
+    def held_blocks(self, at: BoltEvaluation) -> IntArray:
+        """Return the blocks that a bolt pulls at which would pull harder if they moved on."""
+        first = self.layout.first_node
+        own = own_coupling(self.layout.node_start, self.coupling(at))
+        resists = self.taut(at) & (own > RESISTS * self.stiffness)
+        return np.unique(self.layout.block[np.concatenate([first[resists], first[resists] + 1])])
+
+
+def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvaluation) -> BoltForces:
+    """Return the record of the bolts' forces."""
+    layout, first = installed.layout, installed.layout.first_node
+    bolt = layout.bolt_of_node[first]
+    bond = np.abs(at.bond_force) / layout.capacity
+    used = np.maximum(np.maximum(at.tension, 0.0) / layout.yield_force[bolt], np.maximum(bond[first], bond[first + 1]))
+    yielding, slipping = installed.yielding(at), installed.slipping(at)
+    state = np.full(layout.bolts, BoltStatus.SLACK)
+    state[bolt[installed.taut(at)]] = BoltStatus.ELASTIC
+    state[layout.bolt_of_node[slipping]] = BoltStatus.SLIPPING
+    state[bolt[yielding]] = BoltStatus.YIELDING
+    working = np.zeros(layout.bolts, dtype=bool)
+    working[bolt[installed.alive]] = True
+    state[~working] = BoltStatus.ABSENT
+    return BoltForces(
+        names=tuple(b.name or f"bolt {k + 1}" for k, b in enumerate(bolts)),
+        node_start=layout.node_start,
+        block=layout.block,
+        station=layout.station,
+        point=at.point,
+        displacement=at.point - layout.point,
+        spacing=layout.spacing,
+        status=state.astype(np.int8),
+        alive=installed.alive,
+        axial_force=at.tension,
+        bond_force=at.bond_force,
+        slip=at.slip,
+        plastic_stretch=installed.yielded,
+        utilisation=np.minimum(used, MOST_UTILISATION),
+    )
+
+
+def _pairs(layout: BoltLayout) -> tuple[IntArray, IntArray]:
+    lower, higher = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
+    for first, last in pairwise(layout.node_start):
+        blocks = np.unique(layout.block[first:last])
+        i, j = np.triu_indices(len(blocks), 1)
+        lower.append(blocks[i])
+        higher.append(blocks[j])
+    return np.concatenate(lower), np.concatenate(higher)
