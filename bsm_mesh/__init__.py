@@ -32,6 +32,7 @@ from bsm_mesh.model import (
     Rock,
     Roller,
     Traction,
+    bolt_patterns,
     library,
 )
 from bsm_mesh.results import Results
@@ -89,6 +90,7 @@ __all__ = [
     "Rock",
     "Roller",
     "Traction",
+    "bolt_patterns",
     "library",
     "limit_analysis",
     "load",

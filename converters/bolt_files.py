@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult
 from converters.vtk_files import LINE, Grid, spatial, whole_file
@@ -40,6 +39,7 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
     }
     points: dict[str, Any] = {
         "displacement": spatial(bolts.displacement),
+        "position": spatial(bolts.point),
         "bolt": bolt_of_node,
         "block_id": bolts.block.astype(np.int32),
         "station": bolts.station,
@@ -49,7 +49,7 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         "status": bolts.status[bolt_of_node].astype(np.int8),
     }
     return Grid(
-        points=bolts.point - bolts.displacement,
+        points=bolts.original,
         offsets=2 * np.arange(len(first) + 1),
         connectivity=np.stack([first, first + 1], axis=1).reshape(-1),
         cell_type=LINE,
@@ -64,14 +64,14 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
     nodes, cells = grid.point_data, grid.cell_data
     names = grid.field_data["bolt_names"]
     node_start = np.searchsorted(nodes["bolt"], np.arange(len(names) + 1)).astype(np.int32)
-    displacement: FloatArray = nodes["displacement"][:, :2]
     return BoltForces(
         names=tuple(names),
         node_start=node_start,
         block=nodes["block_id"],
         station=nodes["station"],
-        point=grid.points + displacement,
-        displacement=displacement,
+        original=grid.points,
+        point=nodes["position"][:, :2],
+        displacement=nodes["displacement"][:, :2],
         spacing=nodes["spacing"][node_start[:-1]],
         status=nodes["status"][node_start[:-1]],
         alive=cells["alive"].astype(bool),

@@ -158,9 +158,7 @@ def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
 
 
 def read_bolts(folder: Path, stage: int) -> BoltForces:
-    """Return the bolts of a stage; none where the run had none."""
-    if not (folder / "bolts.pvd").exists():
-        return BoltForces.none()
+    """Return the bolts of a stage."""
     return bolts_of_grid(read_vtu(read_pvd(folder / "bolts.pvd")[stage][1]))
 
 

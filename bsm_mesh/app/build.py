@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from bsm_mesh.app.build_bolts import make_bolts, unused_curves
 from bsm_mesh.app.model_file import (
     JointTable,
     LoadTable,
@@ -25,6 +26,7 @@ from bsm_mesh.app.model_file import (
 from bsm_mesh.app.units import convert
 from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.loads import Load, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
@@ -100,14 +102,26 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
     blocks, mesh_report = _blocks(file.mesh, file.groups, path)
+    bolts = _collect(
+        faults,
+        [
+            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, path.parent)
+            for k, table in enumerate(file.bolt)
+        ],
+    )
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
     with _placed(path.name):
-        model = _model(file, blocks, rocks, joints, supports, loads)
+        model = _model(file, blocks, rocks, joints, supports, loads, bolts)
     return LoadedModel(
         path=path,
         file=file,
         model=model,
         options=options[0],
-        notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks)),
+        notes=(
+            *(note.text for note in mesh_report.notes),
+            *_unused_excavations(blocks),
+            *unused_curves(mesh_report.bolts, file.bolt),
+        ),
         mesh_lines=tuple(mesh_report.lines()[1:]),
     )
 
@@ -119,6 +133,7 @@ def _model(
     joints: list[Joint],
     supports: list[list[Support]],
     loads: list[Load],
+    bolts: list[list[Bolt]],
 ) -> Model:
     return Model(
         blocks=blocks,
@@ -127,6 +142,7 @@ def _model(
         default_joint=file.mesh.default_joint,
         supports=tuple(support for group in supports for support in group),
         loads=tuple(loads),
+        bolts=tuple(bolt for group in bolts for bolt in group),
         gravity_direction=file.gravity.direction,
         contact_points=file.mesh.contact_points,
         title=file.title,

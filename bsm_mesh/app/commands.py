@@ -58,7 +58,10 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     for note in notes:
         click.echo(f"mesh: {note}", err=True)
     print_table(results.title or "Results", ("", ""), result_rows(results))
-    click.echo(f"written to {folder}: blocks.pvd, contacts.pvd, supports.pvd, history.csv, summary.json, model.toml")
+    bolts = " bolts.pvd, bolts.csv," if results.stages[-1].bolts.count else ""
+    click.echo(
+        f"written to {folder}: blocks.pvd, contacts.pvd, supports.pvd,{bolts} history.csv, summary.json, model.toml"
+    )
     click.echo(
         "open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView"
     )
@@ -93,6 +96,9 @@ def model_as_run(loaded: LoadedModel, folder: Path) -> str:
         name = content["mesh"].get(key)
         if name is not None and (key == "file" or name.endswith(".py")):
             content["mesh"][key] = Path(os.path.relpath(loaded.path.parent / name, folder)).as_posix()
+    for bolt in content["bolt"]:
+        if "table" in bolt:
+            bolt["table"] = Path(os.path.relpath(loaded.path.parent / bolt["table"], folder)).as_posix()
     content["output"]["folder"] = "."
     return AS_RUN + tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
 
@@ -216,7 +216,7 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
         reactions=cells["reaction"],
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
-        bolts=read_bolts(folder, number),
+        bolts=read_bolts(folder, number) if "bolts" in told else BoltForces.none(),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
         residual=told["residual"],
         reference_weight=told["reference_weight"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,7 +101,7 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
     end = np.array([bolt.end for bolt in bolts], dtype=np.float64).reshape(-1, 2)
     length = np.hypot(*(end - start).T)
     along = (end - start) / length[:, None]
-    boxes = _boxes(blocks)
+    boxes = _boxes(blocks, SHORT * float(length.max()))
     lines = shapely.linestrings(np.stack([start, end], axis=1))
     tree = shapely.STRtree(boxes)
     bolt, block = tree.query(lines)
@@ -109,7 +109,6 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
     outlines = np.full(blocks.count, None, dtype=object)
     outlines[near] = [shapely.Polygon(blocks.polygon(b)) for b in near.tolist()]
     met = shapely.intersection(lines[bolt], outlines[block])
-    on_edge = shapely.length(shapely.intersection(lines[bolt], shapely.boundary(outlines[block])))
     pieces, source = shapely.get_parts(met, return_index=True)
     kept = shapely.length(pieces) > SHORT * length[bolt[source]]
     pieces, source = pieces[kept], source[kept]
@@ -124,16 +123,34 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
         first=first[order],
         last=last[order],
     )
-    along_edge = on_edge > SHORT * length[bolt]
     faults = [""] * count
-    for k in np.flatnonzero(along_edge)[::-1]:
-        faults[bolt[k]] = (
-            f"runs along an edge of block {block[k]} over {on_edge[k]:.3g} m, so that no block holds it; "
+    for b, edge, shared in _along_edges(blocks, start, along, length, bolt, block):
+        faults[b] = (
+            f"runs along an edge of block {blocks.owner[edge]} over {shared:.3g} m, so that no block holds it; "
             "move it off the joint"
         )
     _report_ends(faults, bolts, found)
     raise_faults([f"{named(bolts, b)} {text}" for b, text in enumerate(faults) if text])
     return found
+
+
+def _along_edges(
+    blocks: Blocks, start: FloatArray, along: FloatArray, length: FloatArray, bolt: IntArray, block: IntArray
+) -> Iterator[tuple[int, int, float]]:
+    """Return bolt, edge and shared length where a bolt lies on an edge of a block near it, the first edge last."""
+    sizes = np.diff(blocks.offsets)[block]
+    of_pair = np.repeat(np.arange(len(block)), sizes)
+    edge = blocks.offsets[block][of_pair] + np.arange(len(of_pair)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    of_bolt = bolt[of_pair]
+    reach, off = [], []
+    for end in (edge, blocks.following[edge]):
+        relative, unit = blocks.vertices[end] - start[of_bolt], along[of_bolt]
+        reach.append((relative * unit).sum(axis=1))
+        off.append(np.abs(relative[:, 0] * unit[:, 1] - relative[:, 1] * unit[:, 0]))
+    near = SHORT * length[of_bolt]
+    shared = np.minimum(np.maximum(*reach), length[of_bolt]) - np.maximum(np.minimum(*reach), 0.0)
+    for k in np.flatnonzero((np.maximum(*off) <= near) & (shared > near))[::-1].tolist():
+        yield int(of_bolt[k]), int(edge[k]), float(shared[k])
 
 
 def named(bolts: Sequence[Bolt], number: int) -> str:
@@ -164,12 +181,12 @@ def _report_ends(faults: list[str], bolts: Sequence[Bolt], found: Passages) -> N
             faults[b] = f"has its end in the void, {bolt.length - tip[b]:.4g} m beyond the rock; end it there"
 
 
-def _boxes(blocks: Blocks) -> FloatArray:
+def _boxes(blocks: Blocks, margin: float) -> FloatArray:
     import shapely
 
     low = np.minimum.reduceat(blocks.vertices, blocks.offsets[:-1])
     high = np.maximum.reduceat(blocks.vertices, blocks.offsets[:-1])
-    boxes: FloatArray = shapely.box(*low.T, *high.T)
+    boxes: FloatArray = shapely.box(*(low - margin).T, *(high + margin).T)
     return boxes
 
 

@@ -36,8 +36,10 @@ class BoltForces:
         Block of each node.
     station : (n_nodes,) float64 [m]
         Distance from the head.
+    original : (n_nodes, 2) float64 [m]
+        Where the node was before anything moved.
     point : (n_nodes, 2) float64 [m]
-        Where the node is.
+        Where its force acts: where the node is, or `original` in the linear scheme.
     displacement : (n_nodes, 2) float64 [m]
         Of the rock there, since the start.
     spacing : (n_bolts,) float64 [m]
@@ -63,6 +65,7 @@ class BoltForces:
     node_start: IntArray
     block: IntArray
     station: FloatArray
+    original: FloatArray
     point: FloatArray
     displacement: FloatArray
     spacing: FloatArray
@@ -83,10 +86,11 @@ class BoltForces:
             node_start=np.zeros(1, np.int32),
             block=whole,
             station=numbers,
+            original=np.zeros((0, 2)),
             point=np.zeros((0, 2)),
             displacement=np.zeros((0, 2)),
             spacing=numbers,
-            status=whole,
+            status=np.zeros(0, np.int8),
             alive=np.zeros(0, dtype=bool),
             axial_force=numbers,
             bond_force=numbers,

@@ -38,8 +38,8 @@ class BoltEvaluation:
 
     Attributes
     ----------
-    point, arm : (n_nodes, 2) float64 [m]
-        Where the nodes are, and from the centroids of their blocks to them.
+    point, displacement, arm : (n_nodes, 2) float64 [m]
+        Where the nodes are, how far they have moved, and from the centroids of their blocks to them.
     length : (n_elements,) float64 [m]
         Of the elements.
     direction : (n_elements, 2) float64
@@ -57,6 +57,7 @@ class BoltEvaluation:
     """
 
     point: FloatArray
+    displacement: FloatArray
     arm: FloatArray
     length: FloatArray
     direction: FloatArray
@@ -170,6 +171,7 @@ class InstalledBolts:
         return self._forces(
             len(position),
             point=point,
+            displacement=point - layout.point,
             arm=arm,
             length=length,
             direction=direction,
@@ -189,6 +191,7 @@ class InstalledBolts:
         return self._forces(
             len(U),
             point=at.point,
+            displacement=at.displacement + moved,
             arm=at.arm,
             length=at.length,
             direction=at.direction,
@@ -310,8 +313,9 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
         node_start=layout.node_start,
         block=layout.block,
         station=layout.station,
+        original=layout.point,
         point=at.point,
-        displacement=at.point - layout.point,
+        displacement=at.displacement,
         spacing=layout.spacing,
         status=state.astype(np.int8),
         alive=installed.alive,

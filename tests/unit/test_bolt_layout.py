@@ -80,6 +80,8 @@ FAULTS = [
     (((9, 9), (10, 9)), ["passes no block"]),
     (((1, 0.1), (1, 0.9)), ["runs along an edge of block 0 over 0.8 m", "move it off the joint"]),
     (((0, 1), (3.5, 1)), ["runs along an edge of block"]),
+    (((-1e-16, 0.1), (-1e-16, 0.9)), ["runs along an edge of block 0 over 0.8 m"]),
+    (((2 + 1e-10, 0.1), (2 - 1e-10, 0.9)), ["runs along an edge of block 1 over 0.8 m"]),
 ]
 
 
