@@ -46,9 +46,9 @@ def run(
 
         stage, linear_solver = solve_linear(model, options, report, watch)
     else:
-        from bsm_mesh.solve.nonlinear import solve_continuation
+        from bsm_mesh.solve.nonlinear import solve_nonlinear
 
-        stage, linear_solver = solve_continuation(model, options, report, watch)
+        stage, linear_solver = solve_nonlinear(model, options, report, watch)
     return Results(
         blocks=model.blocks,
         joint_names=tuple(joint.name for joint in model.joints),

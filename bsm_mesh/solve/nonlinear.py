@@ -1,4 +1,4 @@
-"""The scheme ``continuation``: large displacement, joints that slip and open; results in the final geometry."""
+"""The schemes ``continuation`` and ``wang``: large displacement, joints that slip and open; results where it ends."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from bsm_mesh.results.stress import block_stress
 from bsm_mesh.solve.continuation import Continuation, Motion
 from bsm_mesh.solve.linear import Reporter, support_forces
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.wang import WangIteration
 
 
-def solve_continuation(
+def solve_nonlinear(
     model: Model,
     options: Options,
     report: Reporter = lambda text: None,
@@ -30,8 +31,8 @@ def solve_continuation(
     ModelError
         If blocks overlap at the start, or rigid rocks meet without a joint.
     """
-    report("continuation")
-    engine = Continuation(model, options, observer)
+    report(options.scheme)
+    engine = (WangIteration if options.scheme == "wang" else Continuation)(model, options, observer)
     motion = engine.run()
     report(f"{motion.status.value}: {motion.reason}")
     displacement = motion.position - engine.start
