@@ -12,6 +12,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.stages import Stage, presence
 
 SHORT = 1e-6  # of the bolt's length: what it passes of a block, or lies in the void, below this is rounding
 FINE = 0.15  # of the decay length of elastic bond: greatest distance of its nodes; the decay is 0.1 % off
@@ -53,6 +54,8 @@ class BoltLayout:
         Greatest force on the rock (Wang Eq. 5.7); infinite if unlimited.
     bond_stiffness : (n_nodes,) float64 [N/m]
         Of elastic bond; infinite where it is rigid.
+    stage : (n_bolts,) int32
+        Number of the stage that installs each bolt; 0: there from the start.
     axial_stiffness, yield_force, pretension, spacing : (n_bolts,) float64 [N, N, N, m]
         As in `Bolt`.
     """
@@ -63,10 +66,29 @@ class BoltLayout:
     point: FloatArray
     capacity: FloatArray
     bond_stiffness: FloatArray
+    stage: IntArray
     axial_stiffness: FloatArray
     yield_force: FloatArray
     pretension: FloatArray
     spacing: FloatArray
+
+    @classmethod
+    def none(cls) -> BoltLayout:
+        """Return the layout of no bolts."""
+        numbers, whole = np.zeros(0), np.zeros(0, np.int32)
+        return cls(
+            node_start=np.zeros(1, np.int32),
+            block=whole,
+            station=numbers,
+            point=np.zeros((0, 2)),
+            capacity=numbers,
+            bond_stiffness=numbers,
+            stage=whole,
+            axial_stiffness=numbers,
+            yield_force=numbers,
+            pretension=numbers,
+            spacing=numbers,
+        )
 
     @property
     def bolts(self) -> int:
@@ -86,8 +108,8 @@ class BoltLayout:
         return np.flatnonzero(inner).astype(np.int32)
 
 
-def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
-    """Return the pieces of the bolts in the blocks.
+def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] = ()) -> Passages:
+    """Return the pieces of the bolts in the blocks that are there when each is installed.
 
     Raises
     ------
@@ -97,14 +119,16 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
     import shapely
 
     count = len(bolts)
-    start = np.array([bolt.start for bolt in bolts], dtype=np.float64).reshape(-1, 2)
-    end = np.array([bolt.end for bolt in bolts], dtype=np.float64).reshape(-1, 2)
+    start = np.array([bolt.start for bolt in bolts])
+    end = np.array([bolt.end for bolt in bolts])
     length = np.hypot(*(end - start).T)
     along = (end - start) / length[:, None]
     boxes = _boxes(blocks, SHORT * float(length.max()))
     lines = shapely.linestrings(np.stack([start, end], axis=1))
     tree = shapely.STRtree(boxes)
     bolt, block = tree.query(lines)
+    there = np.stack(presence(stages, blocks))[stage_numbers(bolts, stages)[bolt], block]
+    bolt, block = bolt[there], block[there]
     near = np.unique(block)
     outlines = np.full(blocks.count, None, dtype=object)
     outlines[near] = [shapely.Polygon(blocks.polygon(b)) for b in near.tolist()]
@@ -130,7 +154,7 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks) -> Passages:
             "move it off the joint"
         )
     _report_ends(faults, bolts, found)
-    raise_faults([f"{named(bolts, b)} {text}" for b, text in enumerate(faults) if text])
+    raise_faults([f"{called(bolts, b)} {text}" for b, text in enumerate(faults) if text])
     return found
 
 
@@ -153,7 +177,7 @@ def _along_edges(
         yield int(of_bolt[k]), int(edge[k]), float(shared[k])
 
 
-def named(bolts: Sequence[Bolt], number: int) -> str:
+def called(bolts: Sequence[Bolt], number: int) -> str:
     """Return how a bolt is called in messages: its number in the list, its name and its place."""
     bolt = bolts[number]
     name = f" '{bolt.name}'" if bolt.name else ""
@@ -190,7 +214,13 @@ def _boxes(blocks: Blocks, margin: float) -> FloatArray:
     return boxes
 
 
-def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks) -> BoltLayout:
+def stage_numbers(bolts: Sequence[Bolt], stages: Sequence[Stage]) -> IntArray:
+    """Return the number of the stage that installs each bolt, (n_bolts,); 0: there from the start."""
+    number = {stage.name: k for k, stage in enumerate(stages, start=1)}
+    return np.array([0 if bolt.stage is None else number[bolt.stage] for bolt in bolts], dtype=np.int32)
+
+
+def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] = ()) -> BoltLayout:
     """Return the nodes of all bolts.
 
     A rigid bond has one node a block for the whole length there: at the head in the first, at the tip in the last, at
@@ -201,10 +231,11 @@ def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks) -> BoltLayout:
     ModelError
         As `pass_blocks`.
     """
-    passed = pass_blocks(bolts, blocks) if bolts else None
+    if not bolts:
+        return BoltLayout.none()
+    passed = pass_blocks(bolts, blocks, stages)
     parts: list[tuple[list[int], list[float], list[float], list[float]]] = []
     for b, bolt in enumerate(bolts):
-        assert passed is not None
         mine = slice(*np.searchsorted(passed.bolt, (b, b + 1)))
         parts.append(_nodes(bolt, passed.block[mine], passed.first[mine], passed.last[mine]))
     sizes = [len(part[0]) for part in parts]
@@ -212,10 +243,10 @@ def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks) -> BoltLayout:
         np.array([value for part in parts for value in part[k]], dtype=np.float64) for k in range(4)
     )
     bolt_of = np.repeat(np.arange(len(bolts)), sizes)
-    start = np.array([bolt.start for bolt in bolts], dtype=np.float64).reshape(-1, 2)
-    end = np.array([bolt.end for bolt in bolts], dtype=np.float64).reshape(-1, 2)
+    start = np.array([bolt.start for bolt in bolts])
+    end = np.array([bolt.end for bolt in bolts])
     length = np.array([bolt.length for bolt in bolts], dtype=np.float64)
-    part_of = (station / length[bolt_of])[:, None] if len(bolts) else np.zeros((0, 1))
+    part_of = (station / length[bolt_of])[:, None]
     return BoltLayout(
         node_start=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
         block=block.astype(np.int32),
@@ -223,6 +254,7 @@ def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks) -> BoltLayout:
         point=start[bolt_of] + part_of * (end - start)[bolt_of],
         capacity=capacity,
         bond_stiffness=stiffness,
+        stage=stage_numbers(bolts, stages),
         axial_stiffness=np.array([bolt.axial_stiffness for bolt in bolts], dtype=np.float64),
         yield_force=np.array([bolt.yield_force for bolt in bolts], dtype=np.float64),
         pretension=np.array([bolt.pretension for bolt in bolts], dtype=np.float64),

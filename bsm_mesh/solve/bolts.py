@@ -10,9 +10,11 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import MOST_UTILISATION
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import BoltLayout, lay_out_bolts
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.parts import Part
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.solve.bolt_chain import AT_LIMIT
 from bsm_mesh.solve.bolt_kernels import (
@@ -38,8 +40,8 @@ class BoltEvaluation:
 
     Attributes
     ----------
-    point, displacement, arm : (n_nodes, 2) float64 [m]
-        Where the nodes are, how far they have moved, and from the centroids of their blocks to them.
+    point, arm : (n_nodes, 2) float64 [m]
+        Where the nodes are, and from the centroids of their blocks to them.
     length : (n_elements,) float64 [m]
         Of the elements.
     direction : (n_elements, 2) float64
@@ -57,7 +59,6 @@ class BoltEvaluation:
     """
 
     point: FloatArray
-    displacement: FloatArray
     arm: FloatArray
     length: FloatArray
     direction: FloatArray
@@ -102,21 +103,31 @@ class InstalledBolts:
     anchor: FloatArray
 
     @classmethod
-    def of(cls, bolts: Sequence[Bolt], blocks: Blocks) -> InstalledBolts:
-        """Return the bolts of a model, none of them installed yet.
+    def of(cls, model: Model, position: FloatArray) -> InstalledBolts:
+        """Return the bolts of a model, those without a stage installed at a position (n_blocks, 3).
 
         Raises
         ------
         ModelError
             For bolts that end in the void or run along an edge.
         """
-        layout = lay_out_bolts(bolts, blocks)
+        layout = lay_out_bolts(model.bolts, model.blocks, model.stages)
+        bolts = cls._not_installed(layout, model.blocks.moments.centroid)
+        return bolts.install(0, position)
+
+    @classmethod
+    def none(cls) -> InstalledBolts:
+        """Return no bolts."""
+        return cls._not_installed(BoltLayout.none(), np.zeros((0, 2)))
+
+    @classmethod
+    def _not_installed(cls, layout: BoltLayout, centroid: FloatArray) -> InstalledBolts:
         first = layout.first_node
         length = layout.station[first + 1] - layout.station[first]
         return cls(
             layout=layout,
-            pairs=_pairs(layout),
-            arm=layout.point - blocks.moments.centroid[layout.block],
+            pairs=(np.zeros(0, np.int32), np.zeros(0, np.int32)),
+            arm=layout.point - centroid[layout.block],
             stiffness=layout.axial_stiffness[layout.bolt_of_node[first]] / length,
             alive=np.zeros(len(first), dtype=bool),
             rest=length,
@@ -129,28 +140,48 @@ class InstalledBolts:
         """Number of bolts, installed or not."""
         return self.layout.bolts
 
-    def install(self, which: BoolArray, position: FloatArray) -> InstalledBolts:
-        """Return a copy with some bolts (n_bolts,) installed as the blocks stand: they feel only what moves later.
+    def install(self, stage: int, position: FloatArray) -> InstalledBolts:
+        """Return a copy with the bolts of a stage installed as the blocks stand: they feel only what moves later.
 
         Parameters
         ----------
-        which : (n_bolts,) bool
-            The bolts.
+        stage : int
+            Number of the stage; 0: bolts that name none.
         position : (n_blocks, 3) float64 [m, m, rad]
             Centroids and rotations at installation.
         """
-        point, _ = node_positions(position, self.layout.block, self.arm)
-        length, _ = element_lines(point, self.layout.first_node)
-        bolt = self.layout.bolt_of_node[self.layout.first_node]
-        tensioned = length - self.layout.pretension[bolt] / self.stiffness
-        chosen = which[bolt]
-        return replace(self, alive=self.alive | chosen, rest=np.where(chosen, tensioned, self.rest))
+        layout = self.layout
+        point, _ = node_positions(position, layout.block, self.arm)
+        length, _ = element_lines(point, layout.first_node)
+        bolt = layout.bolt_of_node[layout.first_node]
+        tensioned = length - layout.pretension[bolt] / self.stiffness
+        chosen = (layout.stage == stage)[bolt]
+        alive = self.alive | chosen
+        return replace(self, pairs=_pairs(layout, alive), alive=alive, rest=np.where(chosen, tensioned, self.rest))
 
-    def without(self, present: BoolArray) -> InstalledBolts:
-        """Return a copy cut where blocks (n_blocks,) are no longer present; what is left of a bolt goes on working."""
+    def without(self, gone: BoolArray) -> InstalledBolts:
+        """Return a copy cut where blocks (n_blocks,) are gone; what is left of a bolt goes on working."""
         first = self.layout.first_node
-        both = present[self.layout.block[first]] & present[self.layout.block[first + 1]]
-        return replace(self, alive=self.alive & both)
+        cut = gone[self.layout.block[first]] | gone[self.layout.block[first + 1]]
+        alive = self.alive & ~cut
+        return replace(self, pairs=_pairs(self.layout, alive), alive=alive)
+
+    def in_part(self, part: Part) -> InstalledBolts:
+        """Return the bolts with the part's numbers of blocks; nodes whose block is not there bear nothing anyway."""
+        number = np.where(part.present, np.cumsum(part.present) - 1, 0).astype(np.int32)
+        layout = replace(self.layout, block=number[self.layout.block])
+        return replace(self, layout=layout, pairs=_pairs(layout, self.alive))
+
+    def after(self, other: InstalledBolts) -> InstalledBolts:
+        """Return a copy with what another's accepted steps have left in it."""
+        return replace(self, rest=other.rest, yielded=other.yielded, anchor=other.anchor)
+
+    def on_blocks(self, at: BoltEvaluation) -> PointForces:
+        """Return the forces at both ends of every element, on the blocks [N/m]."""
+        first = self.layout.first_node
+        nodes = np.concatenate([first, first + 1])
+        force = at.direction * (at.tension / self.layout.spacing[self.layout.bolt_of_node[first]])[:, None]
+        return PointForces(block=self.layout.block[nodes], point=at.point[nodes], force=np.concatenate([force, -force]))
 
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
         """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
@@ -171,7 +202,6 @@ class InstalledBolts:
         return self._forces(
             len(position),
             point=point,
-            displacement=point - layout.point,
             arm=arm,
             length=length,
             direction=direction,
@@ -180,25 +210,26 @@ class InstalledBolts:
             slip=slip,
         )
 
+    def bearing(self, at: BoltEvaluation, tension: FloatArray) -> BoltEvaluation:
+        """Return an evaluation with other tensions (n_elements,) [N]."""
+        return self._forces(
+            len(at.forces),
+            point=at.point,
+            arm=at.arm,
+            length=at.length,
+            direction=at.direction,
+            stretch=at.stretch,
+            tension=tension,
+            slip=self._bond_force(tension) / self.layout.bond_stiffness,
+        )
+
     def strained(self, at: BoltEvaluation, coupling: FloatArray, U: FloatArray) -> BoltEvaluation:
         """Return the forces after further small displacements U (n_blocks, 3), the coupling unchanged."""
         layout, first = self.layout, self.layout.first_node
         u, v, turn = U[layout.block].T
         moved = np.stack([u - turn * at.arm[:, 1], v + turn * at.arm[:, 0]], axis=1)
         stretch = ((moved[first + 1] - moved[first]) * at.direction).sum(axis=1)
-        tension = at.tension + couple(layout.node_start, coupling, stretch)
-        slip = self._bond_force(tension) / layout.bond_stiffness
-        return self._forces(
-            len(U),
-            point=at.point,
-            displacement=at.displacement + moved,
-            arm=at.arm,
-            length=at.length,
-            direction=at.direction,
-            stretch=at.stretch + stretch,
-            tension=tension,
-            slip=slip,
-        )
+        return self.bearing(at, at.tension + couple(layout.node_start, coupling, stretch))
 
     def _forces(self, n_blocks: int, **found: FloatArray) -> BoltEvaluation:
         """Return the evaluation with what follows from the tensions: bond forces, and forces on the blocks."""
@@ -315,7 +346,7 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
         station=layout.station,
         original=layout.point,
         point=at.point,
-        displacement=at.displacement,
+        displacement=np.zeros_like(at.point),
         spacing=layout.spacing,
         status=state.astype(np.int8),
         alive=installed.alive,
@@ -327,10 +358,13 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
     )
 
 
-def _pairs(layout: BoltLayout) -> tuple[IntArray, IntArray]:
+def _pairs(layout: BoltLayout, alive: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return the pairs of different blocks that a bolt couples: each with every other on the same bolt."""
+    working = np.zeros(len(layout.block), dtype=bool)
+    working[layout.first_node[alive]] = working[layout.first_node[alive] + 1] = True
     lower, higher = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
     for first, last in pairwise(layout.node_start):
-        blocks = np.unique(layout.block[first:last])
+        blocks = np.unique(layout.block[first:last][working[first:last]])
         i, j = np.triu_indices(len(blocks), 1)
         lower.append(blocks[i])
         higher.append(blocks[j])

@@ -6,16 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 from bsm_mesh.solve.constraints import build_constraints
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
-from bsm_mesh.solve.mobility import unsupported_parts
+from bsm_mesh.solve.mobility import FreePart, free_parts
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
 
@@ -61,17 +62,36 @@ class LinearSystem:
         What is given.
     contacts : ContactTable
         Its contacts; all of them bear tension and shear.
-
-    Notes
-    -----
-    Bolts are elastic about their pretension; one that is tensioned to its capacity keeps that force.
+    normal_force, shear_force : (m,) float64 [N/m], optional
+        What the contacts bear at the start; nothing where it is not given.
+    bolts : InstalledBolts, optional
+        The bolts, elastic about their pretension; one tensioned to its capacity keeps that force. The model's own,
+        where not given.
+    tension : (n_elements,) float64 [N], optional
+        What the bolts' elements bear at the start; their pretension where it is not given.
     """
 
-    def __init__(self, model: Model, contacts: ContactTable) -> None:
+    def __init__(
+        self,
+        model: Model,
+        contacts: ContactTable,
+        normal_force: FloatArray | None = None,
+        shear_force: FloatArray | None = None,
+        bolts: InstalledBolts | None = None,
+        tension: FloatArray | None = None,
+    ) -> None:
         self.model = model
         self.contacts = contacts
-        self.bolts, self.bolts_at_start = self._install_bolts()
-        self.bolt_coupling = self.bolts.coupling(self.bolts_at_start)
+        nothing = np.zeros(contacts.count)
+        self.start = (
+            nothing if normal_force is None else normal_force,
+            nothing if shear_force is None else shear_force,
+        )
+        given = np.column_stack([model.blocks.moments.centroid, np.zeros(model.blocks.count)])
+        self.bolts = InstalledBolts.of(model, given) if bolts is None else bolts
+        self.tensioned = self.bolts.evaluate(given)
+        self.coupling = self.bolts.coupling(self.tensioned)
+        self.bolts_at_start = self.tensioned if tension is None else self.bolts.bearing(self.tensioned, tension)
         lower, higher = self.bolts.pairs
         pattern = block_pattern(
             model.blocks.count, np.concatenate([contacts.block_a, lower]), np.concatenate([contacts.block_b, higher])
@@ -79,18 +99,17 @@ class LinearSystem:
         self.pattern = replace(pattern, place=pattern.place[: contacts.count])
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = reference_weight(model, self.loads, self.bolts_at_start.forces)
+        self.reference = reference_weight(model, self.loads, self.bolts_at_start.forces) or self._mean_force(
+            *self.start
+        )
 
-    def _install_bolts(self) -> tuple[InstalledBolts, BoltEvaluation]:
-        blocks = self.model.blocks
-        bolts = InstalledBolts.of(self.model.bolts, blocks)
-        start = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
-        bolts = bolts.install(np.array([bolt.stage is None for bolt in self.model.bolts], dtype=bool), start)
-        return bolts, bolts.evaluate(start)
+    def free_parts(self, names: IntArray | None = None) -> list[FreePart]:
+        """Return the parts that their supports leave free; `names` (n,) number blocks in sentences."""
+        return free_parts(self.model.blocks, self.constraints, self.pattern, names)
 
     def check_supports(self) -> None:
         """Raise `ModelError` for every part that its supports leave free."""
-        raise_faults(unsupported_parts(self.model.blocks, self.constraints, self.pattern))
+        raise_faults([part.text for part in self.free_parts()])
 
     def stiffness(self) -> FloatArray:
         """Return the blocks of K with the supports eliminated."""
@@ -107,7 +126,7 @@ class LinearSystem:
             c.shear_stiffness,
             self.model.blocks.moments.centroid,
         )
-        self.bolts.add_tangent(self.bolts_at_start, self.bolts.places(pattern), data, turning=False)
+        self.bolts.add_tangent(self.tensioned, self.bolts.places(pattern), data, turning=False)
         constrain(
             pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
         )
@@ -142,10 +161,8 @@ class LinearSystem:
         where soft ground lets hard rock above it sink by metres, the rounding of those metres times the hard
         rock's stiffness would be a force out of balance.
         """
-        U = self.constraints.given
-        normal_force, shear_force = self.spring_forces(U)
-        bolts = self.bolts.strained(self.bolts_at_start, self.bolt_coupling, U)
-        best = self._solution(solver, U, normal_force, shear_force, bolts)
+        best = self.at_start(solver.name)
+        U, normal_force, shear_force, bolts = best.displacement, best.normal_force, best.shear_force, best.bolts
         size = self._out_of_balance(best)
         for _ in range(MOST_REFINEMENTS + 1):
             if size <= GOOD_RESIDUAL * self.reference:
@@ -154,17 +171,24 @@ class LinearSystem:
             normal_part, shear_part = self.spring_forces(dU)
             U = U + dU
             normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
-            bolts = self.bolts.strained(bolts, self.bolt_coupling, dU)
-            found = self._solution(solver, U, normal_force, shear_force, bolts)
+            bolts = self.bolts.strained(bolts, self.coupling, dU)
+            found = self._solution(solver.name, U, normal_force, shear_force, bolts)
             before, size = size, self._out_of_balance(found)
             if size >= before:
                 break
             best = found
         return best
 
+    def at_start(self, linear_solver: str) -> Solution:
+        """Return the state before the solution: prescribed displacements applied, nothing else moved."""
+        U = self.constraints.given
+        normal_part, shear_part = self.spring_forces(U)
+        bolts = self.bolts.strained(self.bolts_at_start, self.coupling, U)
+        return self._solution(linear_solver, U, self.start[0] + normal_part, self.start[1] + shear_part, bolts)
+
     def _solution(
         self,
-        solver: LinearSolver,
+        linear_solver: str,
         U: FloatArray,
         normal_force: FloatArray,
         shear_force: FloatArray,
@@ -176,7 +200,7 @@ class LinearSystem:
             shear_force=shear_force,
             bolts=bolts,
             unbalanced=self.unbalanced(normal_force, shear_force) + bolts.forces,
-            linear_solver=solver.name,
+            linear_solver=linear_solver,
             factorizations=1,
         )
 
@@ -191,7 +215,10 @@ class LinearSystem:
         """
         if not self.constraints.bars.value.any() or not self.contacts.count:
             return self.reference
-        return max(self.reference, float(np.hypot(solution.normal_force, solution.shear_force).mean()))
+        return max(self.reference, self._mean_force(solution.normal_force, solution.shear_force))
+
+    def _mean_force(self, normal_force: FloatArray, shear_force: FloatArray) -> float:
+        return float(np.hypot(normal_force, shear_force).mean()) if self.contacts.count else 0.0
 
     def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the normal and shear force of every contact for displacements U (n, 3)."""
@@ -210,10 +237,11 @@ class LinearSystem:
 
 
 def external_loads(model: Model) -> FloatArray:
-    """Return weight and loads on every block, (n, 3): Fx, Fy, moment about the centroid (Wang Eqs. 3.37, 3.38)."""
-    total = np.zeros((model.blocks.count, 3))
-    total[:, :2] = model.gravity_forces
-    forces = point_forces_of(model.loads, model.blocks)
+    """Return weight, loads and water on every block, (n, 3): Fx, Fy, moment (Wang Eqs. 3.37, 3.38, 6.7)."""
+    blocks = model.blocks
+    total = WaterLoad(model).on_blocks(blocks.vertices, blocks.moments.centroid)
+    total[:, :2] += model.gravity_forces
+    forces = point_forces_of(model.acting_loads, blocks)
     arm = forces.point - model.blocks.moments.centroid[forces.block]
     moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
     np.add.at(total, forces.block, np.column_stack([forces.force, moment]))

@@ -24,6 +24,10 @@ BOLTS = {
 }
 
 
+def installed_bolts(bolts, blocks, position):
+    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock")], bolts=bolts), position)
+
+
 def displaced(seed, size=2e-3):
     return START + np.random.default_rng(seed).normal(size=START.shape) * size
 
@@ -46,7 +50,7 @@ def dense(installed, at, pattern, **keys):
 @pytest.mark.parametrize("name", BOLTS)
 @pytest.mark.parametrize("seed", range(3))
 def test_tangent(name, seed):
-    installed = InstalledBolts.of([BOLTS[name]], BLOCKS).install(np.ones(1, bool), START)
+    installed = installed_bolts([BOLTS[name]], BLOCKS, START)
     position = displaced(seed)
     at = installed.evaluate(position)
     lower, higher = installed.pairs
@@ -66,7 +70,7 @@ def test_tangent(name, seed):
 
 @pytest.mark.parametrize("name", BOLTS)
 def test_evaluating_changes_nothing_and_committing_no_force(name):
-    installed = InstalledBolts.of([BOLTS[name]], BLOCKS).install(np.ones(1, bool), START)
+    installed = installed_bolts([BOLTS[name]], BLOCKS, START)
     position = displaced(7)
     first, again = installed.evaluate(position), installed.evaluate(position)
     assert_allclose(first.tension, again.tension, rtol=0)
@@ -77,7 +81,7 @@ def test_evaluating_changes_nothing_and_committing_no_force(name):
 
 @pytest.mark.parametrize("name", BOLTS)
 def test_rigid_motion_of_everything_changes_no_tension(name):
-    installed = InstalledBolts.of([BOLTS[name]], BLOCKS).install(np.ones(1, bool), START)
+    installed = installed_bolts([BOLTS[name]], BLOCKS, START)
     position = displaced(3)
     angle = 0.7
     turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
@@ -93,9 +97,8 @@ def test_cut_bolt_works_on_in_its_parts():
     row = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(5)], rock="rock")
     start = np.column_stack([row.moments.centroid, np.zeros(5)])
     bolt = bsm.Bolt(start=(0, 0.5), end=(5, 0.5), diameter=0.02)
-    installed = InstalledBolts.of([bolt], row).install(np.ones(1, bool), start)
-    present = np.array([True, True, False, True, True])
-    cut = installed.without(present)
+    installed = installed_bolts([bolt], row, start)
+    cut = installed.without(np.array([False, False, True, False, False]))
     moved = start + np.outer(np.arange(5.0), [1e-4, 0, 0])
     whole, parts = installed.evaluate(moved), cut.evaluate(moved)
     assert_allclose(parts.tension, whole.tension * [1, 0, 0, 1])
@@ -107,7 +110,7 @@ def test_held_blocks_are_those_a_bolt_can_still_hold():
     row = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(3)], rock="rock")
     start = np.column_stack([row.moments.centroid, np.zeros(3)])
     bolt = bsm.Bolt(start=(0, 0.5), end=(3, 0.5), diameter=0.02, bond_strength=1e4)
-    installed = InstalledBolts.of([bolt], row).install(np.ones(1, bool), start)
+    installed = installed_bolts([bolt], row, start)
 
     def held(opening):
         return installed.held_blocks(installed.evaluate(start + np.array([(0, 0, 0), (0, 0, 0), (opening, 0, 0)])))
@@ -119,7 +122,7 @@ def test_held_blocks_are_those_a_bolt_can_still_hold():
 
 def test_bolt_in_one_block_bears_nothing():
     bolts = [bsm.Bolt(start=(0.1, 0.1), end=(0.9, 0.8), diameter=0.02), BOLTS["holding"]]
-    installed = InstalledBolts.of(bolts, BLOCKS).install(np.ones(2, bool), START)
-    alone = InstalledBolts.of(bolts[1:], BLOCKS).install(np.ones(1, bool), START)
+    installed = installed_bolts(bolts, BLOCKS, START)
+    alone = installed_bolts(bolts[1:], BLOCKS, START)
     position = displaced(5)
     assert_allclose(installed.evaluate(position).forces, alone.evaluate(position).forces)

@@ -217,7 +217,7 @@ WRONG = [
         'start = [0.3, 0.3]\nend = [0.3, 1.8]\ndiameter = 0.02\npretension = "3 kPa"\n',
         ["pretension", "does not convert to N"],
     ),
-    ('start = [0.3, 0.3]\nend = [0.3, 1.8]\ndiameter = 0.02\nstage = "crown"\n', ["names the stage 'crown'"]),
+    ('start = [0.3, 0.3]\nend = [0.3, 1.8]\ndiameter = 0.02\nstage = "crown"\n', ["there is no stage 'crown'"]),
 ]
 
 
