@@ -101,6 +101,11 @@ class BoltLayout:
         return np.repeat(np.arange(self.bolts, dtype=np.int32), np.diff(self.node_start))
 
     @property
+    def bolt_of_element(self) -> IntArray:
+        """Bolt of every element, (n_elements,)."""
+        return np.repeat(np.arange(self.bolts, dtype=np.int32), np.diff(self.node_start) - 1)
+
+    @property
     def first_node(self) -> IntArray:
         """First node of every element, (n_elements,); the second is the next one."""
         inner = np.ones(len(self.block), dtype=bool)

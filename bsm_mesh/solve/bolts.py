@@ -128,7 +128,7 @@ class InstalledBolts:
             layout=layout,
             pairs=(np.zeros(0, np.int32), np.zeros(0, np.int32)),
             arm=layout.point - centroid[layout.block],
-            stiffness=layout.axial_stiffness[layout.bolt_of_node[first]] / length,
+            stiffness=layout.axial_stiffness[layout.bolt_of_element] / length,
             alive=np.zeros(len(first), dtype=bool),
             rest=length,
             yielded=np.zeros(len(first)),
@@ -153,7 +153,7 @@ class InstalledBolts:
         layout = self.layout
         point, _ = node_positions(position, layout.block, self.arm)
         length, _ = element_lines(point, layout.first_node)
-        bolt = layout.bolt_of_node[layout.first_node]
+        bolt = layout.bolt_of_element
         tensioned = length - layout.pretension[bolt] / self.stiffness
         chosen = (layout.stage == stage)[bolt]
         alive = self.alive | chosen
@@ -180,7 +180,7 @@ class InstalledBolts:
         """Return the forces at both ends of every element, on the blocks [N/m]."""
         first = self.layout.first_node
         nodes = np.concatenate([first, first + 1])
-        force = at.direction * (at.tension / self.layout.spacing[self.layout.bolt_of_node[first]])[:, None]
+        force = at.direction * (at.tension / self.layout.spacing[self.layout.bolt_of_element])[:, None]
         return PointForces(block=self.layout.block[nodes], point=at.point[nodes], force=np.concatenate([force, -force]))
 
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
@@ -305,7 +305,7 @@ class InstalledBolts:
 
     def yielding(self, at: BoltEvaluation) -> BoolArray:
         """Return which elements are at the yield force of the steel, (n_elements,)."""
-        bolt = self.layout.bolt_of_node[self.layout.first_node]
+        bolt = self.layout.bolt_of_element
         found: BoolArray = self.alive & (at.tension >= self.layout.yield_force[bolt] * (1 - AT_LIMIT))
         return found
 
@@ -328,7 +328,7 @@ class InstalledBolts:
 def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvaluation) -> BoltForces:
     """Return the record of the bolts' forces."""
     layout, first = installed.layout, installed.layout.first_node
-    bolt = layout.bolt_of_node[first]
+    bolt = layout.bolt_of_element
     bond = np.abs(at.bond_force) / layout.capacity
     used = np.maximum(np.maximum(at.tension, 0.0) / layout.yield_force[bolt], np.maximum(bond[first], bond[first + 1]))
     yielding, slipping = installed.yielding(at), installed.slipping(at)
