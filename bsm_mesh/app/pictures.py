@@ -40,12 +40,15 @@ class Scene:
         Diagonal of the model.
     joints : (k, 2, 2) float64 [m]
         Both ends of every jointed face.
+    bolts : pyvista.UnstructuredGrid or None
+        The bolts with their forces, if there are any.
     """
 
     grid: Any
     title: str
     size: float
     joints: FloatArray
+    bolts: Any = None
 
     @property
     def outlines(self) -> bool:
@@ -67,13 +70,32 @@ def draw_pictures(folder: Path) -> list[Path]:
     grid = pyvista.read(file)
     contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
     title = f"{told['title'] or 'bsm-mesh'}: stage {stage['name']}, {stage['status']}"
-    scene = Scene(grid=grid, title=title, size=float(grid.length), joints=joint_traces(contacts))
+    bolts = _bolts(folder) if "bolts" in stage else None
+    scene = Scene(grid=grid, title=title, size=float(grid.length), joints=joint_traces(contacts), bolts=bolts)
     target = folder / "pictures"
     try:
         target.mkdir(exist_ok=True)
-        return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+        drawn = [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+        if bolts is not None:
+            from bsm_mesh.app.bolt_pictures import draw_bolt_forces, draw_bolts
+
+            drawn.append(_save(scene, draw_bolts, target / "bolts.png"))
+            drawn.append(draw_bolt_forces(folder, title, target / "bolt_forces.png"))
+        return drawn
     except OSError as error:
         raise ModelError(f"{target}: cannot be written: {error.strerror or error}") from error
+
+
+def _bolts(folder: Path) -> Any:
+    """Return the bolts that are there at the end of the last stage."""
+    import pyvista
+
+    from converters.vtk_files import read_pvd, read_vtu
+
+    file = read_pvd(folder / "bolts.pvd")[-1][1]
+    read_vtu(file, needs=("axial_force", "alive"))
+    bolts = pyvista.read(file)
+    return bolts.extract_cells(np.flatnonzero(bolts.cell_data["alive"]))
 
 
 def joint_traces(contacts: Grid) -> FloatArray:
@@ -237,6 +259,10 @@ def draw_final_position(plotter: Any, scene: Scene) -> str:
         if chosen.any():
             part = moved.extract_cells(np.flatnonzero(chosen))
             plotter.add_mesh(part, color=colour, show_edges=scene.outlines, edge_color="#33475b", lighting=False)
+    if scene.bolts is not None and scene.bolts.n_cells:
+        bolts = scene.bolts.copy()
+        bolts.points = bolts.points + bolts.point_data["displacement"] + (0, 0, 0.01 * scene.size)
+        plotter.add_mesh(bolts, color="#1b5e20", line_width=5, lighting=False)
     count = int(unstable.sum())
     told = f", {count} blocks that come down in red" if count else ""
     return f"final position, true to scale, over the original outlines (grey){told}"

@@ -127,12 +127,15 @@ def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
     bolts = stage.bolts
     used = np.zeros(bolts.count)
     np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
     return [
         {
             "name": name,
             "status": BoltStatus(int(bolts.status[k])).name.lower(),
-            "greatest_force": float(bolts.greatest_force[k]),
+            "greatest_force": float(greatest[k]),
             "utilisation": float(used[k]),
+            "head_force": float(head[k]),
+            "support_pressure": None if np.isnan(pressure[k]) else float(pressure[k]),
         }
         for k, name in enumerate(bolts.names)
     ]

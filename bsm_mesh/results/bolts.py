@@ -131,6 +131,38 @@ class BoltForces:
         np.maximum.at(greatest, self.bolt, self.axial_force)
         return greatest
 
+    @property
+    def head_force(self) -> FloatArray:
+        """Tension at the head of every bolt, with which it supports the wall, (n_bolts,) [N]."""
+        force = np.zeros(self.count)
+        has_elements = np.diff(self.node_start) > 1
+        first = (self.node_start[:-1] - np.arange(self.count))[has_elements]
+        force[has_elements] = self.axial_force[first]
+        return force
+
+    @property
+    def support_pressure(self) -> FloatArray:
+        """Pressure that every bolt exerts on the wall, (n_bolts,) [Pa] (as Wang Fig. 8.14).
+
+        Its head force over its spacing and its share of the wall: half the distance to the next head on either side,
+        across the bolt, of bolts within 60 degrees of it. Not a number for a bolt without a neighbour.
+        """
+        head = self.original[self.node_start[:-1]]
+        along = self.original[self.node_start[1:] - 1] - head
+        length = np.hypot(*along.T)[:, None]
+        along = np.divide(along, length, out=np.zeros_like(along), where=length > 0)
+        there = self.status != BoltStatus.ABSENT
+        apart = head[None, :] - head[:, None]
+        across = apart[..., 1] * along[:, None, 0] - apart[..., 0] * along[:, None, 1]
+        beside = (along @ along.T > 0.5) & there[:, None] & there[None, :]
+        right = np.where(beside & (across > 0), across, np.inf).min(axis=1, initial=np.inf)
+        left = np.where(beside & (across < 0), -across, np.inf).min(axis=1, initial=np.inf)
+        both = np.isfinite(right) & np.isfinite(left)
+        share = np.where(both, (right + left) / 2, np.minimum(right, left))
+        with np.errstate(invalid="ignore"):
+            pressure: FloatArray = np.where(np.isfinite(share), self.head_force / (self.spacing * share), np.nan)
+        return pressure
+
     def on_blocks(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return block, point [m] and force [N/m] of both ends of every element."""
         first = self.first_node
