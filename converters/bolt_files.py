@@ -14,7 +14,7 @@ from converters.vtk_files import LINE, Grid, spatial, whole_file
 
 COLUMNS = (
     *("stage", "bolt", "name", "status", "block", "station", "x", "y"),
-    *("axial_force", "bond_force", "slip", "plastic_stretch", "utilisation"),
+    *("axial_force", "bond_force", "slip", "plastic_stretch", "shear_force", "utilisation"),
 )
 
 
@@ -34,6 +34,9 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         "bond_force": bond,
         "utilisation": bolts.utilisation,
         "plastic_stretch": bolts.plastic_stretch,
+        "shear_force": bolts.shear_force,
+        "shear_point": spatial(bolts.shear_point),
+        "shear_direction": spatial(bolts.shear_direction),
         "alive": bolts.alive.astype(np.uint8),
         "status": bolts.status[bolts.bolt].astype(np.int8),
     }
@@ -80,6 +83,9 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
         slip=nodes["slip"],
         plastic_stretch=cells["plastic_stretch"],
         utilisation=cells["utilisation"],
+        shear_force=cells["shear_force"],
+        shear_point=cells["shear_point"][:, :2],
+        shear_direction=cells["shear_direction"][:, :2],
     )
 
 
@@ -108,6 +114,7 @@ def _rows(stage: int, bolts: BoltForces) -> list[tuple[object, ...]]:
             float(bolts.bond_force[node]),
             float(bolts.slip[node]),
             float(bolts.plastic_stretch[e]) if e >= 0 else "",
+            float(bolts.shear_force[e]) if e >= 0 else "",
             float(bolts.utilisation[e]) if e >= 0 else "",
         )
         for bolt in range(bolts.count)

@@ -17,6 +17,7 @@ PLACES = ("start", "end", "radial", "row", "curve", "table")
 UNITS = {  # of the columns of a table
     **dict.fromkeys(("start_x", "start_y", "end_x", "end_y", "diameter", "hole_diameter", "spacing"), "m"),
     **dict.fromkeys(("young", "yield_strength", "bond_steel_grout", "bond_grout_rock", "bond_stiffness"), "Pa"),
+    **dict.fromkeys(("bearing_stiffness", "bearing_strength"), "Pa"),
     **dict.fromkeys(("pretension", "anchor_capacity", "plate"), "N"),
     "bond_strength": "N/m",
 }

@@ -189,6 +189,10 @@ class BoltTable(Table):
     bond_steel_grout: Stress | None = None
     bond_grout_rock: Stress | None = None
     bond_stiffness: Stress | None = Field(default=None, description="per length of bolt, in N/m2; default: rigid")
+    bearing_stiffness: Stress | None = Field(
+        default=None, description="dowel action: of the grout, N/m2; default: none"
+    )
+    bearing_strength: Stress | None = Field(default=None, description="of grout or rock; default: unlimited shear")
     plate: ForceOfOne = Field(default=0.0, description="capacity of a face plate at the head; grouted only")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import raise_faults
@@ -54,6 +55,10 @@ class BoltLayout:
         Greatest force on the rock (Wang Eq. 5.7); infinite if unlimited.
     bond_stiffness : (n_nodes,) float64 [N/m]
         Of elastic bond; infinite where it is rigid.
+    crossing : (n_elements,) float64 [m]
+        Distance from the head at which an element crosses a joint; not a number within a block.
+    dowel_stiffness, dowel_strength : (n_bolts,) float64 [N/m, N]
+        As in `Bolt`.
     stage : (n_bolts,) int32
         Number of the stage that installs each bolt; 0: there from the start.
     axial_stiffness, yield_force, pretension, spacing : (n_bolts,) float64 [N, N, N, m]
@@ -66,6 +71,9 @@ class BoltLayout:
     point: FloatArray
     capacity: FloatArray
     bond_stiffness: FloatArray
+    crossing: FloatArray
+    dowel_stiffness: FloatArray
+    dowel_strength: FloatArray
     stage: IntArray
     axial_stiffness: FloatArray
     yield_force: FloatArray
@@ -83,6 +91,9 @@ class BoltLayout:
             point=np.zeros((0, 2)),
             capacity=numbers,
             bond_stiffness=numbers,
+            crossing=numbers,
+            dowel_stiffness=numbers,
+            dowel_strength=numbers,
             stage=whole,
             axial_stiffness=numbers,
             yield_force=numbers,
@@ -239,60 +250,61 @@ def lay_out_bolts(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage]
     if not bolts:
         return BoltLayout.none()
     passed = pass_blocks(bolts, blocks, stages)
-    parts: list[tuple[list[int], list[float], list[float], list[float]]] = []
+    parts = []
     for b, bolt in enumerate(bolts):
         mine = slice(*np.searchsorted(passed.bolt, (b, b + 1)))
         parts.append(_nodes(bolt, passed.block[mine], passed.first[mine], passed.last[mine]))
+    columns = zip(*parts, strict=True)
+    block, station, capacity, stiffness, begins, ends = (np.concatenate(column) for column in columns)
     sizes = [len(part[0]) for part in parts]
-    block, station, capacity, stiffness = (
-        np.array([value for part in parts for value in part[k]], dtype=np.float64) for k in range(4)
-    )
     bolt_of = np.repeat(np.arange(len(bolts)), sizes)
+    first = np.flatnonzero(bolt_of[1:] == bolt_of[:-1])
     start = np.array([bolt.start for bolt in bolts])
     end = np.array([bolt.end for bolt in bolts])
-    length = np.array([bolt.length for bolt in bolts], dtype=np.float64)
-    part_of = (station / length[bolt_of])[:, None]
+
+    def of_bolts(name: str) -> FloatArray:
+        return np.array([getattr(bolt, name) for bolt in bolts], dtype=np.float64)
+
     return BoltLayout(
         node_start=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
         block=block.astype(np.int32),
         station=station,
-        point=start[bolt_of] + part_of * (end - start)[bolt_of],
+        point=start[bolt_of] + (station / of_bolts("length")[bolt_of])[:, None] * (end - start)[bolt_of],
         capacity=capacity,
         bond_stiffness=stiffness,
+        crossing=np.where(block[first] == block[first + 1], np.nan, (ends[first] + begins[first + 1]) / 2),
+        dowel_stiffness=of_bolts("dowel_stiffness"),
+        dowel_strength=of_bolts("dowel_strength"),
         stage=stage_numbers(bolts, stages),
-        axial_stiffness=np.array([bolt.axial_stiffness for bolt in bolts], dtype=np.float64),
-        yield_force=np.array([bolt.yield_force for bolt in bolts], dtype=np.float64),
-        pretension=np.array([bolt.pretension for bolt in bolts], dtype=np.float64),
-        spacing=np.array([bolt.spacing for bolt in bolts], dtype=np.float64),
+        axial_stiffness=of_bolts("axial_stiffness"),
+        yield_force=of_bolts("yield_force"),
+        pretension=of_bolts("pretension"),
+        spacing=of_bolts("spacing"),
     )
 
 
-def _nodes(
-    bolt: Bolt, block: IntArray, first: FloatArray, last: FloatArray
-) -> tuple[list[int], list[float], list[float], list[float]]:
-    """Return block, station, capacity and bond stiffness of the nodes of one bolt."""
+def _nodes(bolt: Bolt, block: IntArray, first: FloatArray, last: FloatArray) -> tuple[npt.NDArray[np.generic], ...]:
+    """Return block, station, capacity, bond stiffness, and the block's beginning and end, of the nodes of one bolt."""
     if bolt.kind == "end_anchored":
+        two = [0, -1]
         most = math.inf if bolt.anchor_capacity is None else bolt.anchor_capacity
-        return [int(block[0]), int(block[-1])], [0.0, bolt.length], [most, most], [math.inf, math.inf]
+        station = np.array([0.0, bolt.length])
+        return block[two], station, np.full(2, most), np.full(2, math.inf), first[two], last[two]
     if bolt.bond_stiffness is None:
         station = (first + last) / 2
         station[-1] = bolt.length
         station[0] = 0.0
         capacity = bolt.bond_capacity * (last - first)
         capacity[0] += bolt.plate
-        return block.tolist(), station.tolist(), capacity.tolist(), [math.inf] * len(block)
+        return block, station, capacity, np.full(len(block), math.inf), first, last
     most_apart = FINE * math.sqrt(bolt.axial_stiffness / bolt.bond_stiffness)
     pieces = np.ceil((last - first) / most_apart).astype(np.int64)
-    piece = np.repeat((last - first) / pieces, pieces)
+    owner = np.repeat(np.arange(len(block)), pieces)
+    piece = ((last - first) / pieces)[owner]
     within = np.arange(len(piece)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    station = np.repeat(first, pieces) + (within + 0.5) * piece
-    found = (
-        np.repeat(block, pieces).tolist(),
-        station.tolist(),
-        (bolt.bond_capacity * piece).tolist(),
-        (bolt.bond_stiffness * piece).tolist(),
-    )
-    if bolt.plate > 0:
-        for values, value in zip(found, (int(block[0]), 0.0, bolt.plate, math.inf), strict=True):
-            values.insert(0, value)
-    return found
+    station = first[owner] + (within + 0.5) * piece
+    found = block[owner], station, bolt.bond_capacity * piece, bolt.bond_stiffness * piece, first[owner], last[owner]
+    if bolt.plate == 0:
+        return found
+    head = (block[0], 0.0, bolt.plate, math.inf, first[0], last[0])
+    return tuple(np.concatenate([[value], values]) for value, values in zip(head, found, strict=True))

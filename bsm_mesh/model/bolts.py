@@ -13,6 +13,7 @@ BoltKind = Literal["grouted", "end_anchored"]
 ROUNDING = 1e-9  # of the capacity: a pretension that exceeds it by less is at it
 
 GROUTED_ONLY = ("bond_strength", "hole_diameter", "bond_steel_grout", "bond_grout_rock", "bond_stiffness", "plate")
+DOWEL = ("bearing_stiffness", "bearing_strength")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +49,11 @@ class Bolt:
         Shear strength of the two interfaces (Wang Eq. 5.7).
     bond_stiffness : float or None [N/m2]
         Force on the rock per length and slip while the grout is elastic; None: rigid, one node a block (Wang 5.3.2).
+    bearing_stiffness : float or None [N/m2]
+        Of a grouted bolt: force of the grout across the bolt per length and deflection. With it the bolt resists
+        shear where it crosses a joint (dowel action, `dowel_stiffness`); None: it does not, as in the thesis.
+    bearing_strength : float or None [Pa]
+        Pressure of the bolt on the grout or rock at which that gives way, for `dowel_strength`; None: unlimited.
     plate : float [N]
         Capacity of a face plate at the head of a grouted bolt; infinite: it never fails.
     name : str
@@ -79,6 +85,8 @@ class Bolt:
     bond_steel_grout: float | None = None
     bond_grout_rock: float | None = None
     bond_stiffness: float | None = None
+    bearing_stiffness: float | None = None
+    bearing_strength: float | None = None
     plate: float = 0.0
     name: str = ""
 
@@ -93,6 +101,8 @@ class Bolt:
             ("anchor_capacity", "N"),
             ("hole_diameter", "m"),
             ("bond_stiffness", "N/m2"),
+            ("bearing_stiffness", "N/m2"),
+            ("bearing_strength", "Pa"),
         ):
             rules.number(name, getattr(self, name), unit, above=0, optional=True)
         for name, unit in (("bond_strength", "N/m"), ("bond_steel_grout", "Pa"), ("bond_grout_rock", "Pa")):
@@ -113,7 +123,7 @@ class Bolt:
             found.append("start and end are the same point; give the tip of the bolt as its end")
         by_diameter = [name for name in ("hole_diameter", "bond_steel_grout", "bond_grout_rock") if self._given(name)]
         if self.kind == "end_anchored":
-            strange = [name for name in GROUTED_ONLY if self._given(name)]
+            strange = [name for name in (*GROUTED_ONLY, *DOWEL) if self._given(name)]
             if strange:
                 found.append(f"{', '.join(strange)} belong to grouted bolts; give anchor_capacity, or kind = 'grouted'")
         elif self.anchor_capacity is not None:
@@ -125,6 +135,8 @@ class Bolt:
             found.append(f"{', '.join(by_diameter)} need {' and '.join(sorted(missing))} (Wang Eq. 5.7)")
         elif self.hole_diameter is not None and self.hole_diameter < self.diameter:
             found.append(f"hole_diameter = {self.hole_diameter:g} m is less than the diameter {self.diameter:g} m")
+        if self.bearing_strength is not None and (self.bearing_stiffness is None or self.yield_strength is None):
+            found.append("bearing_strength needs bearing_stiffness and yield_strength; give both, or leave it out")
         most = min(self.yield_force, math.inf if self.anchor_capacity is None else self.anchor_capacity)
         if self.pretension > most * (1 + ROUNDING):
             found.append(f"pretension = {self.pretension:g} N is more than the bolt bears, {most:g} N; lower it")
@@ -156,3 +168,34 @@ class Bolt:
         if self.hole_diameter is None or self.bond_steel_grout is None or self.bond_grout_rock is None:
             return math.inf
         return math.pi * min(self.diameter * self.bond_steel_grout, self.hole_diameter * self.bond_grout_rock)
+
+    @property
+    def dowel_stiffness(self) -> float:
+        """Shear force over shear displacement of a joint that the bolt crosses [N/m]; 0 without dowel action.
+
+        Two half-infinite beams on an elastic foundation k, joined at the joint, where the moment is zero:
+        ``E I b^3`` with ``b = (k / (4 E I))^(1/4)`` and I = pi d^4 / 64.
+
+        References
+        ----------
+        Hetenyi (1946), Beams on Elastic Foundation, University of Michigan Press, ch. 2.
+        """
+        if self.bearing_stiffness is None:
+            return 0.0
+        bending = self.young * math.pi * self.diameter**4 / 64
+        return bending * math.pow(self.bearing_stiffness / (4 * bending), 0.75)
+
+    @property
+    def dowel_strength(self) -> float:
+        """Greatest shear force across a joint [N]; infinite if unlimited.
+
+        On either side the bolt presses the grout with p over its diameter up to a plastic hinge of moment
+        ``d^3 s_y / 6``: ``d^2 sqrt(p s_y / 3)``.
+
+        References
+        ----------
+        Johansen (1949), Theory of timber connections, IABSE Publications 9, 249-262.
+        """
+        if self.bearing_strength is None or self.yield_strength is None:
+            return math.inf
+        return self.diameter**2 * math.sqrt(self.bearing_strength * self.yield_strength / 3)

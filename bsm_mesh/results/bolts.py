@@ -58,7 +58,11 @@ class BoltForces:
     plastic_stretch : (n_elements,) float64 [m]
         What stays when the bolt is unloaded.
     utilisation : (n_elements,) float64
-        The greater of tension over yield force, and bond force over capacity at its two nodes.
+        The greatest of tension over yield force, bond force over capacity at its two nodes, and shear over strength.
+    shear_force : (n_elements,) float64 [N]
+        Of a bolt with dowel action, where it crosses a joint: on the block on the head's side along `shear_direction`.
+    shear_point, shear_direction : (n_elements, 2) float64 [m, -]
+        Where and along which unit vector; zero without dowel action.
     """
 
     names: tuple[str, ...]
@@ -76,6 +80,9 @@ class BoltForces:
     slip: FloatArray
     plastic_stretch: FloatArray
     utilisation: FloatArray
+    shear_force: FloatArray
+    shear_point: FloatArray
+    shear_direction: FloatArray
 
     @classmethod
     def none(cls) -> BoltForces:
@@ -97,6 +104,9 @@ class BoltForces:
             slip=numbers,
             plastic_stretch=numbers,
             utilisation=numbers,
+            shear_force=numbers,
+            shear_point=np.zeros((0, 2)),
+            shear_direction=np.zeros((0, 2)),
         )
 
     @property
@@ -164,8 +174,13 @@ class BoltForces:
         return pressure
 
     def on_blocks(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Return block, point [m] and force [N/m] of both ends of every element."""
-        first = self.first_node
-        force = self.direction * (self.axial_force / self.spacing[self.bolt])[:, None]
+        """Return block, point [m] and force [N/m] of both ends of every element, and of both sides of its shear."""
+        first, spacing = self.first_node, self.spacing[self.bolt, None]
+        force = self.direction * self.axial_force[:, None] / spacing
+        shear = self.shear_direction * self.shear_force[:, None] / spacing
         nodes = np.concatenate([first, first + 1])
-        return self.block[nodes], self.point[nodes], np.concatenate([force, -force])
+        return (
+            np.tile(self.block[nodes], 2),
+            np.concatenate([self.point[nodes], self.shear_point, self.shear_point]),
+            np.concatenate([force, -force, shear, -shear]),
+        )

@@ -28,6 +28,7 @@ from bsm_mesh.solve.bolt_kernels import (
     own_coupling,
     solve_bolts,
 )
+from bsm_mesh.solve.dowels import DowelEvaluation, Dowels
 from bsm_mesh.solve.pattern import BlockPattern
 
 ROUNDING = 1e-12  # of E A
@@ -54,6 +55,8 @@ class BoltEvaluation:
         Of the bolt against the rock, towards the tip positive.
     bond_force : (n_nodes,) float64 [N]
         On the rock, towards the tip positive: the tension after the node less that before it (Wang Eq. 5.6).
+    dowels : DowelEvaluation
+        Shear where bolts cross joints.
     forces : (n_blocks, 3) float64 [N/m, N/m, N]
         On the blocks, over the spacing.
     """
@@ -66,6 +69,7 @@ class BoltEvaluation:
     tension: FloatArray
     slip: FloatArray
     bond_force: FloatArray
+    dowels: DowelEvaluation
     forces: FloatArray
 
 
@@ -91,6 +95,8 @@ class InstalledBolts:
         Plastic stretch.
     anchor : (n_nodes,) float64 [m]
         Slip at which a bond bears nothing: where rigid, the slip so far.
+    dowels : Dowels
+        Where bolts that resist shear cross joints.
     """
 
     layout: BoltLayout
@@ -101,6 +107,7 @@ class InstalledBolts:
     rest: FloatArray
     yielded: FloatArray
     anchor: FloatArray
+    dowels: Dowels
 
     @classmethod
     def of(cls, model: Model, position: FloatArray) -> InstalledBolts:
@@ -133,6 +140,7 @@ class InstalledBolts:
             rest=length,
             yielded=np.zeros(len(first)),
             anchor=np.zeros(len(layout.block)),
+            dowels=Dowels.of(layout, centroid),
         )
 
     @property
@@ -157,7 +165,13 @@ class InstalledBolts:
         tensioned = length - layout.pretension[bolt] / self.stiffness
         chosen = (layout.stage == stage)[bolt]
         alive = self.alive | chosen
-        return replace(self, pairs=_pairs(layout, alive), alive=alive, rest=np.where(chosen, tensioned, self.rest))
+        return replace(
+            self,
+            pairs=_pairs(layout, alive),
+            alive=alive,
+            rest=np.where(chosen, tensioned, self.rest),
+            dowels=self.dowels.install(position, chosen),
+        )
 
     def without(self, gone: BoolArray) -> InstalledBolts:
         """Return a copy cut where blocks (n_blocks,) are gone; what is left of a bolt goes on working."""
@@ -170,18 +184,25 @@ class InstalledBolts:
         """Return the bolts with the part's numbers of blocks; nodes whose block is not there bear nothing anyway."""
         number = np.where(part.present, np.cumsum(part.present) - 1, 0).astype(np.int32)
         layout = replace(self.layout, block=number[self.layout.block])
-        return replace(self, layout=layout, pairs=_pairs(layout, self.alive))
+        dowels = replace(self.dowels, near=number[self.dowels.near], far=number[self.dowels.far])
+        return replace(self, layout=layout, pairs=_pairs(layout, self.alive), dowels=dowels)
 
     def after(self, other: InstalledBolts) -> InstalledBolts:
         """Return a copy with what another's accepted steps have left in it."""
-        return replace(self, rest=other.rest, yielded=other.yielded, anchor=other.anchor)
+        dowels = replace(self.dowels, rest=other.dowels.rest)
+        return replace(self, rest=other.rest, yielded=other.yielded, anchor=other.anchor, dowels=dowels)
 
     def on_blocks(self, at: BoltEvaluation) -> PointForces:
-        """Return the forces at both ends of every element, on the blocks [N/m]."""
-        first = self.layout.first_node
-        nodes = np.concatenate([first, first + 1])
+        """Return the forces at both ends of every element and on both sides of every crossing, on the blocks [N/m]."""
+        first, dowels = self.layout.first_node, self.dowels
         force = at.direction * (at.tension / self.layout.spacing[self.layout.bolt_of_element])[:, None]
-        return PointForces(block=self.layout.block[nodes], point=at.point[nodes], force=np.concatenate([force, -force]))
+        shear = at.dowels.across * (at.dowels.force / dowels.spacing)[:, None]
+        block, point = self.layout.block, at.point
+        return PointForces(
+            block=np.concatenate([block[first], block[first + 1], dowels.near, dowels.far]),
+            point=np.concatenate([point[first], point[first + 1], at.dowels.point, at.dowels.point]),
+            force=np.concatenate([force, -force, shear, -shear]),
+        )
 
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
         """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
@@ -208,10 +229,11 @@ class InstalledBolts:
             stretch=stretch,
             tension=tension,
             slip=slip,
+            dowels=self.dowels.evaluate(position, self.alive),
         )
 
-    def bearing(self, at: BoltEvaluation, tension: FloatArray) -> BoltEvaluation:
-        """Return an evaluation with other tensions (n_elements,) [N]."""
+    def bearing(self, at: BoltEvaluation, tension: FloatArray, shear: FloatArray) -> BoltEvaluation:
+        """Return an evaluation with other tensions (n_elements,) and shear forces at crossings (k,) [N]."""
         return self._forces(
             len(at.forces),
             point=at.point,
@@ -221,6 +243,7 @@ class InstalledBolts:
             stretch=at.stretch,
             tension=tension,
             slip=self._bond_force(tension) / self.layout.bond_stiffness,
+            dowels=replace(at.dowels, force=shear),
         )
 
     def strained(self, at: BoltEvaluation, coupling: FloatArray, U: FloatArray) -> BoltEvaluation:
@@ -229,17 +252,20 @@ class InstalledBolts:
         u, v, turn = U[layout.block].T
         moved = np.stack([u - turn * at.arm[:, 1], v + turn * at.arm[:, 0]], axis=1)
         stretch = ((moved[first + 1] - moved[first]) * at.direction).sum(axis=1)
-        return self.bearing(at, at.tension + couple(layout.node_start, coupling, stretch))
+        sheared = self.dowels.strained(at.dowels, U, self.alive)
+        tension = at.tension + couple(layout.node_start, coupling, stretch)
+        return replace(self.bearing(at, tension, sheared.force), dowels=sheared)
 
-    def _forces(self, n_blocks: int, **found: FloatArray) -> BoltEvaluation:
-        """Return the evaluation with what follows from the tensions: bond forces, and forces on the blocks."""
+    def _forces(self, n_blocks: int, dowels: DowelEvaluation, **found: FloatArray) -> BoltEvaluation:
+        """Return the evaluation with what follows from tensions and shear: bond forces, and forces on the blocks."""
         layout = self.layout
         tension = found["tension"]
         forces = np.zeros((n_blocks, 3))
+        self.dowels.add_forces(dowels, forces)
         add_bolt_forces(
             layout.node_start, layout.block, layout.spacing, found["arm"], found["direction"], tension, forces
         )
-        return BoltEvaluation(bond_force=self._bond_force(tension), forces=forces, **found)
+        return BoltEvaluation(bond_force=self._bond_force(tension), dowels=dowels, forces=forces, **found)
 
     def _bond_force(self, tension: FloatArray) -> FloatArray:
         """Return the force of every node on the rock (Wang Eq. 5.6), (n_nodes,)."""
@@ -285,6 +311,7 @@ class InstalledBolts:
             places,
             data,
         )
+        self.dowels.add_tangent(at.dowels, self.alive, places, data, turning=turning)
 
     def commit(self, at: BoltEvaluation) -> InstalledBolts:
         """Return the bolts after an accepted step: slip and plastic stretch stay."""
@@ -296,6 +323,7 @@ class InstalledBolts:
             rest=self.rest + over,
             yielded=self.yielded + over,
             anchor=at.slip - at.bond_force / layout.bond_stiffness,
+            dowels=self.dowels.commit(at.dowels),
         )
 
     def taut(self, at: BoltEvaluation) -> BoolArray:
@@ -322,20 +350,30 @@ class InstalledBolts:
         first = self.layout.first_node
         own = own_coupling(self.layout.node_start, self.coupling(at))
         resists = self.taut(at) & (own > RESISTS * self.stiffness)
-        return np.unique(self.layout.block[np.concatenate([first[resists], first[resists] + 1])])
+        sheared = np.abs(at.dowels.force)
+        holds = (sheared > ROUNDING * self.dowels.stiffness) & (sheared < self.dowels.strength * (1 - AT_LIMIT))
+        nodes = np.concatenate([first[resists], first[resists] + 1])
+        return np.unique(np.concatenate([self.layout.block[nodes], self.dowels.near[holds], self.dowels.far[holds]]))
 
 
 def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvaluation) -> BoltForces:
     """Return the record of the bolts' forces."""
     layout, first = installed.layout, installed.layout.first_node
     bolt = layout.bolt_of_element
-    bond = np.abs(at.bond_force) / layout.capacity
+    bond = np.divide(np.abs(at.bond_force), layout.capacity, out=np.zeros(len(layout.block)), where=layout.capacity > 0)
     used = np.maximum(np.maximum(at.tension, 0.0) / layout.yield_force[bolt], np.maximum(bond[first], bond[first + 1]))
+    dowels = installed.dowels
+    shear, point, across = np.zeros(len(first)), np.zeros((len(first), 2)), np.zeros((len(first), 2))
+    shear[dowels.element], point[dowels.element] = at.dowels.force, at.dowels.point
+    across[dowels.element] = at.dowels.across
+    used[dowels.element] = np.maximum(used[dowels.element], np.abs(at.dowels.force) / dowels.strength)
     yielding, slipping = installed.yielding(at), installed.slipping(at)
     state = np.full(layout.bolts, BoltStatus.SLACK)
     state[bolt[installed.taut(at)]] = BoltStatus.ELASTIC
+    state[bolt[dowels.element[np.abs(at.dowels.force) > ROUNDING * dowels.stiffness]]] = BoltStatus.ELASTIC
     state[layout.bolt_of_node[slipping]] = BoltStatus.SLIPPING
     state[bolt[yielding]] = BoltStatus.YIELDING
+    state[bolt[dowels.element[np.abs(at.dowels.force) >= dowels.strength * (1 - AT_LIMIT)]]] = BoltStatus.YIELDING
     working = np.zeros(layout.bolts, dtype=bool)
     working[bolt[installed.alive]] = True
     state[~working] = BoltStatus.ABSENT
@@ -355,6 +393,9 @@ def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvalua
         slip=at.slip,
         plastic_stretch=installed.yielded,
         utilisation=np.minimum(used, MOST_UTILISATION),
+        shear_force=shear,
+        shear_point=point,
+        shear_direction=across,
     )
 
 

@@ -24,6 +24,7 @@ from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.loads import Load
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
+from bsm_mesh.solve.dowels import Dowels
 from bsm_mesh.solve.system import external_loads
 
 FEASIBLE = 1e-7  # of the load: HiGHS' own feasibility tolerance
@@ -153,7 +154,7 @@ class _Program:
     """Equilibrium and strength of a model's contacts, supports and bolts, as the matrices of a linear program.
 
     The unknowns are pressure and shear of every contact, the forces in the bars, the tensions of the bolts' elements
-    over their spacing, and the factor.
+    and their shears across joints over their spacing, and the factor.
     """
 
     def __init__(self, model: Model) -> None:
@@ -161,6 +162,8 @@ class _Program:
         self.contacts = initial_contacts(model)
         self.bars = bars_of(model.supports, model.blocks)
         self.bolts = lay_out_bolts([bolt for bolt in model.bolts if bolt.stage is None], model.blocks)
+        self.dowels = Dowels.of(self.bolts, model.blocks.moments.centroid)
+        self.crossing = model.blocks.moments.centroid[self.dowels.near] + self.dowels.arm_near
         strength = contact_strength(model, self.contacts)
         self.tension = strength.tension
         # The convex hull: with tension the strength itself, friction only under pressure, would not be convex.
@@ -210,7 +213,8 @@ class _Program:
             normal_force=-optimum.forces[:m],
             shear_force=optimum.forces[m : 2 * m],
             contacts=self.contacts,
-            bolt_force=optimum.forces[self._first_bolt :] * self.bolts.spacing[self.bolts.bolt_of_element],
+            bolt_force=optimum.forces[self._first_bolt : self._first_dowel]
+            * self.bolts.spacing[self.bolts.bolt_of_element],
             unlimited=int((np.isinf(self.lines[1]).all(axis=1) & np.isinf(self.tension)).sum()),
         )
 
@@ -222,6 +226,11 @@ class _Program:
     @property
     def _unknowns(self) -> int:
         """Number of the unknown forces."""
+        return self._first_dowel + len(self.dowels.element)
+
+    @property
+    def _first_dowel(self) -> int:
+        """Column of the first shear of a bolt across a joint."""
         return self._first_bolt + len(self.bolts.first_node)
 
     def _equilibrium(self) -> coo_array:
@@ -241,6 +250,9 @@ class _Program:
         along = along / np.hypot(*along.T)[:, None]
         for node, sign in ((first, 1.0), (first + 1, -1.0)):
             parts.append(self._columns(self._first_bolt, bolts.block[node], bolts.point[node], sign * along, 0.0))
+        dowels = self.dowels
+        for block, sign in ((dowels.near, 1.0), (dowels.far, -1.0)):
+            parts.append(self._columns(self._first_dowel, block, self.crossing, sign * dowels.across, 0.0))
         row, col, value = (np.concatenate(part) for part in zip(*parts, strict=True))
         return coo_array((value, (row, col)), shape=(3 * self.blocks.count, self._unknowns))
 
@@ -295,7 +307,9 @@ class _Program:
         pressures = [(None if math.isinf(t) else -t / scale, None) for t in self.tension.tolist()]
         most = (self.bolts.yield_force / self.bolts.spacing)[self.bolts.bolt_of_element] / scale
         bolts = [(0.0, None if math.isinf(force) else force) for force in most.tolist()]
-        return [*pressures, *[(None, None)] * (self._first_bolt - len(pressures)), *bolts]
+        limits = (self.dowels.strength / self.dowels.spacing / scale).tolist()
+        shears = [(None, None) if math.isinf(v) else (-v, v) for v in limits]
+        return [*pressures, *[(None, None)] * (self._first_bolt - len(pressures)), *bolts, *shears]
 
 
 def _beside(left: csr_array, right: csr_array) -> csr_array:

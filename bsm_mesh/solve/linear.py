@@ -47,7 +47,7 @@ class LinearScheme:
     moved : (n, 3) float64 [m, m, rad]
         Displacement of every block since it was given, or placed.
     bolts : InstalledBolts
-        The bolts; `tension` (n_elements,) [N] is what their elements bear.
+        The bolts; `tension` (n_elements,) [N] is what their elements bear, `bolt_shear` (k,) [N] their crossings.
     linear_solver : str
         Name of the solver used.
 
@@ -67,7 +67,8 @@ class LinearScheme:
         self.moved = np.zeros((model.blocks.count, 3))
         self.given = np.column_stack([model.blocks.moments.centroid, np.zeros(model.blocks.count)])
         self.bolts = InstalledBolts.of(model, self.given)
-        self.tension = self.bolts.evaluate(self.given).tension
+        at = self.bolts.evaluate(self.given)
+        self.tension, self.bolt_shear = at.tension, at.dowels.force
         self.linear_solver = ""
 
     def set_in_situ(self) -> tuple[str, ...]:
@@ -89,6 +90,7 @@ class LinearScheme:
             values[gone] = 0.0
         self.bolts = self.bolts.without(~stays)
         self.tension = self.tension * self.bolts.alive
+        self.bolt_shear = self.bolt_shear * self.bolts.alive[self.bolts.dowels.element]
         self.moved[~stays] = 0.0
 
     def install(self, number: int) -> None:
@@ -117,7 +119,7 @@ class LinearScheme:
         contacts = _contacts_of(part, self.contacts, chosen)
         self.report("assembly")
         borne = self.normal_force[chosen], self.shear_force[chosen]
-        system = LinearSystem(part.model, contacts, *borne, self.bolts.in_part(part), self.tension)
+        system = LinearSystem(part.model, contacts, *borne, self.bolts.in_part(part), (self.tension, self.bolt_shear))
         free = system.free_parts(part.block)
         if free and number == 0:
             raise ModelError([part.text for part in free])
@@ -129,7 +131,7 @@ class LinearScheme:
         self.slip[chosen] += slipped / contacts.shear_stiffness
         self.normal_force[chosen], self.shear_force[chosen] = solution.normal_force, solution.shear_force
         self.moved[part.block] += solution.displacement
-        self.tension = solution.bolts.tension
+        self.tension, self.bolt_shear = solution.bolts.tension, solution.bolts.dowels.force
         forces = self._contact_forces(part, contacts, chosen)
         bolts = bolt_forces(self.model.bolts, self.bolts, solution.bolts)
         outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, free, began)

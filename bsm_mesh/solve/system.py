@@ -67,8 +67,8 @@ class LinearSystem:
     bolts : InstalledBolts, optional
         The bolts, elastic about their pretension; one tensioned to its capacity keeps that force. The model's own,
         where not given.
-    tension : (n_elements,) float64 [N], optional
-        What the bolts' elements bear at the start; their pretension where it is not given.
+    borne : (n_elements,) and (k,) float64 [N], optional
+        Tension of the bolts' elements and shear of their crossings at the start; their pretension where not given.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class LinearSystem:
         normal_force: FloatArray | None = None,
         shear_force: FloatArray | None = None,
         bolts: InstalledBolts | None = None,
-        tension: FloatArray | None = None,
+        borne: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
         self.model = model
         self.contacts = contacts
@@ -91,7 +91,7 @@ class LinearSystem:
         self.bolts = InstalledBolts.of(model, given) if bolts is None else bolts
         self.tensioned = self.bolts.evaluate(given)
         self.coupling = self.bolts.coupling(self.tensioned)
-        self.bolts_at_start = self.tensioned if tension is None else self.bolts.bearing(self.tensioned, tension)
+        self.bolts_at_start = self.tensioned if borne is None else self.bolts.bearing(self.tensioned, *borne)
         lower, higher = self.bolts.pairs
         pattern = block_pattern(
             model.blocks.count, np.concatenate([contacts.block_a, lower]), np.concatenate([contacts.block_b, higher])

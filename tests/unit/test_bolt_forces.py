@@ -20,6 +20,9 @@ BOLTS = {
     "yielding": bsm.Bolt(**LINE, yield_strength=1e8),
     "elastic bond": bsm.Bolt(**LINE, bond_stiffness=2e8, bond_strength=1e5, plate=5e4),
     "end-anchored": bsm.Bolt(**LINE, kind="end_anchored", pretension=4e4, spacing=0.7),
+    "dowel": bsm.Bolt(**LINE, bond_strength=5e4, bearing_stiffness=1e9, spacing=1.3),
+    "dowel gives way": bsm.Bolt(**LINE, yield_strength=3e8, bearing_stiffness=1e10, bearing_strength=2e7),
+    "dowel, elastic bond": bsm.Bolt(**LINE, bond_stiffness=2e8, bearing_stiffness=1e9, plate=5e4),
     "anchorage slips": bsm.Bolt(**LINE, kind="end_anchored", pretension=4e4, anchor_capacity=4e4),
 }
 
@@ -64,6 +67,7 @@ def test_tangent(name, seed):
         ahead, behind = (installed.evaluate(position + s * change).forces.reshape(-1) for s in (1, -1))
         expected[:, k] = -(ahead - behind) / (2 * step)
     assert np.abs(expected).max() > 0
+    assert ("dowel" in name) == (np.abs(at.dowels.force) > 1).any()
     assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
     assert_allclose(dense(installed, at, block_pattern(BLOCKS.count, lower, higher)), found, atol=1e-9 * found.max())
 
@@ -77,6 +81,7 @@ def test_evaluating_changes_nothing_and_committing_no_force(name):
     after = installed.commit(first).evaluate(position)
     assert_allclose(after.tension, first.tension, atol=1e-7 * max(first.tension.max(), 1))
     assert_allclose(after.slip, first.slip, atol=1e-12)
+    assert_allclose(after.dowels.force, first.dowels.force, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", BOLTS)
@@ -88,6 +93,7 @@ def test_rigid_motion_of_everything_changes_no_tension(name):
     turned = np.column_stack([position[:, :2] @ turn.T + (3, -8), position[:, 2] + angle])
     here, there = installed.evaluate(position), installed.evaluate(turned)
     assert_allclose(there.tension, here.tension, atol=1e-6)
+    assert_allclose(there.dowels.force, here.dowels.force, atol=1e-6)
     assert_allclose(there.forces[:, :2], here.forces[:, :2] @ turn.T, atol=1e-6)
     assert_allclose(there.forces[:, 2], here.forces[:, 2], atol=1e-6)
 

@@ -227,6 +227,7 @@ def test_forces_of_bolts_are_in_balance_with_themselves(seed):
         bsm.Bolt(start=(0.2, 0.3), end=(3.9, 2.6), diameter=0.025, bond_strength=4e4, spacing=1.3),
         bsm.Bolt(start=(0.1, 2.9), end=(3.2, 0.2), diameter=0.025, bond_strength=9e4, bond_stiffness=1e8, plate=3e4),
         bsm.Bolt(start=(1.5, 0), end=(1.6, 2.7), diameter=0.03, kind="end_anchored", pretension=9e4),
+        bsm.Bolt(start=(2.5, 0), end=(2.6, 2.7), diameter=0.03, bearing_stiffness=1e9, spacing=0.8),
     ]
     start = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
     position = start + rng.normal(size=start.shape) * 0.02
