@@ -10,6 +10,7 @@ from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import listing
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_layout import BoltLayout
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.polygons import convex_polygons
 
@@ -57,6 +58,8 @@ def quality_summary(model: Model, system: LinearSystem) -> dict[str, Any]:
         "stiffness_ratio": float(contacts.normal_stiffness.max() / contacts.normal_stiffness.min())
         if contacts.count
         else 1.0,
+        "bolts": len(model.bolts),
+        "bolts_in_one_block": _in_one_block(system.bolts.layout),
         **{key: ids.tolist() for key, ids in poor.items()},
         "first_at": {key: blocks.moments.centroid[ids[0]].tolist() for key, ids in poor.items() if ids.size},
     }
@@ -65,6 +68,14 @@ def quality_summary(model: Model, system: LinearSystem) -> dict[str, Any]:
 def _counts(names: tuple[str, ...], index: Any) -> dict[str, int]:
     counts = np.bincount(index, minlength=len(names))
     return {name: int(count) for name, count in zip(names, counts, strict=True)}
+
+
+def _in_one_block(layout: BoltLayout) -> int:
+    """Return how many bolts lie in a single block."""
+    starts = layout.node_start[:-1]
+    if not len(starts):
+        return 0
+    return int((np.minimum.reduceat(layout.block, starts) == np.maximum.reduceat(layout.block, starts)).sum())
 
 
 def _without_contact(blocks: Blocks, system: LinearSystem) -> IntArray:
@@ -93,6 +104,9 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [("unjointed faces", f"{report['unjointed_length']:.4g} m")]
     rows += [(f"boundary {name}", f"{count} edges") for name, count in report["boundaries"].items()]
     rows += [(f"excavation {name}", f"{count} blocks") for name, count in report["excavations"].items()]
+    if report["bolts"]:
+        alone = f", {report['bolts_in_one_block']} of them in a single block, bearing nothing"
+        rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
     for key, meaning in (
         ("tiny", f"tiny blocks (area below {TINY_AREA:g} of the median)"),
         ("thin", f"thin blocks (4 pi A / outline^2 below {THIN_ASPECT:g})"),

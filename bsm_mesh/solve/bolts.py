@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.strength import MOST_UTILISATION
 from bsm_mesh.model.bolt_layout import BoltLayout, lay_out_bolts
-from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
-from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.solve.bolt_chain import AT_LIMIT
 from bsm_mesh.solve.bolt_kernels import (
     add_bolt_forces,
@@ -142,11 +138,6 @@ class InstalledBolts:
             anchor=np.zeros(len(layout.block)),
             dowels=Dowels.of(layout, centroid),
         )
-
-    @property
-    def count(self) -> int:
-        """Number of bolts, installed or not."""
-        return self.layout.bolts
 
     def install(self, stage: int, position: FloatArray) -> InstalledBolts:
         """Return a copy with the bolts of a stage installed as the blocks stand: they feel only what moves later.
@@ -354,49 +345,6 @@ class InstalledBolts:
         holds = (sheared > ROUNDING * self.dowels.stiffness) & (sheared < self.dowels.strength * (1 - AT_LIMIT))
         nodes = np.concatenate([first[resists], first[resists] + 1])
         return np.unique(np.concatenate([self.layout.block[nodes], self.dowels.near[holds], self.dowels.far[holds]]))
-
-
-def bolt_forces(bolts: Sequence[Bolt], installed: InstalledBolts, at: BoltEvaluation) -> BoltForces:
-    """Return the record of the bolts' forces."""
-    layout, first = installed.layout, installed.layout.first_node
-    bolt = layout.bolt_of_element
-    bond = np.divide(np.abs(at.bond_force), layout.capacity, out=np.zeros(len(layout.block)), where=layout.capacity > 0)
-    used = np.maximum(np.maximum(at.tension, 0.0) / layout.yield_force[bolt], np.maximum(bond[first], bond[first + 1]))
-    dowels = installed.dowels
-    shear, point, across = np.zeros(len(first)), np.zeros((len(first), 2)), np.zeros((len(first), 2))
-    shear[dowels.element], point[dowels.element] = at.dowels.force, at.dowels.point
-    across[dowels.element] = at.dowels.across
-    used[dowels.element] = np.maximum(used[dowels.element], np.abs(at.dowels.force) / dowels.strength)
-    yielding, slipping = installed.yielding(at), installed.slipping(at)
-    state = np.full(layout.bolts, BoltStatus.SLACK)
-    state[bolt[installed.taut(at)]] = BoltStatus.ELASTIC
-    state[bolt[dowels.element[np.abs(at.dowels.force) > ROUNDING * dowels.stiffness]]] = BoltStatus.ELASTIC
-    state[layout.bolt_of_node[slipping]] = BoltStatus.SLIPPING
-    state[bolt[yielding]] = BoltStatus.YIELDING
-    state[bolt[dowels.element[np.abs(at.dowels.force) >= dowels.strength * (1 - AT_LIMIT)]]] = BoltStatus.YIELDING
-    working = np.diff(layout.node_start) == 1  # a bolt in one block is there, and bears nothing
-    working[bolt[installed.alive]] = True
-    state[~working] = BoltStatus.ABSENT
-    return BoltForces(
-        names=tuple(b.name or f"bolt {k + 1}" for k, b in enumerate(bolts)),
-        node_start=layout.node_start,
-        block=layout.block,
-        station=layout.station,
-        original=layout.point,
-        point=at.point,
-        displacement=np.zeros_like(at.point),
-        spacing=layout.spacing,
-        status=state.astype(np.int8),
-        alive=installed.alive,
-        axial_force=at.tension,
-        bond_force=at.bond_force,
-        slip=at.slip,
-        plastic_stretch=installed.yielded,
-        utilisation=np.minimum(used, MOST_UTILISATION),
-        shear_force=shear,
-        shear_point=point,
-        shear_direction=across,
-    )
 
 
 def _pairs(layout: BoltLayout, alive: BoolArray) -> tuple[IntArray, IntArray]:

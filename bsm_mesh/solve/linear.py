@@ -19,7 +19,8 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
-from bsm_mesh.solve.bolts import InstalledBolts, bolt_forces
+from bsm_mesh.solve.bolt_record import bolt_forces
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.in_situ import in_situ_contacts
 from bsm_mesh.solve.mobility import FreePart
 from bsm_mesh.solve.options import Options

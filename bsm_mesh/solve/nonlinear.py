@@ -18,7 +18,8 @@ from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status
 from bsm_mesh.results.stress import total_and_effective_stress
-from bsm_mesh.solve.bolts import InstalledBolts, bolt_forces
+from bsm_mesh.solve.bolt_record import bolt_forces
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
 from bsm_mesh.solve.moving import History, commit, turned
