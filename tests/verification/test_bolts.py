@@ -66,6 +66,23 @@ def test_hanging_block_off_its_centre(offset):
     assert_allclose(results.stages[-1].bolts.axial_force, GAMMA * 0.5 / (0.5 - offset), rtol=5e-3)
 
 
+def test_elastic_bond_holds_a_block_where_the_bolt_leaves_it():
+    """Hung clear of the roof 0.1 m off its centre it tilts by atan of that over the depth of its centroid below."""
+    results = solve(
+        [rectangle(0, 1.5, 3, 3.5), HUNG],
+        [
+            bsm.Bolt(start=(1.6, 0), end=(1.6, 3.0), diameter=0.022, bond_stiffness=1e9),
+        ],
+    )
+    stage = results.stages[-1]
+    assert results.status == "stable"
+    assert_allclose(stage.bolts.axial_force.max(), GAMMA, rtol=1e-3)
+    force = stage.bolts.bond_force[stage.bolts.block == 1]
+    height = (force * stage.bolts.station[stage.bolts.block == 1]).sum() / force.sum()  # of what holds it
+    assert 0.7 < height < 1.0
+    assert_allclose(stage.displacement[1, 2], np.arctan2(0.1, height - 0.5), rtol=5e-2)
+
+
 CAPACITIES = {
     "yield": ({"yield_strength": stress_of(1.0, 0.022)}, BoltStatus.YIELDING),
     "anchorage": ({"kind": "end_anchored", "anchor_capacity": 1.0}, BoltStatus.SLIPPING),
