@@ -142,7 +142,7 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] =
     boxes = _boxes(blocks, SHORT * float(length.max()))
     lines = shapely.linestrings(np.stack([start, end], axis=1))
     tree = shapely.STRtree(boxes)
-    bolt, block = tree.query(lines)
+    bolt, block = tree.query(lines, predicate="intersects")
     there = np.stack(presence(stages, blocks))[stage_numbers(bolts, stages)[bolt], block]
     bolt, block = bolt[there], block[there]
     near = np.unique(block)

@@ -16,15 +16,15 @@ GAMMA = 26e3
 ROOF, HUNG = rectangle(0, 1, 3, 3), rectangle(1, 0, 2, 1)
 
 
-def joint(stiffness, friction=30.0):
+def joint(stiffness, friction):
     return bsm.Joint("J", normal_stiffness=stiffness, shear_stiffness=stiffness, law=bsm.Patton(friction=friction))
 
 
-def solve(polygons, bolts, *, stiffness=1e9, weight=GAMMA, supports=None, options=CONTINUATION, **keys):
+def solve(polygons, bolts, *, stiffness=1e9, weight=GAMMA, supports=None, options=CONTINUATION, friction=30.0, **keys):
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
         rocks=[bsm.Rock("rock", unit_weight=weight)],
-        joints=[joint(stiffness)],
+        joints=[joint(stiffness, friction)],
         default_joint="J",
         supports=supports or [bsm.Fixed(blocks=[0])],
         bolts=bolts,
@@ -299,3 +299,26 @@ def test_installed_later_feels_only_what_moves_later():
     further = moved + np.array([(0, 0, 0), (1e-4, 0, 0)])
     assert_allclose(bolts.evaluate(further).tension, 1e4 + bolt.axial_stiffness / 2 * 1e-4, rtol=1e-3)
     assert (bolts.without(np.array([False, True])).evaluate(further).tension == 0).all()
+
+
+@pytest.mark.parametrize("keys", [{}, {"bond_stiffness": 1e9}, {"bearing_stiffness": 1e9}, {"kind": "end_anchored"}])
+def test_both_schemes_agree_where_nothing_fails(keys):
+    """A wall under a sloping load, its tensioned bolts neither slack nor at a limit."""
+    wall = [rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(3)]
+    bolts = [
+        bsm.Bolt(start=(0, 2.6), end=(2.9, 2.4), diameter=0.03, pretension=6e4, spacing=1.5, **keys),
+        bsm.Bolt(start=(0, 1.4), end=(2.9, 1.6), diameter=0.03, pretension=6e4, spacing=1.5, **keys),
+        bsm.Bolt(start=(0.4, 3), end=(0.6, 0.2), diameter=0.03, pretension=4e4, **keys),
+    ]
+    force = bsm.PointLoad(block=7, point=(1.5, 3), force=(5e3, -80e3))
+    supports = [bsm.Fixed(blocks=[0, 1, 2])]
+    one, other = (
+        solve(wall, bolts, stiffness=1e10, friction=85, loads=[force], supports=supports, options=options).stages[-1]
+        for options in (LINEAR, bsm.Options(scheme="continuation", tolerance=1e-8))
+    )
+    assert (one.bolts.axial_force > 1e3).all()
+    assert (other.contacts.status == 0).all()
+    size = np.abs(one.displacement).max()
+    assert_allclose(other.displacement, one.displacement, atol=1e-4 * size)
+    assert_allclose(other.bolts.axial_force, one.bolts.axial_force, rtol=1e-4)
+    assert_allclose(other.bolts.shear_force, one.bolts.shear_force, atol=1e-3)
