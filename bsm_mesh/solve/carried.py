@@ -10,7 +10,6 @@ from bsm_mesh.contact.search import ActiveContacts, Outlines
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.model.stress_field import StressField
-from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate, gather_contacts
 from bsm_mesh.solve.stages import beyond_strength
 
@@ -30,9 +29,9 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     band = BAND * outlines.size
     found = gather_contacts(model, outlines, catalogue, History.none(), position, band, first=True)
     normal, shear = _field_forces(model, found)
-    history = _history(found, evaluate(found, catalogue.laws, InstalledBolts.none(), position), position, normal, shear)
+    history = _history(found, evaluate(found, catalogue.laws, position), position, normal, shear)
     set_up = gather_contacts(model, outlines, catalogue, history, position, band, first=True)
-    at = evaluate(set_up, catalogue.laws, InstalledBolts.none(), position)
+    at = evaluate(set_up, catalogue.laws, position)
     point = position[set_up.candidates.block_a, :2] + at.arm_a
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
     touching = set_up.touching

@@ -13,7 +13,6 @@ from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, detect
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.model.model import Model
-from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 
 IDLE = 1e-6  # of the block size: an intact contact open by less has not been parted
 TOUCHING = 1e-3  # of the block size: a gap or overlap up to this is contact when two blocks meet
@@ -88,7 +87,7 @@ class MovingContacts:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Evaluation:
-    """Forces of contacts and bolts at a position and their derivatives; evaluating changes nothing."""
+    """Contact forces at a position and their derivatives; evaluating changes nothing."""
 
     gap: FloatArray
     along: FloatArray
@@ -102,7 +101,6 @@ class Evaluation:
     strength: FloatArray
     by_pressure: FloatArray
     failed: BoolArray
-    bolts: BoltEvaluation
     forces: FloatArray
 
 
@@ -196,10 +194,8 @@ def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
-def evaluate(
-    contacts: MovingContacts, laws: tuple[JointLaw, ...], bolts: InstalledBolts, position: FloatArray
-) -> Evaluation:
-    """Return the forces of contacts and bolts on the blocks at a position, (n, 3), and all that the tangent needs."""
+def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: FloatArray) -> Evaluation:
+    """Return the contact forces on the blocks at a position, (n, 3), and all that the tangent needs."""
     c = contacts.candidates
     gap, along, tangent, arm_a, arm_b = relative_positions(
         position, c.block_a, c.block_b, contacts.corner, contacts.start, contacts.along
@@ -219,8 +215,7 @@ def evaluate(
         answer = laws[number].respond(pressure[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
         shear[chosen], by_pressure[chosen] = answer.shear, answer.by_pressure
         sticking[chosen], failed[chosen], strength[chosen] = answer.sticking, answer.failed, answer.strength
-    at_bolts = bolts.evaluate(position)
-    forces = at_bolts.forces.copy()
+    forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, shear, forces)
     return Evaluation(
         gap=gap,
@@ -235,22 +230,14 @@ def evaluate(
         strength=strength,
         by_pressure=by_pressure,
         failed=failed,
-        bolts=at_bolts,
         forces=forces,
     )
 
 
-def tangent_stiffness(
-    contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int, softness: float
-) -> FloatArray:
-    """Return the blocks of the tangent.
-
-    `softness` is the part of their stiffness that open contacts, and of their shear stiffness that sliding ones,
-    keep in the tangent (not in the forces): without it the matrix is near singular while contacts open and slide.
-    """
-    anchored = ~np.isnan(contacts.old_along)
-    normal = np.where(at.bearing, contacts.normal_stiffness, softness * contacts.normal_stiffness * contacts.touching)
-    shear = np.where(at.sticking, contacts.shear_stiffness, softness * contacts.shear_stiffness * anchored)
+def tangent_stiffness(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
+    """Return the blocks of the tangent."""
+    normal = np.where(at.bearing, contacts.normal_stiffness, 0.0)
+    shear = np.where(at.sticking, contacts.shear_stiffness, 0.0)
     by_gap = -at.by_pressure * contacts.normal_stiffness * at.bearing
     data: FloatArray = fill_tangent(
         places, n_places, at.tangent, at.arm_a, at.arm_b, normal, by_gap, shear, at.pressure, at.shear
@@ -261,7 +248,7 @@ def tangent_stiffness(
 def first_tangent(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
     """Return the tangent with every touching contact closed and sticking: where a step from rest begins."""
     closed = replace(at, bearing=contacts.touching, sticking=contacts.touching, by_pressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, closed, places, n_places, 0.0)
+    return tangent_stiffness(contacts, closed, places, n_places)
 
 
 def elastic_tangent(
@@ -270,7 +257,7 @@ def elastic_tangent(
     """Return the stiffest tangent there can be: every contact that bears or nearly touches closed and sticking."""
     near = contacts.touching & (at.gap <= TOUCHING * size)
     closed = replace(at, bearing=at.bearing | near, sticking=at.bearing | near, by_pressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, closed, places, n_places, 0.0)
+    return tangent_stiffness(contacts, closed, places, n_places)
 
 
 def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:

@@ -106,34 +106,34 @@ class ContinuationScheme:
         motion = engine.run()
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
-        self.moved[part.block] = motion.position - engine.start
-        history, _ = commit(motion.contacts, motion.at, motion.position, engine.outlines.size)
+        self.moved[part.block] = motion.position - engine.moving.start
+        history, _ = commit(motion.contacts, motion.at, motion.position, engine.moving.outlines.size)
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
-        bolts = bolt_forces(self.model.bolts, self.bolts, motion.at.bolts)
+        bolts = bolt_forces(self.model.bolts, self.bolts, motion.bolts_at)
         return _outcome(engine, motion, bars_before, bolts)
 
 
 def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolts: BoltForces) -> Outcome:
-    model = engine.model
-    unbalanced = motion.loads + motion.at.forces
+    model = engine.moving.model
+    unbalanced = motion.loads + motion.bolts_at.forces + motion.at.forces
     reactions = motion.constraints.reactions(unbalanced)
     bars = motion.constraints.bars
-    arm = engine.bar_arms(motion.position)
+    arm = engine.moving.bar_arms(motion.position)
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
     supports = support_forces(bars, motion.position[bars.block, :2] + arm, size)
-    contacts = _contact_forces(motion, engine.water)
-    block, point, force = engine.point_forces_at(motion.position)
-    corners = corner_positions(engine.outlines, motion.position)
+    contacts = _contact_forces(motion, engine.moving.water)
+    block, point, force = engine.moving.point_forces_at(motion.position)
+    corners = corner_positions(engine.moving.outlines, motion.position)
     stress, effective = total_and_effective_stress(
         model.blocks,
         motion.position[:, :2],
         contacts,
         (
-            joined([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.at.bolts)]),
+            joined([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.bolts_at)]),
             supports,
         ),
-        engine.water.point_forces(corners),
+        engine.moving.water.point_forces(corners),
     )
     displacement = motion.position - engine.begin.position
     stage = StageResult(
@@ -141,14 +141,14 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         status=motion.status,
         reason=motion.reason,
         present=np.ones(model.blocks.count, dtype=bool),
-        displacement=motion.position - engine.start,
+        displacement=motion.position - engine.moving.start,
         stage_displacement=displacement,
         origin=np.zeros_like(displacement),
         stress=stress,
         stress_effective=effective,
         loads=motion.loads,
         reactions=reactions,
-        water=engine.water_at(motion.position),
+        water=engine.moving.water_at(motion.position),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
