@@ -54,7 +54,8 @@ def main(bricks: int, count: int) -> None:
         factorizations = sum(step.factorizations for step in stage.steps)
         taut = int((stage.bolts.greatest_force > 1.0).sum())
         print(
-            f"{name:14s} {results.status.value:8s} {seconds:7.2f} s, processor {work:.2f} s ({100 * (work / plain - 1):+.0f} %)  "
+            f"{name:14s} {results.status.value:8s} {seconds:7.2f} s, "
+            f"processor {work:.2f} s ({100 * (work / plain - 1):+.0f} %)  "
             f"{factorizations:4d} factorizations, {1e3 * seconds / factorizations:.0f} ms each  "
             f"{taut:4d} bolts in tension",
             flush=True,
