@@ -125,7 +125,7 @@ def run_highs(scene: Scene) -> dict:
     return {
         "blocks": model.blocks.count,
         "verdict": "admissible" if found.admissible else "inadmissible",
-        "note": f"factor on all loads {found.factor:g}",
+        "note": "forces within strength exist" if found.admissible else "no forces within strength exist",
         "seconds": time.perf_counter() - began,
         "memory": peak_memory(),
     }
