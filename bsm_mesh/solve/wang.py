@@ -28,7 +28,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.continuation import RECENT_STEPS, Continuation, Motion, moved_by
-from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, commit
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, commit
 from bsm_mesh.solve.pattern import BlockPattern
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix
@@ -40,8 +40,9 @@ class WangIteration(Continuation):
 
     def run(self) -> Motion:
         """Return where the blocks come to rest, or how they come down."""
-        position, quiet = self.start, 0
-        contacts = self._gather(History.none(), position, first=True)
+        position, quiet = self.begin.position, 0
+        contacts = self._gather(self.begin.history, position, first=self.begin.intact)
+        self.start_residual = self._static_residual(contacts, position)
         closed, sliding = contacts.touching, np.zeros(contacts.count, dtype=bool)
         recent: list[FloatArray] = [position]
         for number in range(self.options.max_steps):
