@@ -126,13 +126,17 @@ class Continuation:
     options : Options
         Tolerance, limits, linear solver.
     observer : callable
-        Gets every accepted step's record.
+        Gets every accepted step's record, and a function that returns where the blocks are then.
     start : Start, optional
         Where it starts; by default from the blocks as they are given, with contacts that bear nothing.
     """
 
     def __init__(
-        self, model: Model, options: Options, observer: Callable[[StepRecord], None], start: Start | None = None
+        self,
+        model: Model,
+        options: Options,
+        observer: Callable[[StepRecord, Callable[[], Motion]], None],
+        start: Start | None = None,
     ) -> None:
         self.model, self.options, self.observer = model, options, observer
         moments = model.blocks.moments
@@ -474,7 +478,7 @@ class Continuation:
             seconds=time.perf_counter() - began,
         )
         self.work.steps.append(record)
-        self.observer(record)
+        self.observer(record, lambda: self._motion(Status.NOT_CONVERGED, "on its way", contacts, position))
 
     def _end(
         self,
@@ -484,9 +488,19 @@ class Continuation:
         position: FloatArray,
         unstable: IntArray | None = None,
     ) -> Motion:
-        at = self._evaluate(contacts, position)
         if self.work.solver is not None:
             self.work.solver.close()
+        return self._motion(status, reason, contacts, position, unstable)
+
+    def _motion(
+        self,
+        status: Status,
+        reason: str,
+        contacts: MovingContacts,
+        position: FloatArray,
+        unstable: IntArray | None = None,
+    ) -> Motion:
+        at = self._evaluate(contacts, position)
         return Motion(
             status=status,
             reason=reason,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from bsm_mesh.model.parts import Part
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
@@ -85,7 +86,11 @@ class ContinuationScheme:
         position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
         start = Start(position=position, history=in_part(self.history, part), intact=number == 0)
         kind = WangIteration if self.options.scheme == "wang" else Continuation
-        engine = kind(part.model, self.options, observer, start)
+
+        def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
+            observer(record, lambda: _outcome(engine, motion(), bars_before).stage)
+
+        engine = kind(part.model, self.options, watch, start)
         motion = engine.run()
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
