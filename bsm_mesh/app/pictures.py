@@ -16,7 +16,7 @@ from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, counted
 
 if TYPE_CHECKING:
     from converters.vtk_files import Grid
@@ -176,7 +176,7 @@ def draw_arrows(plotter: Any, scene: Scene) -> str:
             lighting=False,
             scalar_bar_args=_scalar_bar(f"displacement, {unit}"),
         )
-    return f"displacement, greatest {engineering(greatest, 'm')}, {len(chosen)} of {grid.n_cells} blocks"
+    return f"displacement, greatest {engineering(greatest, 'm')}, {len(chosen)} of {counted(grid.n_cells, 'block')}"
 
 
 def draw_principal_stresses(plotter: Any, scene: Scene) -> str:

@@ -231,8 +231,15 @@ class Continuation:
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
             lam = float(np.clip(lam * np.clip(greatest / self.d, slower, 4.0), self.least_lam, 1e3 / self.d))
-        reason = f"the limit of {self.options.max_steps} steps was reached with residual {residual:.1e}"
-        return self._end(Status.NOT_CONVERGED, reason, contacts, position)
+        return self._end(Status.NOT_CONVERGED, self._out_of("steps", residual, position), contacts, position)
+
+    def _out_of(self, steps: str, residual: float, position: FloatArray) -> str:
+        """Return why the run gave up, and what may help."""
+        moved = float(np.hypot(*(position - self.start)[:, :2].T).max())
+        return (
+            f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "
+            f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"
+        )
 
     def loads_at(self, position: FloatArray) -> FloatArray:
         """Return weights, loads and water, (n, 3).

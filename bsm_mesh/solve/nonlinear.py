@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.compiled import is_compiled
+from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MOST_UTILISATION
 from bsm_mesh.model.loads import PointForces
@@ -25,6 +27,8 @@ from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
 from bsm_mesh.solve.stages import Observer, Outcome, Reporter
 from bsm_mesh.solve.wang import WangIteration
+
+COMPILING = "once on this machine; takes about half a minute"
 
 
 class ContinuationScheme:
@@ -81,7 +85,8 @@ class ContinuationScheme:
 
     def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
         """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
-        self.report(self.options.scheme)
+        known = is_compiled(fill_tangent)
+        self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
         centroid = part.model.blocks.moments.centroid
         position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
         start = Start(position=position, history=in_part(self.history, part), intact=number == 0)
