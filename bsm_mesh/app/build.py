@@ -23,7 +23,7 @@ from bsm_mesh.app.model_file import (
     read_model_file,
 )
 from bsm_mesh.app.units import convert
-from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
+from bsm_mesh.errors import MeshWarning, ModelError, counted, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.loads import Load, PointLoad, Pressure, Traction
@@ -134,7 +134,10 @@ def _model(
 
 
 def _unused_excavations(blocks: Blocks) -> list[str]:
-    return [f"excavation '{name}' ({len(ids)} blocks) is left in place" for name, ids in blocks.excavations.items()]
+    return [
+        f"excavation '{name}' ({counted(len(ids), 'block')}) is left in place"
+        for name, ids in blocks.excavations.items()
+    ]
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from bsm_mesh.app.build import (
     stdout_to_stderr,
 )
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results, summary
 from bsm_mesh.app.tables import engineering, print_table, result_rows
 from bsm_mesh.errors import ModelError
@@ -38,9 +39,10 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
         folder = output or loaded.output_folder
         refuse_folder(folder)
         model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
-        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        snapshots = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else None
+        results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
         progress.report(f"writing {folder}")
-        save_results(results, folder, model_file)
+        save_results(results, folder, model_file, snapshots.instants if snapshots else None)
         drawn = []
         if pictures:
             from bsm_mesh.app.plot import draw_in_subprocess

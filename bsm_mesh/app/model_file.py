@@ -166,6 +166,9 @@ class OutputTable(Table):
     """Where results go."""
 
     folder: PathText = Field(default="out", description="relative to the model file")
+    snapshots: Literal["stages", "steps"] = Field(
+        default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
+    )
 
 
 class ModelFile(Table):

@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.errors import listing
+from bsm_mesh.errors import counted, listing
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.polygons import convex_polygons
@@ -88,11 +88,11 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("stiffest over softest contact", f"{report['stiffness_ratio']:.3g}"),
         ("supported blocks", f"{report['supported_blocks']}"),
     ]
-    rows += [(f"rock {name}", f"{count} blocks") for name, count in report["rocks"].items()]
+    rows += [(f"rock {name}", counted(count, "block")) for name, count in report["rocks"].items()]
     rows += [(f"joint {name}", f"{length:.4g} m") for name, length in report["joint_lengths"].items()]
     rows += [("unjointed faces", f"{report['unjointed_length']:.4g} m")]
-    rows += [(f"boundary {name}", f"{count} edges") for name, count in report["boundaries"].items()]
-    rows += [(f"excavation {name}", f"{count} blocks") for name, count in report["excavations"].items()]
+    rows += [(f"boundary {name}", counted(count, "edge")) for name, count in report["boundaries"].items()]
+    rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
     for key, meaning in (
         ("tiny", f"tiny blocks (area below {TINY_AREA:g} of the median)"),
         ("thin", f"thin blocks (4 pi A / outline^2 below {THIN_ASPECT:g})"),

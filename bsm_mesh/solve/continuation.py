@@ -81,13 +81,17 @@ class Continuation:
     options : Options
         Tolerance, limits, linear solver.
     observer : callable
-        Gets every accepted step's record.
+        Gets every accepted step's record, and a function that returns where the blocks are then.
     start : Start, optional
         Where it starts; by default from the blocks as they are given, with contacts that bear nothing.
     """
 
     def __init__(
-        self, model: Model, options: Options, observer: Callable[[StepRecord], None], start: Start | None = None
+        self,
+        model: Model,
+        options: Options,
+        observer: Callable[[StepRecord, Callable[[], Motion]], None],
+        start: Start | None = None,
     ) -> None:
         self.options, self.observer = options, observer
         self.moving = MovingModel(model)
@@ -131,8 +135,15 @@ class Continuation:
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
             lam = float(np.clip(lam * np.clip(greatest / d, slower, 4.0), self.least_lam, 1e3 / d))
-        reason = f"the limit of {self.options.max_steps} steps was reached with residual {residual:.1e}"
-        return self._end(Status.NOT_CONVERGED, reason, contacts, position)
+        return self._end(Status.NOT_CONVERGED, self._out_of("steps", residual, position), contacts, position)
+
+    def _out_of(self, steps: str, residual: float, position: FloatArray) -> str:
+        """Return why the run gave up, and what may help."""
+        moved = float(np.hypot(*(position - self.moving.start)[:, :2].T).max())
+        return (
+            f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "
+            f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"
+        )
 
     def _take(
         self, contacts: MovingContacts, anchor: FloatArray, lam: float, inner: float, *, direct: bool, quiet: bool
@@ -224,7 +235,7 @@ class Continuation:
             seconds=time.perf_counter() - began,
         )
         self.steps.append(record)
-        self.observer(record)
+        self.observer(record, lambda: self._motion(Status.NOT_CONVERGED, "on its way", contacts, position))
 
     def _end(
         self,
@@ -234,8 +245,18 @@ class Continuation:
         position: FloatArray,
         unstable: IntArray | None = None,
     ) -> Motion:
-        at = self.moving.evaluate(contacts, position)
         self.factors.close()
+        return self._motion(status, reason, contacts, position, unstable)
+
+    def _motion(
+        self,
+        status: Status,
+        reason: str,
+        contacts: MovingContacts,
+        position: FloatArray,
+        unstable: IntArray | None = None,
+    ) -> Motion:
+        at = self.moving.evaluate(contacts, position)
         return Motion(
             status=status,
             reason=reason,
