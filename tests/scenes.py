@@ -68,6 +68,22 @@ def gmsh_triangles(width: float, height: float, size: float) -> np.ndarray:
         gmsh.finalize()
 
 
+def voronoi(width: float, height: float, count: int, rounds: int = 30) -> list[np.ndarray]:
+    """Return about equal Voronoi cells of a rectangle (Lloyd); mirrored seeds make its sides edges of cells."""
+    from scipy.spatial import Voronoi
+
+    random = np.random.default_rng(1)
+    seeds = random.uniform(size=(count, 2)) * (width, height)
+    for _ in range(rounds + 1):
+        x, y = seeds.T
+        mirrored = [(-x, y), (2 * width - x, y), (x, -y), (x, 2 * height - y)]
+        found = Voronoi(np.concatenate([seeds, *(np.column_stack(pair) for pair in mirrored)]))
+        cells = [found.vertices[found.regions[found.point_region[k]]] for k in range(count)]
+        cells = [c[np.argsort(np.arctan2(*(c - c.mean(axis=0)).T[::-1]))] for c in cells]
+        seeds = np.array([bsm.Blocks.from_polygons([c], rock="r").moments.centroid[0] for c in cells])
+    return [np.clip(c, 0, (width, height)) for c in cells]
+
+
 def framed(blocks: bsm.Blocks, width: float, height: float) -> bsm.Blocks:
     """Return the blocks of a rectangle with its four sides as boundaries."""
     off = 1e-6 * max(width, height)

@@ -21,8 +21,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import Outlines, corner_positions
 from bsm_mesh.errors import SingularMatrixError
@@ -433,10 +435,7 @@ class Continuation:
         self, contacts: MovingContacts, at: Evaluation, position: FloatArray, recent: list[FloatArray]
     ) -> tuple[str, IntArray]:
         """Return why and which blocks come down; an empty reason if none does."""
-        c = contacts.candidates
-        supported = np.zeros(len(position), dtype=bool)
-        supported[c.block_a[at.bearing]] = supported[c.block_b[at.bearing]] = True
-        supported[self.bars.block] = True
+        supported = self._supported(contacts, at)
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.begin.position)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
@@ -451,6 +450,14 @@ class Continuation:
             return "", np.zeros(0, dtype=np.int32)
         lately = np.abs((recent[-1] - recent[0]) / self.scale).max(axis=1) * ~self.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
+
+    def _supported(self, contacts: MovingContacts, at: Evaluation) -> BoolArray:
+        """Return which blocks a chain of bearing contacts joins to a support, (n,): others fall, if together."""
+        c, n = contacts.candidates, self.model.blocks.count
+        ends = (c.block_a[at.bearing], c.block_b[at.bearing])
+        _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
+        held: BoolArray = np.isin(part, part[self.bars.block])
+        return held
 
     def _record(
         self,

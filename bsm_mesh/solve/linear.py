@@ -75,8 +75,8 @@ class LinearScheme:
         """Return the supports for a stage: prescribed displacements belong to the first."""
         return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget what the contacts of blocks that do not stay bore."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget what the contacts of blocks that do not stay bore; those of blocks that come bear nothing yet."""
         gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
         for values in (self.normal_force, self.shear_force, self.opening, self.slip):
             values[gone] = 0.0
