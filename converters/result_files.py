@@ -12,26 +12,32 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
-from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
+from converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 
 SERIES = ("blocks", "contacts", "supports")
+WATER = "water"
 
 
 def write_series(results: Results, folder: Path) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts and supports; return all files.
+    """Write one VTU a stage and one PVD for each of blocks, contacts and supports, and water tables; return all files.
 
     PVD time is the number of the stage. Every file is written whole or not at all.
     """
     files: list[Path] = []
-    for kind in SERIES:
+    for kind in (*SERIES, WATER):
         entries = []
         for number, stage in enumerate(results.stages):
+            if kind == WATER and not len(stage.water_table):
+                continue
             name = f"{kind}_{number:04d}.vtu"
             write_vtu(folder / name, _GRIDS[kind](results, stage))
             entries.append((float(number), name))
             files.append(folder / name)
-        write_pvd(folder / f"{kind}.pvd", entries)
-        files.append(folder / f"{kind}.pvd")
+        if entries:
+            write_pvd(folder / f"{kind}.pvd", entries)
+            files.append(folder / f"{kind}.pvd")
+        else:  # of a former run
+            (folder / f"{kind}.pvd").unlink(missing_ok=True)
     return files
 
 
@@ -148,13 +154,32 @@ def support_grid(results: Results, stage: StageResult) -> Grid:
     return _vertices(supports.point, cells, {})
 
 
-_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid}
+def water_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the water table over the model, a line a straight piece."""
+    count = len(stage.water_table)
+    return Grid(
+        points=stage.water_table.reshape(-1, 2),
+        offsets=2 * np.arange(count + 1),
+        connectivity=np.arange(2 * count),
+        cell_type=LINE,
+        cell_data={"piece": np.arange(count, dtype=np.int32)},
+    )
+
+
+_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid, WATER: water_grid}
 
 
 def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
     """Return the grids of blocks, contacts and supports of a stage."""
     blocks, contacts, supports = (read_vtu(read_pvd(folder / f"{kind}.pvd")[stage][1]) for kind in SERIES)
     return blocks, contacts, supports
+
+
+def read_water_table(folder: Path, stage: int) -> FloatArray:
+    """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
+    listed = read_pvd(folder / f"{WATER}.pvd") if (folder / f"{WATER}.pvd").is_file() else []
+    file = next((path for time, path in listed if time == stage), None)
+    return np.zeros((0, 2, 2)) if file is None else read_vtu(file).points.reshape(-1, 2, 2)
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:

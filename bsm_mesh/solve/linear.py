@@ -101,7 +101,7 @@ class LinearScheme:
         contacts = _contacts_of(part, self.contacts, chosen)
         self.report("assembly")
         system = LinearSystem(part.model, contacts, self.normal_force[chosen], self.shear_force[chosen])
-        free = system.free_parts(part.block)
+        free = system.free_parts(part.block if number else None)
         if free and number == 0:
             raise ModelError([part.text for part in free])
         start = system.at_start(self.linear_solver)
@@ -209,6 +209,7 @@ def _outcome(
         loads=system.loads,
         reactions=reactions,
         water=water.on_blocks(blocks.vertices, centroid),
+        water_table=water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         unstable_blocks=np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(

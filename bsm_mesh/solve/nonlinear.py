@@ -127,6 +127,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> O
         loads=motion.loads,
         reactions=reactions,
         water=engine.water_at(motion.position),
+        water_table=engine.water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         unstable_blocks=motion.unstable_blocks,
