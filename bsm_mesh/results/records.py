@@ -106,7 +106,7 @@ class SupportForces:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRecord:
-    """One accepted step.
+    """One accepted step; one cycle of the scheme ``wang``.
 
     Attributes
     ----------

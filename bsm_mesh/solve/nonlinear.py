@@ -1,4 +1,4 @@
-"""The scheme ``continuation``: large displacement, joints that slip and open; results in the final geometry."""
+"""The schemes ``continuation`` and ``wang``: large displacement, joints that slip and open; results where it ends."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from bsm_mesh.solve.moving import History, commit, turned
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
 from bsm_mesh.solve.stages import Observer, Outcome, Reporter
+from bsm_mesh.solve.wang import WangIteration
 
 
 class ContinuationScheme:
@@ -81,11 +82,12 @@ class ContinuationScheme:
 
     def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
         """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
-        self.report("continuation")
+        self.report(self.options.scheme)
         centroid = part.model.blocks.moments.centroid
         position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
         start = Start(position=position, history=in_part(self.history, part), intact=number == 0)
-        engine = Continuation(part.model, self.options, observer, start)
+        kind = WangIteration if self.options.scheme == "wang" else Continuation
+        engine = kind(part.model, self.options, observer, start)
         motion = engine.run()
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
