@@ -1,6 +1,6 @@
 """Example 1 by the homogeneous route: in-situ stress set directly, then the tunnel excavated, on any mesh.
 
-Stiffness `homogeneous` (E_N = E_T = E / (1 - mu^2)), against scikit-fem on the blocks that are left, averaged over each.
+Stiffness `homogeneous` (E_N = E_T = E / (1 - mu^2)), against scikit-fem averaged over the blocks that are left.
 The thesis's own route comes near the continuum on triangles only (test_wang_example_1.py).
 """
 
