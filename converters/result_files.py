@@ -14,9 +14,10 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
-from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
+from converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 
 SERIES = ("blocks", "contacts", "supports")
+WATER = "water"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class Instant:
 
 
 def write_series(results: Results, folder: Path, instants: Sequence[Instant] | None = None) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts and supports; return all files.
+    """Write one VTU a stage and one PVD for each of blocks, contacts, supports and water tables; return all.
 
     PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
     of steps since the run began. Other snapshots in the folder are removed. Every file is written whole or not at all.
@@ -50,15 +51,20 @@ def write_series(results: Results, folder: Path, instants: Sequence[Instant] | N
     taken = np.cumsum([len(stage.steps) for stage in results.stages])
     times = np.arange(len(results.stages)) if instants is None else taken
     between = [instant for instant in instants or () if instant.time not in taken]
-    for kind in SERIES:
+    for kind in (*SERIES, WATER):
         ends = []
         for number, stage in enumerate(results.stages):
+            if kind == WATER and not len(stage.water_table):
+                continue
             name = f"{kind}_{number:04d}.vtu"
             write_vtu(folder / name, _GRIDS[kind](results, stage))
             ends.append((float(times[number]), name))
             files.append(folder / name)
-        write_pvd(folder / f"{kind}.pvd", sorted([*_entries(kind, between), *ends]))
-        files.append(folder / f"{kind}.pvd")
+        if ends:
+            write_pvd(folder / f"{kind}.pvd", sorted([*(_entries(kind, between) if kind in SERIES else []), *ends]))
+            files.append(folder / f"{kind}.pvd")
+        else:  # of a former run
+            (folder / f"{kind}.pvd").unlink(missing_ok=True)
     remove_snapshots(folder, keep=between)
     return files
 
@@ -201,7 +207,19 @@ def support_grid(results: Results, stage: StageResult) -> Grid:
     return _vertices(supports.point, cells, {})
 
 
-_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid}
+def water_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the water table over the model, a line a straight piece."""
+    count = len(stage.water_table)
+    return Grid(
+        points=stage.water_table.reshape(-1, 2),
+        offsets=2 * np.arange(count + 1),
+        connectivity=np.arange(2 * count),
+        cell_type=LINE,
+        cell_data={"piece": np.arange(count, dtype=np.int32)},
+    )
+
+
+_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid, WATER: water_grid}
 
 
 def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
@@ -222,6 +240,13 @@ def stage_file(folder: Path, kind: str, stage: int) -> Path:
     if not -1 <= stage < len(ends):
         raise ModelError(f"{folder / kind}.pvd: does not list stage {stage}; run the model again")
     return ends[stage]
+
+
+def read_water_table(folder: Path, stage: int) -> FloatArray:
+    """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
+    listed = read_pvd(folder / f"{WATER}.pvd") if (folder / f"{WATER}.pvd").is_file() else []
+    file = next((path for _, path in listed if path.stem == f"{WATER}_{stage:04d}"), None)
+    return np.zeros((0, 2, 2)) if file is None else read_vtu(file).points.reshape(-1, 2, 2)
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:

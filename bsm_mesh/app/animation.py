@@ -56,11 +56,19 @@ def animate(folder: Path) -> Path:
 
 def draw_step(folder: Path, step: int) -> Path:
     """Draw the position at the last snapshot of no more than `step` steps, and return the path of the picture."""
+    from converters.result_files import read_water_table
+
     told, files = read_summary(folder), _snapshots(folder)
     earlier = [entry for entry in files if entry[0] <= step] or files[:1]
     time, file = earlier[-1]
     grid = _read(file)
-    scene = Scene(grid=grid, title=heading(told, "on its way"), size=float(grid.length), joints=np.zeros((0, 2, 2)))
+    scene = Scene(
+        grid=grid,
+        title=heading(told, "on its way"),
+        size=float(grid.length),
+        joints=np.zeros((0, 2, 2)),
+        water=read_water_table(folder, int(file.stem.split("_")[1])),
+    )
 
     def draw(plotter: Any, scene: Scene) -> str:
         add_position(plotter, scene)

@@ -41,12 +41,15 @@ class Scene:
         Diagonal of the model.
     joints : (k, 2, 2) float64 [m]
         Both ends of every jointed face.
+    water : (k, 2, 2) float64 [m]
+        Both ends of the straight pieces of the water table.
     """
 
     grid: Any
     title: str
     size: float
     joints: FloatArray
+    water: FloatArray
 
     @property
     def outlines(self) -> bool:
@@ -59,6 +62,7 @@ def draw_pictures(folder: Path) -> list[Path]:
     import pyvista
 
     pyvista.OFF_SCREEN = True
+    from converters.result_files import read_water_table
     from converters.vtk_files import read_pvd, read_vtu
 
     told = read_summary(folder)
@@ -66,7 +70,9 @@ def draw_pictures(folder: Path) -> list[Path]:
     read_vtu(file, needs=("displacement", "sigma_1", "stress"))
     grid = pyvista.read(file)
     contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
-    scene = Scene(grid=grid, title=heading(told), size=float(grid.length), joints=joint_traces(contacts))
+    water = read_water_table(folder, len(told["stages"]) - 1)
+    size = float(grid.length)
+    scene = Scene(grid=grid, title=heading(told), size=size, joints=joint_traces(contacts), water=water)
     with pictures_folder(folder) as target:
         return [save_picture(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
 
@@ -90,6 +96,9 @@ def save_picture(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) ->
     plotter = pyvista.Plotter(off_screen=True, window_size=(WIDTH, int(WIDTH * aspect * 0.86) + 150))
     plotter.set_background("white")
     caption = draw(plotter, scene)
+    if len(scene.water):
+        _add_lines(plotter, scene.water, 0.012 * scene.size, "#1f6fd0", 3.0)
+        caption = f"{caption}; water table in blue"
     height = plotter.window_size[1]
     plotter.add_text(f"{scene.title}\n{caption}", position=(20, height - 64), font_size=11, color="black")
     plotter.enable_parallel_projection()
@@ -283,13 +292,16 @@ def _add_paper(plotter: Any, scene: Scene) -> None:
 
 def _add_joints(plotter: Any, scene: Scene) -> None:
     """Draw the joints as thin dark lines over the blocks, where there are some."""
+    if len(scene.joints):
+        _add_lines(plotter, scene.joints, 0.006 * scene.size, "#111111", 1.6)
+
+
+def _add_lines(plotter: Any, lines: FloatArray, height: float, colour: str, width: float) -> None:
+    """Draw lines (k, 2, 2) at a height above the blocks."""
     import pyvista
 
-    if len(scene.joints):
-        points = np.zeros((2 * len(scene.joints), 3))
-        points[:, :2] = scene.joints.reshape(-1, 2)
-        points[:, 2] = 0.006 * scene.size
-        plotter.add_mesh(pyvista.line_segments_from_points(points), color="#111111", line_width=1.6, lighting=False)
+    points = np.column_stack([lines.reshape(-1, 2), np.full(2 * len(lines), height)])
+    plotter.add_mesh(pyvista.line_segments_from_points(points), color=colour, line_width=width, lighting=False)
 
 
 def _outline(grid: Any) -> Any:

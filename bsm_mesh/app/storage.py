@@ -195,7 +195,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord], count: int) -> StageResult:
-    from converters.result_files import contacts_of_grid, read_stage_grids, supports_of_grid
+    from converters.result_files import contacts_of_grid, read_stage_grids, read_water_table, supports_of_grid
 
     blocks, contacts, supports = read_stage_grids(folder, number)
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
@@ -219,6 +219,7 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
         loads=whole(cells["load"]),
         reactions=whole(cells["reaction"]),
         water=whole(cells["water"]),
+        water_table=read_water_table(folder, number),
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),

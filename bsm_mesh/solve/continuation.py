@@ -21,8 +21,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.balance import fall_rate
@@ -194,10 +196,7 @@ class Continuation:
         self, contacts: MovingContacts, at: Evaluation, position: FloatArray, recent: list[FloatArray]
     ) -> tuple[str, IntArray]:
         """Return why and which blocks come down; an empty reason if none does."""
-        moving, c = self.moving, contacts.candidates
-        supported = np.zeros(len(position), dtype=bool)
-        supported[c.block_a[at.bearing]] = supported[c.block_b[at.bearing]] = True
-        supported[moving.bars.block] = True
+        moving, supported = self.moving, self._supported(contacts, at)
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.begin.position)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
@@ -212,6 +211,14 @@ class Continuation:
             return "", np.zeros(0, dtype=np.int32)
         lately = np.abs((recent[-1] - recent[0]) / moving.scale).max(axis=1) * ~moving.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
+
+    def _supported(self, contacts: MovingContacts, at: Evaluation) -> BoolArray:
+        """Return which blocks a chain of bearing contacts joins to a support, (n,): others fall, if together."""
+        c, n = contacts.candidates, self.moving.model.blocks.count
+        ends = (c.block_a[at.bearing], c.block_b[at.bearing])
+        _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
+        held: BoolArray = np.isin(part, part[self.moving.bars.block])
+        return held
 
     def _record(
         self,

@@ -20,7 +20,7 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
-from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole
+from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole, with_filled
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
 from bsm_mesh.solve.moving import History, commit, turned
 from bsm_mesh.solve.options import Options
@@ -73,10 +73,12 @@ class ContinuationScheme:
         """Return the supports for a stage; what they have moved shows in the blocks' positions."""
         return bars
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay; blocks that come touch their neighbours without force."""
         self.history = between(self.history, stays)
         self.moved[~stays] = 0.0
+        if comes.any():
+            self.history = with_filled(self.history, self.model, comes, stays | comes, self.moved)
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -137,6 +139,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> O
         loads=motion.loads,
         reactions=reactions,
         water=engine.moving.water_at(motion.position),
+        water_table=engine.moving.water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         unstable_blocks=motion.unstable_blocks,

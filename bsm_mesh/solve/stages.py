@@ -46,8 +46,8 @@ class Scheme(Protocol):
     def stage_bars(self, bars: Bars, number: int) -> Bars:
         """Return the supports for a stage."""
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay (n,)."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay (n,), and put in those that come (n,), bearing nothing."""
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -110,7 +110,7 @@ def _begin(model: Model, scheme: Scheme, site: _Site, stage: Stage, now: BoolArr
     """Take away and put back the blocks of a stage, and add its loads."""
     stays, leaves = site.present & now, site.present & ~now
     site.held.append((_forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
-    scheme.change(stays)
+    scheme.change(stays, now & ~site.present)
     if stage.pressure:
         site.forces.append(_pressure_on_new_faces(model, stays, leaves, stage.pressure))
     site.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))

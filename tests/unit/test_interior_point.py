@@ -1,4 +1,4 @@
-"""The interior point method: its smoothed laws, its agreement with the laws themselves, and that it finds what is there."""
+"""The interior point method: its smoothed laws, their limit, and that it finds what is there."""
 
 from itertools import pairwise
 
