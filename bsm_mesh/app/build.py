@@ -257,7 +257,7 @@ def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) 
         scale = convert(f"1 {mesh.unit}", "m")
     except ValueError as error:
         raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
-    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
+    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale, blocks=mesh.blocks)
 
 
 def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:
