@@ -164,9 +164,9 @@ def _accounts(
     share = np.stack([_sums(own[what == k], length[what == k], count) for k in range(5)])
     given, in_rock, extended = lengths
     snapped = in_rock + extended - share.sum(axis=0)
-    ends = dead_ends(graph)
-    at = np.flatnonzero(np.isin(graph.edges, ends).any(axis=1) & inside)
-    hanging = np.bincount(joint[at][joint[at] >= 0], minlength=count)
+    is_end = np.zeros(len(graph.points), dtype=np.bool_)
+    is_end[dead_ends(graph)] = True
+    hanging = _sums(np.where(inside, joint, -1), is_end[graph.edges].sum(axis=1), count)
     return tuple(
         JointAccount(
             name=name,

@@ -45,6 +45,8 @@ def join_ends(pieces: Pieces, tolerance: float) -> Lines:
     moved = pieces.ends.reshape(-1, 2).copy()
     moved[end] = place
     pieces = dataclasses.replace(pieces, ends=moved.reshape(-1, 2, 2))
+    pieces = dataclasses.replace(pieces, ends=_merge_ends(pieces, tolerance))
+    place = pieces.ends.reshape(-1, 2)[end]
     start, vector = pieces.ends[target, 0], pieces.ends[target, 1] - pieces.ends[target, 0]
     share = np.einsum("nj,nj->n", place - start, vector) / np.einsum("nj,nj->n", vector, vector)
     inside = (share > 0) & (share < 1)

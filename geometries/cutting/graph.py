@@ -70,8 +70,8 @@ def match_edges(ends: FloatArray, pieces: Pieces, tolerance: float) -> tuple[Int
 def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> FloatArray:
     """Return the points where the pieces themselves cross, not where a grid has rounded them to.
 
-    A point on two pieces goes to their intersection, one on a single piece onto that piece, and a corner of an
-    outline to itself, so that outlines keep their area.
+    A point on two pieces goes to their intersection, one on a single piece onto that piece, a corner of an
+    outline and a dead end to themselves, so that outlines keep their area.
     """
     from scipy.spatial import cKDTree
 
@@ -95,9 +95,11 @@ def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> FloatArray:
     for better, far in ((foot, 1.5 * tolerance), (crossing, np.maximum(slant, 1.5 * tolerance))):
         near = np.hypot(*(better - graph.points[at]).T) <= far
         placed[at[near]] = better[near]
-    corners = pieces.ends[pieces.region >= 0, 0]
+    corners = np.concatenate([pieces.ends.reshape(-1, 2), pieces.ends[pieces.region >= 0, 0]])
     distance, nearest = cKDTree(graph.points).query(corners)
-    placed[nearest[distance <= 1.5 * tolerance]] = corners[distance <= 1.5 * tolerance]
+    degree = np.bincount(graph.edges.ravel(), minlength=len(graph.points))
+    near = (distance <= 1.5 * tolerance) & ((degree[nearest] == 1) | (np.arange(len(corners)) >= 2 * len(pieces.ends)))
+    placed[nearest[near]] = corners[near]
     return placed
 
 

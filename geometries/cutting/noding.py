@@ -13,6 +13,8 @@ from geometries.cutting.graph import Graph, match_edges
 from geometries.cutting.pieces import IntArray
 from geometries.joint_sets import FloatArray
 
+REACH = 0.75  # tolerances: half the diagonal of a cell of the grid, as far as an edge may lie off its piece
+
 
 def node_by_shapely(lines: Lines, tolerance: float) -> Graph:
     """Return the graph of the pieces, its points on a grid of the tolerance."""
@@ -24,7 +26,7 @@ def node_by_shapely(lines: Lines, tolerance: float) -> Graph:
     coordinates, line = shapely.get_coordinates(noded, return_index=True)
     follows = line[1:] == line[:-1]
     points, edges = number_points(np.stack([coordinates[:-1][follows], coordinates[1:][follows]], axis=1))
-    edge, piece = match_edges(points[edges], lines.pieces, tolerance)
+    edge, piece = match_edges(points[edges], lines.pieces, REACH * tolerance)
     return Graph(points=points, edges=edges, edge=edge, piece=piece)
 
 

@@ -89,7 +89,7 @@ def test_no_area_and_no_joint_is_lost(mass: RockMass) -> None:
     whole = mass.domain().area
     assert areas(cut).min() > 0
     assert areas(cut).sum() == pytest.approx(whole, rel=AREA)
-    edges = sum(len(edges) for edges in cut.joints.values()) + 10
+    edges = sum(len(edges) for groups in (cut.joints, cut.dead) for edges in groups.values()) + 10
     assert accounted(cut, 4 * mass.grid * edges)
 
 
