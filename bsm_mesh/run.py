@@ -10,7 +10,7 @@ from bsm_mesh.results.records import Results, StepRecord
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
-    from bsm_mesh.solve.linear import Reporter
+    from bsm_mesh.solve.stages import Reporter, Scheme
 
 Observer = Callable[[StepRecord], None]
 
@@ -41,20 +41,24 @@ def run(
     """
     options = options or Options()
     watch: Observer = observer or (lambda record: None)
-    if options.scheme == "linear":  # compiled code: not before it is needed
-        from bsm_mesh.solve.linear import solve_linear
+    from bsm_mesh.solve.stages import solve_stages  # compiled code: not before it is needed
 
-        stage, linear_solver = solve_linear(model, options, report, watch)
+    scheme: Scheme
+    if options.scheme == "linear":
+        from bsm_mesh.solve.linear import LinearScheme
+
+        scheme = LinearScheme(model, options, report)
     else:
-        from bsm_mesh.solve.nonlinear import solve_continuation
+        from bsm_mesh.solve.nonlinear import ContinuationScheme
 
-        stage, linear_solver = solve_continuation(model, options, report, watch)
+        scheme = ContinuationScheme(model, options, report)
+    stages = solve_stages(model, scheme, report, watch)
     return Results(
         blocks=model.blocks,
         joint_names=tuple(joint.name for joint in model.joints),
-        stages=(stage,),
+        stages=stages,
         scheme=options.scheme,
-        linear_solver=linear_solver,
+        linear_solver=scheme.linear_solver,
         model_digest=model.digest,
         title=model.title,
     )

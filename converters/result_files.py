@@ -36,35 +36,40 @@ def write_series(results: Results, folder: Path) -> list[Path]:
 
 
 def block_grid(results: Results, stage: StageResult) -> Grid:
-    """Return the blocks, a polygon a block with points of its own at the original positions.
+    """Return the blocks that are there, a polygon a block with points of its own at the original positions.
 
     The point array ``displacement`` is that of the corners by exact rotation, for ParaView's Warp By Vector.
     """
     blocks = results.blocks
+    here = np.flatnonzero(stage.present)
+    corners = np.flatnonzero(stage.present[blocks.owner])
     sigma_1, sigma_3 = principal_stresses(stage.stress)
     unstable = np.zeros(blocks.count, dtype=np.uint8)
     unstable[stage.unstable_blocks] = 1
-    cells = {
+    cells: dict[str, Any] = {
         "block_id": np.arange(blocks.count, dtype=np.int32),
         "rock": blocks.rock.astype(np.int32),
         "displacement": spatial(stage.displacement[:, :2]),
         "rotation": stage.displacement[:, 2],
         "stage_displacement": spatial(stage.stage_displacement[:, :2]),
         "stage_rotation": stage.stage_displacement[:, 2],
+        "origin": stage.origin,
         "stress": six_components(stage.stress),
+        "stress_effective": six_components(stage.stress_effective),
         "sigma_1": sigma_1,
         "sigma_3": sigma_3,
         "unstable": unstable,
         "load": stage.loads,
         "reaction": stage.reactions,
+        "water": stage.water,
     }
     return Grid(
-        points=blocks.vertices,
-        offsets=blocks.offsets,
-        connectivity=np.arange(len(blocks.vertices)),
+        points=blocks.vertices[corners],
+        offsets=np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[here])]),
+        connectivity=np.arange(len(corners)),
         cell_type=POLYGON,
-        point_data={"displacement": spatial(corner_displacement(blocks, stage.displacement))},
-        cell_data=cells,
+        point_data={"displacement": spatial(corner_displacement(blocks, stage.displacement)[corners])},
+        cell_data={name: values[here] for name, values in cells.items()},
         field_data={"rock_names": blocks.rock_names},
     )
 
@@ -125,6 +130,7 @@ def contact_grid(results: Results, stage: StageResult) -> Grid:
         "opening": contacts.opening,
         "slip": contacts.slip,
         "joint": contacts.joint.astype(np.int32),
+        "water_pressure": contacts.water_pressure,
         "force": spatial(contacts.force),
         "normal": spatial(contacts.normal),
     }

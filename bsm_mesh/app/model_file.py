@@ -155,8 +155,11 @@ class SolverTable(Table):
 
     scheme: Scheme = "linear"
     tolerance: Number = 1e-6
-    max_steps: StrictInt = 500
+    max_steps: StrictInt = Field(default=500, description="steps, or cycles of wang, before it gives up")
     displacement_limit: Length | None = Field(default=None, description="unstable beyond; default: the model's size")
+    sliding_stiffness: Number = Field(
+        default=1.0, description="wang: part of their shear stiffness that sliding contacts keep in the matrix"
+    )
     linear_solver: LinearSolverName = "auto"
     threads: StrictInt = 0
 

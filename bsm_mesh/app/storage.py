@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
@@ -100,15 +101,20 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
         "steps": len(stage.steps),
         "newton_iterations": sum(step.newton_iterations for step in stage.steps),
         "factorizations": sum(step.factorizations for step in stage.steps),
+        "start_residual": stage.start_residual,
         "residual": stage.residual,
         "reference_weight": stage.reference_weight,
+        "blocks": int(stage.present.sum()),
         "max_displacement": stage.max_displacement,
+        "max_stage_displacement": stage.max_stage_displacement,
         "most_compressive_stress": float(sigma_1.min()),
         "most_tensile_stress": float(sigma_3.max()),
         "unstable_blocks": stage.unstable_blocks.tolist(),
         "contacts": len(stage.contacts.length),
         "total_load": stage.total_load.tolist(),
+        "total_water": stage.water[:, :2].sum(axis=0).tolist(),
         "total_reaction": stage.total_reaction.tolist(),
+        "notes": list(stage.notes),
         "seconds": stage.seconds,
     }
 
@@ -143,9 +149,10 @@ def load_results(folder: Path) -> Results:
 
     told = read_summary(folder)
     steps = _read_history(folder / "history.csv", sum(stage["steps"] for stage in told["stages"]))
-    stages = [_load_stage(folder, k, stage, steps) for k, stage in enumerate(told["stages"])]
+    blocks = blocks_of_grid(read_stage_grids(folder, 0)[0])
+    stages = [_load_stage(folder, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
     return Results(
-        blocks=blocks_of_grid(read_stage_grids(folder, 0)[0]),
+        blocks=blocks,
         joint_names=tuple(told["joint_names"]),
         stages=tuple(stages),
         scheme=told["scheme"],
@@ -179,26 +186,43 @@ def read_summary(folder: Path) -> dict[str, Any]:
     return told
 
 
-def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord]) -> StageResult:
+def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord], count: int) -> StageResult:
     from converters.result_files import contacts_of_grid, read_stage_grids, supports_of_grid
 
     blocks, contacts, supports = read_stage_grids(folder, number)
-    cells = blocks.cell_data
-    xx, yy, _, xy, _, _ = cells["stress"].T
+    cells, here = blocks.cell_data, blocks.cell_data["block_id"]
+
+    def whole(rows: Any) -> Any:
+        """Return rows of the blocks that are there among zeros for those that are not."""
+        values = np.zeros((count, *rows.shape[1:]), dtype=rows.dtype)
+        values[here] = rows
+        return values
+
     return StageResult(
         name=told["name"],
         status=Status(told["status"]),
         reason=told["reason"],
-        present=np.ones(len(xx), dtype=bool),
-        displacement=np.column_stack([cells["displacement"][:, :2], cells["rotation"]]),
-        stage_displacement=np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]]),
-        stress=np.stack([np.stack([xx, xy], axis=1), np.stack([xy, yy], axis=1)], axis=1),
-        loads=cells["load"],
-        reactions=cells["reaction"],
+        present=whole(np.ones(len(here), dtype=bool)),
+        displacement=whole(np.column_stack([cells["displacement"][:, :2], cells["rotation"]])),
+        stage_displacement=whole(np.column_stack([cells["stage_displacement"][:, :2], cells["stage_rotation"]])),
+        origin=whole(cells["origin"]),
+        stress=whole(_tensors(cells["stress"])),
+        stress_effective=whole(_tensors(cells["stress_effective"])),
+        loads=whole(cells["load"]),
+        reactions=whole(cells["reaction"]),
+        water=whole(cells["water"]),
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
+        start_residual=told["start_residual"],
         residual=told["residual"],
         reference_weight=told["reference_weight"],
         steps=tuple(step for step in steps if step.stage == number),
+        notes=tuple(told["notes"]),
     )
+
+
+def _tensors(six: FloatArray) -> FloatArray:
+    """Return the tensors (k, 2, 2) of six components XX YY ZZ XY YZ XZ (k, 6)."""
+    xx, yy, _, xy, _, _ = six.T
+    return np.stack([np.stack([xx, xy], axis=1), np.stack([xy, yy], axis=1)], axis=1)

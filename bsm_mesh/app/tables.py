@@ -72,7 +72,8 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     if results.scheme != "linear":
         last = stage.steps[-1]
         spent = sum(step.factorizations for step in stage.steps)
-        rows.insert(4, ("steps, factorizations", f"{len(stage.steps)}, {spent}"))
+        unit = "cycles" if results.scheme == "wang" else "steps"
+        rows.insert(4, (f"{unit}, factorizations", f"{len(stage.steps)}, {spent}"))
         rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
     overstressed = int((stage.contacts.utilisation > 1).sum())
     if overstressed and results.scheme == "linear":

@@ -1,17 +1,22 @@
 """What is given: blocks, rocks, joints, supports, loads, and the model that holds them."""
 
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
-from bsm_mesh.model.loads import EdgeTractions, PointLoad, Pressure, Traction
+from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
+from bsm_mesh.model.water import Water
 
 __all__ = [
     "Blocks",
     "EdgeTractions",
     "Filling",
     "Fixed",
+    "InSitu",
+    "InSituTraction",
     "Joint",
     "Model",
     "MohrCoulomb",
@@ -22,5 +27,7 @@ __all__ = [
     "Pressure",
     "Rock",
     "Roller",
+    "Stage",
     "Traction",
+    "Water",
 ]

@@ -111,20 +111,17 @@ class EdgeTractions:
             raise ModelError(f"load on '{self.boundary}': values must be finite")
 
 
-Load: TypeAlias = PointLoad | Pressure | Traction | EdgeTractions
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InSituTraction:
+    """The traction on a boundary that balances the in-situ stress field of the model.
 
+    Attributes
+    ----------
+    boundary : str
+        Name of the boundary.
+    """
 
-def linear_field(value: float | Sequence[float], name: str) -> LinearField:
-    """Return the three coefficients of a constant or linear field."""
-    parts: Sequence[float] = list(value) if isinstance(value, Iterable) else [value]
-    rules = Rules(name)
-    if len(parts) not in (1, 3):
-        rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")
-    for part in parts:
-        rules.number("value", part, "Pa or Pa/m")
-    raise_faults(rules.faults)
-    c, ax, ay = [*map(float, parts), 0.0, 0.0][:3]
-    return c, ax, ay
+    boundary: str
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -146,7 +143,26 @@ class PointForces:
     force: FloatArray
 
 
-def point_forces_of(loads: Sequence[Load], blocks: Blocks) -> PointForces:
+BoundaryLoad: TypeAlias = Pressure | Traction | EdgeTractions
+ActingLoad: TypeAlias = PointLoad | BoundaryLoad | PointForces
+Load: TypeAlias = ActingLoad | InSituTraction
+"""What acts on blocks: loads as they are given, or point forces that were worked out before."""
+
+
+def linear_field(value: float | Sequence[float], name: str) -> LinearField:
+    """Return the three coefficients of a constant or linear field."""
+    parts: Sequence[float] = list(value) if isinstance(value, Iterable) else [value]
+    rules = Rules(name)
+    if len(parts) not in (1, 3):
+        rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")
+    for part in parts:
+        rules.number("value", part, "Pa or Pa/m")
+    raise_faults(rules.faults)
+    c, ax, ay = [*map(float, parts), 0.0, 0.0][:3]
+    return c, ax, ay
+
+
+def point_forces_of(loads: Sequence[ActingLoad], blocks: Blocks) -> PointForces:
     """Return the forces of all loads; a traction becomes two forces an edge, with its resultant and moment.
 
     A component that runs linearly from q1 to q2 along an edge of length l becomes l (2 q1 + q2) / 6 and
@@ -156,6 +172,9 @@ def point_forces_of(loads: Sequence[Load], blocks: Blocks) -> PointForces:
         (np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros((0, 2)))
     ]
     for load in loads:
+        if isinstance(load, PointForces):
+            parts.append((load.block, load.point, load.force))
+            continue
         if isinstance(load, PointLoad):
             parts.append((np.array([load.block]), np.array([load.point]), np.array([load.force])))
             continue
@@ -170,9 +189,7 @@ def point_forces_of(loads: Sequence[Load], blocks: Blocks) -> PointForces:
     return PointForces(block=block.astype(np.int32), point=point, force=force)
 
 
-def edge_tractions(
-    load: Pressure | Traction | EdgeTractions, blocks: Blocks
-) -> tuple[IntArray, FloatArray, FloatArray]:
+def edge_tractions(load: BoundaryLoad, blocks: Blocks) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return the loaded edges, their ends (k, 2 ends, 2) [m] and the tractions there (k, 2 ends, 2) [Pa].
 
     Between the ends of an edge the traction runs linearly.

@@ -13,11 +13,14 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, digest
 from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.loads import Load, PointLoad, point_forces_of
+from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.loads import ActingLoad, EdgeTractions, InSituTraction, Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.stages import Stage, presence
 from bsm_mesh.model.supports import Support, bars_of, unit_vector
 from bsm_mesh.model.values import Rules
+from bsm_mesh.model.water import Water
 
 ContactPoints = Literal["ends", "gauss"]
 
@@ -39,11 +42,17 @@ class Model:
     supports : tuple of support
         `Fixed`, `Roller`, `NormalRoller`, `PrescribedDisplacement`.
     loads : tuple of load
-        `PointLoad`, `Pressure`, `Traction`, `EdgeTractions`.
+        `PointLoad`, `Pressure`, `Traction`, `EdgeTractions`, `InSituTraction`.
     gravity_direction : float [degrees]
         Direction in which the unit weights pull, from the x axis; -90 is down.
     contact_points : {"ends", "gauss"}
         Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points.
+    in_situ : InSitu or None
+        Stress of the ground before the first stage; displacements then count from there.
+    water : Water or None
+        Groundwater at the start.
+    stages : tuple of Stage
+        What is taken away, put back and changed, in this order.
     title : str
         For tables and pictures.
 
@@ -61,10 +70,13 @@ class Model:
     loads: tuple[Load, ...] = ()
     gravity_direction: float = -90.0
     contact_points: ContactPoints = "ends"
+    in_situ: InSitu | None = None
+    water: Water | None = None
+    stages: tuple[Stage, ...] = ()
     title: str = field(default="", metadata={"digest": False})
 
     def __post_init__(self) -> None:
-        for name in ("rocks", "joints", "supports", "loads"):
+        for name in ("rocks", "joints", "supports", "loads", "stages"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         raise_faults(_faults(self))
 
@@ -98,6 +110,28 @@ class Model:
         forces: FloatArray = self.weights[:, None] * unit_vector(self.gravity_direction)
         return forces
 
+    @property
+    def acting_loads(self) -> tuple[ActingLoad, ...]:
+        """The loads, with those that balance the in-situ field worked out."""
+        return self.worked_out(self.loads)
+
+    def worked_out(self, loads: Sequence[Load]) -> tuple[ActingLoad, ...]:
+        """Return loads with those that balance the in-situ field of this model worked out."""
+        derived = [load for load in loads if isinstance(load, InSituTraction)]
+        if not derived:
+            return tuple(load for load in loads if not isinstance(load, InSituTraction))
+        from bsm_mesh.model.stress_field import StressField  # compiled code: not before it is needed
+
+        field = StressField(self)
+
+        def acting(load: Load) -> ActingLoad:
+            if not isinstance(load, InSituTraction):
+                return load
+            values = field.equivalent_tractions(self.blocks.boundary_edges(load.boundary))
+            return EdgeTractions(boundary=load.boundary, values=values)
+
+        return tuple(acting(load) for load in loads)
+
     def replace(self, **changes: object) -> Model:
         """Return a copy with some fields changed, checked anew."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # checked by __post_init__
@@ -127,8 +161,51 @@ def _faults(model: Model) -> list[str]:
     except ModelError as error:
         faults.extend(error.faults)
     for number, load in enumerate(model.loads):
-        faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, blocks))
+        faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
+    faults.extend(_ground_faults(model, joint_names))
+    faults.extend(_stage_faults(model, joint_names))
     return faults
+
+
+def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
+    in_situ = model.in_situ
+    if in_situ is not None and in_situ.surface is not None and model.gravity_direction != -90:
+        yield (
+            f"in_situ: surface means ground under gravity straight down; gravity.direction is "
+            f"{model.gravity_direction:g} degrees: give the field as stress = {{xx, yy, xy}}"
+        )
+    if model.water is not None:
+        yield from _water_faults("water", model.water, model.blocks, joint_names)
+
+
+def _water_faults(place: str, water: Water, blocks: Blocks, joint_names: Sequence[str]) -> Iterable[str]:
+    for name in water.joint_pressure:
+        if name not in joint_names:
+            yield f"{place}: joint_pressure: there is no joint '{name}'{nearest(name, joint_names)}"
+    left, right = float(blocks.vertices[:, 0].min()), float(blocks.vertices[:, 0].max())
+    for line in water.table:
+        if len(line) > 1 and (line[-1][0] < left or line[0][0] > right):
+            yield (
+                f"{place}: the table runs from x = {line[0][0]:g} m to {line[-1][0]:g} m, outside the model "
+                f"({left:g} m to {right:g} m); check its coordinates and units (one point alone is a level everywhere)"
+            )
+
+
+def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
+    names = [stage.name for stage in model.stages]
+    yield from (
+        f"stage '{name}' is defined more than once; rename all but one" for name, k in Counter(names).items() if k > 1
+    )
+    try:
+        presence(model.stages, model.blocks)
+    except ModelError as error:
+        yield from error.faults
+    for stage in model.stages:
+        for number, load in enumerate(stage.loads):
+            for text in _load_faults(load, model):
+                yield f"stage '{stage.name}': load {number + 1} ({type(load).__name__}): {text}"
+        if stage.water is not None:
+            yield from _water_faults(f"stage '{stage.name}': water", stage.water, model.blocks, joint_names)
 
 
 def _missing(
@@ -144,7 +221,14 @@ def _missing(
             )
 
 
-def _load_faults(load: Load, blocks: Blocks) -> list[str]:
+def _load_faults(load: Load, model: Model) -> list[str]:
+    blocks = model.blocks
+    if isinstance(load, InSituTraction):
+        if load.boundary not in blocks.boundaries:
+            return [f"there is no boundary '{load.boundary}'{nearest(load.boundary, blocks.boundaries)}"]
+        if model.in_situ is None or not model.in_situ.describes_field:
+            return ["in_situ = true needs the field: give [in_situ] with surface and k0, or stress = {xx, yy, xy}"]
+        return []
     if not isinstance(load, PointLoad):
         try:
             point_forces_of([load], blocks)

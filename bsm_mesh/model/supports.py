@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -100,7 +101,7 @@ class PrescribedDisplacement(Target):
     displacement: float
 
 
-Support: TypeAlias = Fixed | Roller | NormalRoller | PrescribedDisplacement
+GivenSupport: TypeAlias = Fixed | Roller | NormalRoller | PrescribedDisplacement
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -121,6 +122,8 @@ class Bars:
         Prescribed displacement or rotation.
     support : (k,) int32
         Number of the support in the model's list.
+    edge : (k,) int32
+        The boundary's edge at whose end it holds; -1 where it holds a block or a point.
     """
 
     block: IntArray
@@ -129,6 +132,11 @@ class Bars:
     holds_rotation: BoolArray
     value: FloatArray
     support: IntArray
+    edge: IntArray
+
+
+Support: TypeAlias = GivenSupport | Bars
+"""What holds blocks: supports as they are given, or bars that were worked out before."""
 
 
 def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
@@ -140,71 +148,78 @@ def bars_of(supports: tuple[Support, ...], blocks: Blocks) -> Bars:
         For a boundary or block that does not exist, or a point outside every block.
     """
     faults: list[str] = []
-    parts: list[tuple[FloatArray, ...]] = []
+    parts: list[Bars] = []
     for number, support in enumerate(supports):
+        if isinstance(support, Bars):
+            parts.append(support)
+            continue
         try:
-            block, point, normal = _held_points(support, blocks)
+            parts.extend(_bars_of_one(support, number, blocks))
         except ModelError as error:
             faults.extend(f"support {number + 1} ({type(support).__name__}): {fault}" for fault in error.faults)
-            continue
-        directions, displacement = held_directions(support, normal)
-        for direction in directions:
-            parts.append(
-                (
-                    block,
-                    point,
-                    direction,
-                    np.zeros(len(block)),
-                    np.full(len(block), displacement),
-                    _ids(block, number),
-                )
-            )
-        if isinstance(support, Fixed) and support.blocks is not None:
-            still = np.zeros_like(point)
-            parts.append((block, point, still, np.ones(len(block)), np.zeros(len(block)), _ids(block, number)))
     raise_faults(faults)
-    if not parts:
-        empty = np.zeros(0)
-        parts.append((empty, np.zeros((0, 2)), np.zeros((0, 2)), empty, empty, empty))
-    block, point, direction, rotation, value, support_id = (
-        np.concatenate(column) for column in zip(*parts, strict=True)
-    )
+    if len(parts) == 1:
+        return parts[0]
+    empty = _bars(0, np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros(0, np.int32), np.zeros((0, 2)))
+    columns = {
+        field.name: np.concatenate([getattr(part, field.name) for part in (empty, *parts)]) for field in fields(Bars)
+    }
+    return Bars(**columns)
+
+
+def _bars_of_one(support: GivenSupport, number: int, blocks: Blocks) -> Iterator[Bars]:
+    block, point, normal, edge = _held_points(support, blocks)
+    directions, displacement = held_directions(support, normal)
+    for direction in directions:
+        yield _bars(number, block, point, edge, direction, displacement)
+    if isinstance(support, Fixed) and support.blocks is not None:
+        yield replace(_bars(number, block, point, edge, np.zeros_like(point)), holds_rotation=np.ones(len(block), bool))
+
+
+def _bars(
+    number: int, block: IntArray, point: FloatArray, edge: IntArray, direction: FloatArray, value: float = 0.0
+) -> Bars:
     return Bars(
-        block=block.astype(np.int32),
+        block=block,
         point=point,
         direction=direction,
-        holds_rotation=rotation.astype(bool),
-        value=value,
-        support=support_id.astype(np.int32),
+        holds_rotation=np.zeros(len(block), dtype=bool),
+        value=np.full(len(block), value),
+        support=np.full(len(block), number, dtype=np.int32),
+        edge=edge,
     )
 
 
-def _ids(block: FloatArray, number: int) -> FloatArray:
-    return np.full(len(block), float(number))
+def _held_points(support: Target, blocks: Blocks) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    """Return block (k,), point (k, 2), outward edge normal (k, 2) and edge (k,) of every held point.
 
-
-def _held_points(support: Target, blocks: Blocks) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return block (k,), point (k, 2) and outward edge normal (k, 2; zero without an edge) of every held point."""
+    Where there is no edge the normal is zero and the edge -1.
+    """
     if support.boundary is not None:
         edges = blocks.boundary_edges(support.boundary)
         along = blocks.edge_vectors[edges]
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
         ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1).reshape(-1, 2)
-        return np.repeat(blocks.owner[edges], 2).astype(np.float64), ends, np.repeat(normal, 2, axis=0)
+        return np.repeat(blocks.owner[edges], 2), ends, np.repeat(normal, 2, axis=0), np.repeat(edges, 2)
     if support.blocks is not None:
         ids = np.array(support.blocks, dtype=np.int64)
         outside = ids[(ids < 0) | (ids >= blocks.count)]
         if outside.size:
             raise ModelError(f"there is no block {listing(outside)}; blocks are numbered 0 to {blocks.count - 1}")
-        return ids.astype(np.float64), blocks.moments.centroid[ids], np.zeros((len(ids), 2))
+        return ids.astype(np.int32), blocks.moments.centroid[ids], np.zeros((len(ids), 2)), no_edge(ids)
     assert support.point is not None
     found = blocks_at(blocks, support.point)
     if found.size == 0:
         raise ModelError(f"the point ({support.point[0]:g}, {support.point[1]:g}) lies in no block")
-    return found.astype(np.float64), np.tile(support.point, (len(found), 1)), np.zeros((len(found), 2))
+    return found, np.tile(support.point, (len(found), 1)), np.zeros((len(found), 2)), no_edge(found)
 
 
-def held_directions(support: Support, normal: FloatArray) -> tuple[list[FloatArray], float]:
+def no_edge(blocks: IntArray) -> IntArray:
+    """Return -1 for every block: it is held elsewhere than at an edge."""
+    return np.full(len(blocks), -1, dtype=np.int32)
+
+
+def held_directions(support: GivenSupport, normal: FloatArray) -> tuple[list[FloatArray], float]:
     """Return the held directions, (k, 2) each, and the displacement prescribed along them."""
     if isinstance(support, NormalRoller):
         return [normal], 0.0

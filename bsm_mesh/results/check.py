@@ -84,11 +84,13 @@ def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
     """Return the overlapping area less the closure of the contacts times their length, over the size squared."""
     owner = blocks.owner
     x, y = (blocks.vertices - blocks.moments.centroid[owner]).T
-    u, v, turn = stage.displacement[owner].T
+    u, v, turn = (stage.origin + stage.displacement)[owner].T
     cosine, sine = np.cos(turn), np.sin(turn)
     centre = blocks.moments.centroid[owner]
     corners = centre + np.stack([u + cosine * x - sine * y, v + sine * x + cosine * y], axis=1)
-    found = find_overlaps(corners, blocks.offsets, np.arange(len(corners), dtype=np.int32))
+    there = stage.present[owner]
+    offsets = np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[stage.present])]).astype(np.int32)
+    found = find_overlaps(corners[there], offsets, np.arange(int(there.sum()), dtype=np.int32))
     closure = float((np.maximum(-stage.contacts.opening, 0.0) * stage.contacts.length).sum())
     return (float(found.area.sum()) - closure) / float(np.median(blocks.moments.area))
 
@@ -96,7 +98,9 @@ def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
 def block_residuals(results: Results, stage: StageResult) -> FloatArray:
     """Return the force out of balance of every block, (n, 3) [N/m, N/m, N/m: moment over radius of gyration]."""
     total = stage.loads + stage.reactions
-    centroid = results.blocks.moments.centroid + stage.displacement[:, :2] * (results.scheme != "linear")
+    centroid = results.blocks.moments.centroid + (stage.origin + stage.displacement)[:, :2] * (
+        results.scheme != "linear"
+    )
     force = stage.contacts.force
     for block, sign in ((stage.contacts.block_b, 1.0), (stage.contacts.block_a, -1.0)):
         arm = stage.contacts.point - centroid[block]

@@ -55,6 +55,8 @@ class ContactForces:
         Shear force over shear strength; 0 where the strength is unlimited, at most `MOST_UTILISATION`.
     joint : (m,) int32
         Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
+    water_pressure : (m,) float64 [Pa]
+        Of the water in the joint; the contact forces are the effective ones.
     """
 
     block_a: IntArray
@@ -69,6 +71,7 @@ class ContactForces:
     status: IntArray
     utilisation: FloatArray
     joint: IntArray
+    water_pressure: FloatArray
 
     @property
     def force(self) -> FloatArray:
@@ -103,7 +106,7 @@ class SupportForces:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRecord:
-    """One accepted step.
+    """One accepted step; one cycle of the scheme ``wang``.
 
     Attributes
     ----------
@@ -145,25 +148,32 @@ class StageResult:
     reason : str
         Why, in words.
     present : (n,) bool
-        Which blocks are there.
+        Which blocks are there; all arrays over blocks hold zeros for the others.
     displacement, stage_displacement : (n, 3) float64 [m, m, rad]
-        u, v and theta of every block, since the start and since the stage's start.
-    stress : (n, 2, 2) float64 [Pa]
-        Average stress of every block (Wang Eq. 3.45), tension positive.
+        u, v and theta of every block, since the ground's in-situ state where it is given (else since the start), and
+        since the stage's start. Of a filled block since it was placed.
+    origin : (n, 3) float64 [m, m, rad]
+        Where `displacement` counts from, less where the blocks were given: what the in-situ state moved them by.
+    stress, stress_effective : (n, 2, 2) float64 [Pa]
+        Average stress of every block (Wang Eq. 3.45), tension positive: the total, and that less the water's.
     loads, reactions : (n, 3) float64 [N/m, N/m, N]
-        Weight and loads, and support forces on every block: Fx, Fy, moment about the centroid.
+        Weight, loads and water, and support forces on every block: Fx, Fy, moment about the centroid.
+    water : (n, 3) float64 [N/m, N/m, N]
+        The water's part of `loads`.
     contacts : ContactForces
         Forces in the contacts.
     supports : SupportForces
         Forces at the supports.
     unstable_blocks : (k,) int32
         Blocks that come down; empty where the stage is stable.
-    residual : float
-        As in `StepRecord`, at the end.
+    start_residual, residual : float
+        As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
         What residuals are relative to.
     steps : tuple of StepRecord
         How it got there.
+    notes : tuple of str
+        What a reader should know, a sentence each.
     """
 
     name: str
@@ -172,15 +182,20 @@ class StageResult:
     present: BoolArray
     displacement: FloatArray
     stage_displacement: FloatArray
+    origin: FloatArray
     stress: FloatArray
+    stress_effective: FloatArray
     loads: FloatArray
     reactions: FloatArray
+    water: FloatArray
     contacts: ContactForces
     supports: SupportForces
     unstable_blocks: IntArray
+    start_residual: float
     residual: float
     reference_weight: float
     steps: tuple[StepRecord, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -202,8 +217,17 @@ class StageResult:
     @property
     def max_displacement(self) -> float:
         """Greatest displacement of a centroid [m]."""
-        u, v, _ = self.displacement[self.present].T
-        return float((u**2 + v**2).max(initial=0.0) ** 0.5)
+        return _greatest(self.displacement)
+
+    @property
+    def max_stage_displacement(self) -> float:
+        """Greatest displacement of a centroid since the stage's start [m]."""
+        return _greatest(self.stage_displacement)
+
+
+def _greatest(displacement: FloatArray) -> float:
+    u, v, _ = displacement.T
+    return float((u**2 + v**2).max(initial=0.0) ** 0.5)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -8,7 +8,8 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_moments
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.results.records import ContactForces
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.results.records import ContactForces, SupportForces
 
 PointForce = tuple[IntArray, FloatArray, FloatArray]
 """Blocks (k,), points (k, 2) [m] and forces (k, 2) [N/m]."""
@@ -58,6 +59,27 @@ def block_stress(
         np.add.at(dyad, block, arm[:, :, None] * force[:, None, :])
     stress: FloatArray = (dyad + dyad.transpose(0, 2, 1)) / (2 * blocks.moments.area[:, None, None])
     return stress
+
+
+def total_and_effective_stress(
+    blocks: Blocks,
+    centroid: FloatArray,
+    contacts: ContactForces,
+    acting: tuple[PointForces, SupportForces],
+    water: tuple[PointForce, ...],
+) -> tuple[FloatArray, FloatArray]:
+    """Return the average total stress of every block, and the effective one, (n, 2, 2) each [Pa].
+
+    Contact and support forces are effective ones. With the water's forces their sum gives the total; without them
+    the effective stress: the sum over the water alone is minus its mean pressure in the block, on the diagonal.
+    """
+    loads, supports = acting
+    forces = ((loads.block, loads.point, loads.force), (supports.block, supports.point, supports.reaction))
+    normal_force, shear_force = contacts.normal_force, contacts.shear_force
+    effective = block_stress(blocks, centroid, contacts, normal_force, shear_force, forces)
+    if not water:
+        return effective, effective
+    return block_stress(blocks, centroid, contacts, normal_force, shear_force, (*forces, *water)), effective
 
 
 def principal_stresses(stress: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -24,11 +24,12 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.contact.search import Outlines
+from bsm_mesh.contact.search import Outlines, corner_positions
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.constraints import Constraints, constrain_bars
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
@@ -63,6 +64,15 @@ RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the grea
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Start:
+    """Where the continuation starts: positions (n, 3), what contacts remember, whether untouched ones are intact."""
+
+    position: FloatArray
+    history: History
+    intact: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Motion:
     """Where the continuation ended."""
 
@@ -74,6 +84,7 @@ class Motion:
     constraints: Constraints
     loads: FloatArray
     unstable_blocks: IntArray
+    start_residual: float
     residual: float
     reference: float
     steps: tuple[StepRecord, ...]
@@ -116,12 +127,18 @@ class Continuation:
         Tolerance, limits, linear solver.
     observer : callable
         Gets every accepted step's record.
+    start : Start, optional
+        Where it starts; by default from the blocks as they are given, with contacts that bear nothing.
     """
 
-    def __init__(self, model: Model, options: Options, observer: Callable[[StepRecord], None]) -> None:
+    def __init__(
+        self, model: Model, options: Options, observer: Callable[[StepRecord], None], start: Start | None = None
+    ) -> None:
         self.model, self.options, self.observer = model, options, observer
         moments = model.blocks.moments
         self.start = np.column_stack([moments.centroid, np.zeros(model.blocks.count)])
+        self.begin = start or Start(position=self.start, history=History.none(), intact=True)
+        self.start_residual = 0.0
         self.bars = bars_of(model.supports, model.blocks)
         self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
         at_start = self.constraints_at(self.start, conflicts=True)
@@ -133,9 +150,11 @@ class Continuation:
         self.held = held
         self.outlines = Outlines.of(model.blocks, held)
         self.catalogue = JointCatalogue(model)
-        self.applied = point_forces_of(model.loads, model.blocks)
+        self.applied = point_forces_of(model.acting_loads, model.blocks)
+        self.water = WaterLoad(model)
         self.applied_arm = self.applied.point - moments.centroid[self.applied.block]
         self.loads = external_loads(model)
+        self.dead = self._dead_forces()
         self.reference = reference_weight(model, self.loads)
         weight = np.maximum(model.weights, 1e-3 * self.reference)
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
@@ -144,18 +163,26 @@ class Continuation:
         self.limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
         self.work = _Work()
         self.least_lam = LEAST_LAM / self.d
-        self.parted = self.start.copy()  # where each block last had a contact or a support
+        self.parted = self.begin.position.copy()  # where each block last had a contact or a support
+
+    def _dead_forces(self) -> FloatArray:
+        """Return weights and the forces of loads, which keep their direction, (n, 2)."""
+        total = self.model.gravity_forces
+        np.add.at(total, self.applied.block, self.applied.force)
+        return total
 
     def run(self) -> Motion:
         """Return where the blocks come to rest, or how they come down."""
-        position, history = self.start, History.none()
+        position, history = self.begin.position, self.begin.history
         lam, quiet, rejected_before = FIRST_LAM / self.d, 0, False
         recent: list[FloatArray] = [position]
         for number in range(self.options.max_steps):
             began = time.perf_counter()
             counts = self.work.factorizations, self.work.iterations
-            contacts = self._gather(history, position, first=number == 0)  # (1)
+            contacts = self._gather(history, position, first=number == 0 and self.begin.intact)  # (1)
             residual = self._static_residual(contacts, position)
+            if number == 0:
+                self.start_residual = residual
             inner = max(0.1 * self.options.tolerance, 1e-2 * min(residual, 1.0))
             rejected = False
             tries = [(LEAST_LAM / self.d, MOST_DIRECT)] if number == 0 else []
@@ -204,15 +231,23 @@ class Continuation:
         return self._end(Status.NOT_CONVERGED, reason, contacts, position)
 
     def loads_at(self, position: FloatArray) -> FloatArray:
-        """Return weights and loads, (n, 3); loads keep their direction and move with their point on the block."""
-        if not len(self.applied.block):
+        """Return weights, loads and water, (n, 3).
+
+        Loads keep their direction and move with their point on the block; the water's pressure is that of where the
+        block is.
+        """
+        if not len(self.applied.block) and not self.water.acts:
             return self.loads
-        loads = np.zeros_like(self.loads)
-        loads[:, :2] = self.loads[:, :2]
+        loads = self.water_at(position)
+        loads[:, :2] += self.dead
         arm = turned(self.applied_arm, position[self.applied.block, 2])
         force = self.applied.force
         np.add.at(loads[:, 2], self.applied.block, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
         return loads
+
+    def water_at(self, position: FloatArray) -> FloatArray:
+        """Return the water's force and moment on every block where it stands, (n, 3)."""
+        return self.water.on_blocks(corner_positions(self.outlines, position), position[:, :2])
 
     def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return block, point and force of every load as the blocks stand."""
@@ -403,7 +438,7 @@ class Continuation:
         supported[c.block_a[at.bearing]] = supported[c.block_b[at.bearing]] = True
         supported[self.bars.block] = True
         self.parted[supported] = position[supported]
-        moved = np.hypot(*(position - self.start)[:, :2].T)
+        moved = np.hypot(*(position - self.begin.position)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
         size = np.sqrt(self.model.blocks.moments.area)
         loaded = np.abs(self.loads).max(axis=1) > 0
@@ -431,7 +466,7 @@ class Continuation:
             stage=0,
             step=number,
             residual=residual,
-            max_displacement=float(np.hypot(*(position - self.start)[:, :2].T).max()),
+            max_displacement=float(np.hypot(*(position - self.begin.position)[:, :2].T).max()),
             newton_iterations=self.work.iterations - before[1],
             factorizations=self.work.factorizations - before[0],
             open_contacts=int((contacts.touching & ~at.bearing).sum()),
@@ -461,6 +496,7 @@ class Continuation:
             constraints=self.constraints_at(position),
             loads=self.loads_at(position),
             unstable_blocks=np.zeros(0, dtype=np.int32) if unstable is None else unstable,
+            start_residual=self.start_residual,
             residual=self._static_residual(contacts, position),
             reference=self._weight(at),
             steps=tuple(self.work.steps),

@@ -1,131 +1,222 @@
-"""The one-step linear scheme (Wang ch. 3, Fig. 3.15): small displacements, contacts that bear everything."""
+"""The linear scheme (Wang ch. 3, Fig. 3.15): small displacements, contacts that bear everything, one step a stage."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from dataclasses import fields, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.strength import utilisation
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.strength import contact_strength, utilisation
 from bsm_mesh.contact.table import ContactTable, initial_contacts
+from bsm_mesh.errors import ModelError
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord, SupportForces
-from bsm_mesh.results.stress import PointForce, block_stress
-from bsm_mesh.solve.constraints import Constraints
+from bsm_mesh.model.parts import Part
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
+from bsm_mesh.results.stress import total_and_effective_stress
+from bsm_mesh.solve.in_situ import in_situ_contacts
+from bsm_mesh.solve.mobility import FreePart
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.system import LinearSystem, relative_residual
+from bsm_mesh.solve.reactions import bar_forces, support_forces
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, beyond_strength
+from bsm_mesh.solve.system import LinearSystem, Solution, relative_residual
 
-Reporter = Callable[[str], None]
+MOST_FREE = 3  # parts that are free to move, in the reason for a verdict
 
 
-def solve_linear(
-    model: Model,
-    options: Options,
-    report: Reporter = lambda text: None,
-    observer: Callable[[StepRecord], None] = lambda record: None,
-) -> tuple[StageResult, str]:
-    """Return the stage ``initial`` in linear equilibrium, and the name of the linear solver used.
+class LinearScheme:
+    """The linear scheme over the stages of a model: what the contacts bear goes from one to the next.
 
     Parameters
     ----------
     model : Model
-        What is given.
+        The whole.
     options : Options
         Linear solver and threads.
     report : callable
         Told what is being done, a few words each.
 
+    Attributes
+    ----------
+    moved : (n, 3) float64 [m, m, rad]
+        Displacement of every block since it was given, or placed.
+    linear_solver : str
+        Name of the solver used.
+
     Raises
     ------
     ModelError
-        If a part of the model is free to move, blocks overlap, or rigid rocks meet without a joint.
+        If blocks overlap, or rigid rocks meet without a joint.
     """
-    began = time.perf_counter()
-    report("contacts")
-    contacts = initial_contacts(model)
-    report("assembly")
-    system = LinearSystem(model, contacts)
-    system.check_supports()
-    stiffness = system.stiffness()
-    report("linear solution")
-    solution = system.solve(stiffness, options)
-    del stiffness
-    report("forces and stresses")
-    U, normal_force, shear_force = solution.displacement, solution.normal_force, solution.shear_force
-    constraints = system.constraints
+
+    def __init__(self, model: Model, options: Options, report: Reporter) -> None:
+        self.model, self.options, self.report = model, options, report
+        report("contacts")
+        self.contacts = initial_contacts(model)
+        m = self.contacts.count
+        self.normal_force, self.shear_force = np.zeros(m), np.zeros(m)
+        self.opening, self.slip = np.zeros(m), np.zeros(m)
+        self.moved = np.zeros((model.blocks.count, 3))
+        self.linear_solver = ""
+
+    def set_in_situ(self) -> tuple[str, ...]:
+        """Set the contact forces from the in-situ field, and return what there is to say about it."""
+        self.normal_force, self.shear_force = in_situ_contacts(self.model, self.contacts)
+        strength = contact_strength(self.model, self.contacts)
+        pressure = -self.normal_force
+        peak = strength.peak(np.maximum(pressure, 0.0))
+        return beyond_strength(self.contacts.point, pressure, self.shear_force, peak, strength.tension)
+
+    def stage_bars(self, bars: Bars, number: int) -> Bars:
+        """Return the supports for a stage: prescribed displacements belong to the first."""
+        return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
+
+    def change(self, stays: BoolArray) -> None:
+        """Forget what the contacts of blocks that do not stay bore."""
+        gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
+        for values in (self.normal_force, self.shear_force, self.opening, self.slip):
+            values[gone] = 0.0
+        self.moved[~stays] = 0.0
+
+    def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
+        """Return where points (k, 2) of blocks (k,) lay when the blocks were given: displacements are small."""
+        return point
+
+    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the part in linear equilibrium and keep what its contacts bear.
+
+        Where a part of it is free to move nothing is solved: the first stage is refused, a later one is unstable.
+
+        Raises
+        ------
+        ModelError
+            If the supports of the first stage leave a part free to move, or the matrix is singular.
+        """
+        began = time.perf_counter()
+        chosen = np.flatnonzero(part.present[self.contacts.block_a] & part.present[self.contacts.block_b])
+        contacts = _contacts_of(part, self.contacts, chosen)
+        self.report("assembly")
+        system = LinearSystem(part.model, contacts, self.normal_force[chosen], self.shear_force[chosen])
+        free = system.free_parts(part.block)
+        if free and number == 0:
+            raise ModelError([part.text for part in free])
+        start = system.at_start(self.linear_solver)
+        solution = start if free else self._solve(system)
+        self.report("forces and stresses")
+        opened, slipped = system.spring_forces(solution.displacement)
+        self.opening[chosen] += opened / contacts.normal_stiffness
+        self.slip[chosen] += slipped / contacts.shear_stiffness
+        self.normal_force[chosen], self.shear_force[chosen] = solution.normal_force, solution.shear_force
+        self.moved[part.block] += solution.displacement
+        forces = self._contact_forces(part, contacts, chosen)
+        outcome = _outcome(system, start, solution, forces, bars_before, self.options.tolerance, free, began)
+        observer(outcome.stage.steps[0])
+        return outcome
+
+    def _solve(self, system: LinearSystem) -> Solution:
+        stiffness = system.stiffness()
+        self.report("linear solution")
+        solution = system.solve(stiffness, self.options)
+        self.linear_solver = solution.linear_solver
+        return solution
+
+    def _contact_forces(self, part: Part, contacts: ContactTable, chosen: IntArray) -> ContactForces:
+        normal_force, shear_force = self.normal_force[chosen], self.shear_force[chosen]
+        return ContactForces(
+            block_a=contacts.block_a,
+            block_b=contacts.block_b,
+            point=contacts.point,
+            normal=contacts.normal,
+            length=contacts.length,
+            normal_force=normal_force,
+            shear_force=shear_force,
+            opening=self.opening[chosen],
+            slip=self.slip[chosen],
+            status=np.zeros(contacts.count, dtype=np.int8),
+            utilisation=utilisation(part.model, contacts, normal_force, shear_force),
+            joint=contacts.joint,
+            water_pressure=WaterLoad(part.model).pressure(contacts.point, contacts.joint),
+        )
+
+
+def _contacts_of(part: Part, contacts: ContactTable, chosen: IntArray) -> ContactTable:
+    """Return rows of the whole's contacts in the part's numbers."""
+    columns = {field.name: getattr(contacts, field.name)[chosen] for field in fields(ContactTable)}
+    for name, known in (("block_a", part.block), ("block_b", part.block), ("edge", part.corner)):
+        columns[name] = np.searchsorted(known, columns[name]).astype(np.int32)
+    return ContactTable(**columns)
+
+
+def _outcome(
+    system: LinearSystem,
+    start: Solution,
+    solution: Solution,
+    contacts: ContactForces,
+    bars_before: FloatArray,
+    tolerance: float,
+    free: list[FreePart],
+    began: float,
+) -> Outcome:
+    model, constraints = system.model, system.constraints
+    blocks, bars = model.blocks, constraints.bars
+    centroid = blocks.moments.centroid
     reactions = constraints.reactions(solution.unbalanced)
-    supports = support_forces(constraints, reactions)
+    size = bar_forces(constraints, reactions, bars.point - centroid[bars.block], bars_before)
+    supports = support_forces(bars, bars.point, size)
     reference = system.reference_of(solution)
     residual = relative_residual(model, solution.unbalanced + reactions, reference)
-    converged = residual <= options.tolerance
-    forces = point_forces_of(model.loads, model.blocks)
-    acting: tuple[PointForce, ...] = (
-        (forces.block, forces.point, forces.force),
-        (supports.block, supports.point, supports.reaction),
+    at_start = relative_residual(model, start.unbalanced + constraints.reactions(start.unbalanced), reference)
+    status = Status.STABLE if residual <= tolerance else Status.NOT_CONVERGED
+    reason = (
+        "one linear step: no contact can fail" if status is Status.STABLE else "rounding spoils the linear solution"
     )
+    if free:
+        status, reason = Status.UNSTABLE, "; ".join(part.text for part in free[:MOST_FREE])
+    water = WaterLoad(model)
+    stress, effective = total_and_effective_stress(
+        blocks,
+        centroid,
+        contacts,
+        (point_forces_of(model.acting_loads, blocks), supports),
+        water.point_forces(blocks.vertices),
+    )
+    U = solution.displacement
     step = StepRecord(
         stage=0,
         step=0,
         residual=residual,
         max_displacement=float(np.hypot(U[:, 0], U[:, 1]).max()),
-        newton_iterations=1,
-        factorizations=solution.factorizations,
+        newton_iterations=0 if free else 1,
+        factorizations=0 if free else solution.factorizations,
         open_contacts=0,
         slipping_contacts=0,
         seconds=time.perf_counter() - began,
     )
-    observer(step)
     stage = StageResult(
-        name="initial",
-        status=Status.STABLE if converged else Status.NOT_CONVERGED,
-        reason="one linear step: no contact can fail" if converged else "rounding spoils the linear solution",
-        present=np.ones(model.blocks.count, dtype=bool),
+        name="",
+        status=status,
+        reason=reason,
+        present=np.ones(blocks.count, dtype=bool),
         displacement=U,
         stage_displacement=U,
-        stress=block_stress(model.blocks, model.blocks.moments.centroid, contacts, normal_force, shear_force, acting),
+        origin=np.zeros_like(U),
+        stress=stress,
+        stress_effective=effective,
         loads=system.loads,
         reactions=reactions,
-        contacts=_contact_forces(model, contacts, normal_force, shear_force),
+        water=water.on_blocks(blocks.vertices, centroid),
+        contacts=contacts,
         supports=supports,
-        unstable_blocks=np.zeros(0, dtype=np.int32),
+        unstable_blocks=np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(
+            np.int32
+        ),
+        start_residual=at_start,
         residual=residual,
         reference_weight=reference,
         steps=(step,),
     )
-    return stage, solution.linear_solver
-
-
-def support_forces(constraints: Constraints, reactions: FloatArray, point: FloatArray | None = None) -> SupportForces:
-    """Return the bars' forces, those at the same point of the same block added up; `point` is where they are now."""
-    bars = constraints.bars
-    point = bars.point if point is None else point
-    size = constraints.bar_forces(reactions)
-    key = np.column_stack([bars.block, bars.point])
-    _, first, place = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    place = place.reshape(-1)
-    force, moment = np.zeros((len(first), 2)), np.zeros(len(first))
-    np.add.at(force, place, size[:, None] * bars.direction)
-    np.add.at(moment, place, size * bars.holds_rotation)
-    return SupportForces(block=bars.block[first], point=point[first], reaction=force, moment=moment)
-
-
-def _contact_forces(
-    model: Model, contacts: ContactTable, normal_force: FloatArray, shear_force: FloatArray
-) -> ContactForces:
-    return ContactForces(
-        block_a=contacts.block_a,
-        block_b=contacts.block_b,
-        point=contacts.point,
-        normal=contacts.normal,
-        length=contacts.length,
-        normal_force=normal_force,
-        shear_force=shear_force,
-        opening=normal_force / contacts.normal_stiffness,
-        slip=shear_force / contacts.shear_stiffness,
-        status=np.zeros(contacts.count, dtype=np.int8),
-        utilisation=utilisation(model, contacts, normal_force, shear_force),
-        joint=contacts.joint,
-    )
+    return Outcome(stage, size)

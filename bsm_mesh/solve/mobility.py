@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
@@ -21,8 +23,19 @@ def connected_parts(pattern: BlockPattern) -> IntArray:
     return part
 
 
-def unsupported_parts(blocks: Blocks, constraints: Constraints, pattern: BlockPattern) -> list[str]:
-    """Return one sentence for every connected part that its supports leave free to move."""
+@dataclass(frozen=True, eq=False, slots=True)
+class FreePart:
+    """Blocks that can move as a whole: which (k,), and a sentence about it."""
+
+    blocks: IntArray
+    text: str
+
+
+def free_parts(
+    blocks: Blocks, constraints: Constraints, pattern: BlockPattern, names: IntArray | None = None
+) -> list[FreePart]:
+    """Return every connected part that its supports leave free to move; `names` (n,) number blocks in sentences."""
+    names = np.arange(blocks.count) if names is None else names
     part = connected_parts(pattern)
     count = int(part.max()) + 1
     bars = constraints.bars
@@ -30,21 +43,21 @@ def unsupported_parts(blocks: Blocks, constraints: Constraints, pattern: BlockPa
     settled[part[constraints.block[constraints.held == 3]]] = True
     with_bars = np.zeros(count, dtype=bool)
     with_bars[part[bars.block]] = True
-    faults = []
+    found = []
     for p in np.flatnonzero(~settled):
         members = np.flatnonzero(part == p)
         motion = _free_motion(constraints, part[bars.block] == p) if with_bars[p] else "move in any direction"
         if motion:
             whole = count == 1 and len(members) == blocks.count
-            who = "the model" if whole else f"block {listing(members)} at {_place(blocks, members[0])}"
+            who = "the model" if whole else f"block {listing(names[members])} at {_place(blocks, members[0])}"
             held = "no support holds it" if not with_bars[p] else "its supports do not hold it"
             cure = (
                 "hold a boundary, a block or a point of it" if not with_bars[p] else "add a support across that motion"
             )
-            faults.append(f"{who} is free to {motion}: {held}; {cure}")
-            if len(faults) > 100:  # each is a sentence; nobody reads more
+            found.append(FreePart(members, f"{who} is free to {motion}: {held}; {cure}"))
+            if len(found) > 100:  # each is a sentence; nobody reads more
                 break
-    return faults
+    return found
 
 
 def _free_motion(constraints: Constraints, chosen: FloatArray) -> str:

@@ -1,67 +1,141 @@
-"""The scheme ``continuation``: large displacement, joints that slip and open; results in the final geometry."""
+"""The schemes ``continuation`` and ``wang``: large displacement, joints that slip and open; results where it ends."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MOST_UTILISATION
+from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.parts import Part
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
-from bsm_mesh.results.stress import block_stress
-from bsm_mesh.solve.continuation import Continuation, Motion
-from bsm_mesh.solve.linear import Reporter, support_forces
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status
+from bsm_mesh.results.stress import total_and_effective_stress
+from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole
+from bsm_mesh.solve.continuation import Continuation, Motion, Start
+from bsm_mesh.solve.moving import History, commit, turned
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.reactions import bar_forces, support_forces
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter
+from bsm_mesh.solve.wang import WangIteration
 
 
-def solve_continuation(
-    model: Model,
-    options: Options,
-    report: Reporter = lambda text: None,
-    observer: Callable[[StepRecord], None] = lambda record: None,
-) -> tuple[StageResult, str]:
-    """Return the stage ``initial`` at rest or in collapse, and the name of the linear solver used.
+class ContinuationScheme:
+    """The continuation over the stages of a model: positions and contacts go from one to the next.
+
+    Parameters
+    ----------
+    model : Model
+        The whole.
+    options : Options
+        Tolerance, limits, linear solver.
+    report : callable
+        Told what is being done, a few words each.
+
+    Attributes
+    ----------
+    moved : (n, 3) float64 [m, m, rad]
+        Displacement of every block since it was given, or placed.
+    history : History
+        What the contacts remember, in the numbers of the whole.
+    linear_solver : str
+        Name of the solver used.
 
     Raises
     ------
     ModelError
         If blocks overlap at the start, or rigid rocks meet without a joint.
     """
-    report("continuation")
-    engine = Continuation(model, options, observer)
-    motion = engine.run()
-    report(f"{motion.status.value}: {motion.reason}")
-    displacement = motion.position - engine.start
+
+    def __init__(self, model: Model, options: Options, report: Reporter) -> None:
+        self.model, self.options, self.report = model, options, report
+        self.moved = np.zeros((model.blocks.count, 3))
+        self.history = History.none()
+        self.linear_solver = ""
+
+    def set_in_situ(self) -> tuple[str, ...]:
+        """Set the contact forces from the in-situ field, and return what there is to say about it."""
+        self.history, notes = in_situ_history(self.model)
+        return notes
+
+    def stage_bars(self, bars: Bars, number: int) -> Bars:
+        """Return the supports for a stage; what they have moved shows in the blocks' positions."""
+        return bars
+
+    def change(self, stays: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay."""
+        self.history = between(self.history, stays)
+        self.moved[~stays] = 0.0
+
+    def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
+        """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
+        centroid, moved = self.model.blocks.moments.centroid[block], self.moved[block]
+        return centroid + turned(point - centroid - moved[:, :2], -moved[:, 2])
+
+    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
+        self.report(self.options.scheme)
+        centroid = part.model.blocks.moments.centroid
+        position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
+        start = Start(position=position, history=in_part(self.history, part), intact=number == 0)
+        kind = WangIteration if self.options.scheme == "wang" else Continuation
+        engine = kind(part.model, self.options, observer, start)
+        motion = engine.run()
+        self.report(f"{motion.status.value}: {motion.reason}")
+        self.linear_solver = motion.linear_solver
+        self.moved[part.block] = motion.position - engine.start
+        history, _ = commit(motion.contacts, motion.at, motion.position, engine.outlines.size)
+        self.history = in_whole(history, part)
+        return _outcome(engine, motion, bars_before)
+
+
+def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
+    model = engine.model
     unbalanced = motion.loads + motion.at.forces
     reactions = motion.constraints.reactions(unbalanced)
-    held = motion.constraints.bars.block
-    point = motion.position[held, :2] + engine.bar_arms(motion.position)
-    supports = support_forces(motion.constraints, reactions, point)
-    contacts = _contact_forces(motion)
-    loads = engine.point_forces_at(motion.position)
-    centroid = motion.position[:, :2]
-    acting = (loads, (supports.block, supports.point, supports.reaction))
+    bars = motion.constraints.bars
+    arm = engine.bar_arms(motion.position)
+    size = bar_forces(motion.constraints, reactions, arm, bars_before)
+    supports = support_forces(bars, motion.position[bars.block, :2] + arm, size)
+    contacts = _contact_forces(motion, engine.water)
+    block, point, force = engine.point_forces_at(motion.position)
+    corners = corner_positions(engine.outlines, motion.position)
+    stress, effective = total_and_effective_stress(
+        model.blocks,
+        motion.position[:, :2],
+        contacts,
+        (PointForces(block=block, point=point, force=force), supports),
+        engine.water.point_forces(corners),
+    )
+    displacement = motion.position - engine.begin.position
     stage = StageResult(
-        name="initial",
+        name="",
         status=motion.status,
         reason=motion.reason,
         present=np.ones(model.blocks.count, dtype=bool),
-        displacement=displacement,
+        displacement=motion.position - engine.start,
         stage_displacement=displacement,
-        stress=block_stress(model.blocks, centroid, contacts, contacts.normal_force, contacts.shear_force, acting),
+        origin=np.zeros_like(displacement),
+        stress=stress,
+        stress_effective=effective,
         loads=motion.loads,
         reactions=reactions,
+        water=engine.water_at(motion.position),
         contacts=contacts,
         supports=supports,
         unstable_blocks=motion.unstable_blocks,
+        start_residual=motion.start_residual,
         residual=motion.residual,
         reference_weight=motion.reference,
         steps=motion.steps,
     )
-    return _refuse_overlap(model, stage), motion.linear_solver
+    return Outcome(_refuse_overlap(model, stage), size)
 
 
 def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
@@ -72,7 +146,7 @@ def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
     return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
 
 
-def _contact_forces(motion: Motion) -> ContactForces:
+def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
     """Return the contacts that touch at the end."""
     table, at = motion.contacts, motion.at
     kept = np.flatnonzero(at.bearing | table.touching)
@@ -82,11 +156,13 @@ def _contact_forces(motion: Motion) -> ContactForces:
     status = np.where(at.bearing, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
+    point = (motion.position[c.block_a, :2] + at.arm_a)[kept]
+    joint = table.properties.joint[kept]
     slip = np.where(np.isnan(table.first_along), 0.0, at.along - table.first_along)
     return ContactForces(
         block_a=c.block_a[kept],
         block_b=c.block_b[kept],
-        point=(motion.position[c.block_a, :2] + at.arm_a)[kept],
+        point=point,
         normal=normal[kept],
         length=c.length[kept],
         normal_force=-at.pressure[kept],
@@ -95,5 +171,6 @@ def _contact_forces(motion: Motion) -> ContactForces:
         slip=slip[kept],
         status=status[kept].astype(np.int8),
         utilisation=np.minimum(used, MOST_UTILISATION)[kept],
-        joint=table.properties.joint[kept],
+        joint=joint,
+        water_pressure=water.pressure(point, joint),
     )

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.values import Rules
 
-Scheme = Literal["linear", "continuation"]
+Scheme = Literal["linear", "continuation", "wang"]
 LinearSolverName = Literal["auto", "pardiso", "superlu"]
 
 
@@ -19,15 +19,19 @@ class Options:
 
     Attributes
     ----------
-    scheme : {"linear", "continuation"}
+    scheme : {"linear", "continuation", "wang"}
         ``"linear"``: one step, small displacements, every contact carries tension and any shear (Wang ch. 3).
         ``"continuation"``: joints slip and open, blocks move far, the verdict is found (Wang ch. 4 in purpose).
+        ``"wang"``: the iteration of Wang Fig. 4.9, mended, to compare with the thesis only: slow where blocks slide.
     tolerance : float
         Greatest force out of balance of a block that counts as equilibrium, over the reference weight.
     max_steps : int
-        Steps of the continuation after which it gives up: `not_converged`.
+        Steps of the continuation, cycles of ``"wang"``, after which it gives up: `not_converged`.
     displacement_limit : float or None [m]
         A block that has moved farther comes down; None: the size of the model.
+    sliding_stiffness : float
+        ``"wang"``: part of their shear stiffness that sliding contacts keep in the stiffness matrix. 1 is the thesis;
+        the less, the farther a cycle moves what slides.
     linear_solver : {"auto", "pardiso", "superlu"}
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which.
     threads : int
@@ -38,6 +42,7 @@ class Options:
     tolerance: float = 1e-6
     max_steps: int = 500
     displacement_limit: float | None = None
+    sliding_stiffness: float = 1.0
     linear_solver: LinearSolverName = "auto"
     threads: int = 0
 
@@ -45,6 +50,7 @@ class Options:
         rules = Rules("solver")
         rules.number("tolerance", self.tolerance, "", above=0, below=1)
         rules.number("displacement_limit", self.displacement_limit, "m", above=0, optional=True)
+        rules.number("sliding_stiffness", self.sliding_stiffness, "", above=0, most=1)
         if not isinstance(self.max_steps, int) or isinstance(self.max_steps, bool) or self.max_steps < 1:
             rules.faults.append(f"solver: max_steps = {self.max_steps!r} must be a whole number of 1 or more")
         rules.number("threads", self.threads, "", least=0)

@@ -6,15 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.constraints import build_constraints
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
-from bsm_mesh.solve.mobility import unsupported_parts
+from bsm_mesh.solve.mobility import FreePart, free_parts
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
 
@@ -57,19 +58,36 @@ class LinearSystem:
         What is given.
     contacts : ContactTable
         Its contacts; all of them bear tension and shear.
+    normal_force, shear_force : (m,) float64 [N/m], optional
+        What the contacts bear at the start; nothing where it is not given.
     """
 
-    def __init__(self, model: Model, contacts: ContactTable) -> None:
+    def __init__(
+        self,
+        model: Model,
+        contacts: ContactTable,
+        normal_force: FloatArray | None = None,
+        shear_force: FloatArray | None = None,
+    ) -> None:
         self.model = model
         self.contacts = contacts
+        nothing = np.zeros(contacts.count)
+        self.start = (
+            nothing if normal_force is None else normal_force,
+            nothing if shear_force is None else shear_force,
+        )
         self.pattern = block_pattern(model.blocks.count, contacts.block_a, contacts.block_b)
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = reference_weight(model, self.loads)
+        self.reference = reference_weight(model, self.loads) or self._mean_force(*self.start)
+
+    def free_parts(self, names: IntArray | None = None) -> list[FreePart]:
+        """Return the parts that their supports leave free; `names` (n,) number blocks in sentences."""
+        return free_parts(self.model.blocks, self.constraints, self.pattern, names)
 
     def check_supports(self) -> None:
         """Raise `ModelError` for every part that its supports leave free."""
-        raise_faults(unsupported_parts(self.model.blocks, self.constraints, self.pattern))
+        raise_faults([part.text for part in self.free_parts()])
 
     def stiffness(self) -> FloatArray:
         """Return the blocks of K with the supports eliminated."""
@@ -120,9 +138,8 @@ class LinearSystem:
         where soft ground lets hard rock above it sink by metres, the rounding of those metres times the hard
         rock's stiffness would be a force out of balance.
         """
-        U = self.constraints.given
-        normal_force, shear_force = self.spring_forces(U)
-        best = self._solution(solver, U, normal_force, shear_force)
+        best = self.at_start(solver.name)
+        U, normal_force, shear_force = best.displacement, best.normal_force, best.shear_force
         size = self._out_of_balance(best)
         for _ in range(MOST_REFINEMENTS + 1):
             if size <= GOOD_RESIDUAL * self.reference:
@@ -131,22 +148,28 @@ class LinearSystem:
             normal_part, shear_part = self.spring_forces(dU)
             U = U + dU
             normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
-            found = self._solution(solver, U, normal_force, shear_force)
+            found = self._solution(solver.name, U, normal_force, shear_force)
             before, size = size, self._out_of_balance(found)
             if size >= before:
                 break
             best = found
         return best
 
+    def at_start(self, linear_solver: str) -> Solution:
+        """Return the state before the solution: prescribed displacements applied, nothing else moved."""
+        U = self.constraints.given
+        normal_part, shear_part = self.spring_forces(U)
+        return self._solution(linear_solver, U, self.start[0] + normal_part, self.start[1] + shear_part)
+
     def _solution(
-        self, solver: LinearSolver, U: FloatArray, normal_force: FloatArray, shear_force: FloatArray
+        self, linear_solver: str, U: FloatArray, normal_force: FloatArray, shear_force: FloatArray
     ) -> Solution:
         return Solution(
             displacement=U,
             normal_force=normal_force,
             shear_force=shear_force,
             unbalanced=self.unbalanced(normal_force, shear_force),
-            linear_solver=solver.name,
+            linear_solver=linear_solver,
             factorizations=1,
         )
 
@@ -161,7 +184,10 @@ class LinearSystem:
         """
         if not self.constraints.bars.value.any() or not self.contacts.count:
             return self.reference
-        return max(self.reference, float(np.hypot(solution.normal_force, solution.shear_force).mean()))
+        return max(self.reference, self._mean_force(solution.normal_force, solution.shear_force))
+
+    def _mean_force(self, normal_force: FloatArray, shear_force: FloatArray) -> float:
+        return float(np.hypot(normal_force, shear_force).mean()) if self.contacts.count else 0.0
 
     def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the normal and shear force of every contact for displacements U (n, 3)."""
@@ -180,10 +206,11 @@ class LinearSystem:
 
 
 def external_loads(model: Model) -> FloatArray:
-    """Return weight and loads on every block, (n, 3): Fx, Fy, moment about the centroid (Wang Eqs. 3.37, 3.38)."""
-    total = np.zeros((model.blocks.count, 3))
-    total[:, :2] = model.gravity_forces
-    forces = point_forces_of(model.loads, model.blocks)
+    """Return weight, loads and water on every block, (n, 3): Fx, Fy, moment (Wang Eqs. 3.37, 3.38, 6.7)."""
+    blocks = model.blocks
+    total = WaterLoad(model).on_blocks(blocks.vertices, blocks.moments.centroid)
+    total[:, :2] += model.gravity_forces
+    forces = point_forces_of(model.acting_loads, blocks)
     arm = forces.point - model.blocks.moments.centroid[forces.block]
     moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
     np.add.at(total, forces.block, np.column_stack([forces.force, moment]))

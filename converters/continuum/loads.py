@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.model.loads import EdgeTractions, PointLoad, Pressure, Traction, edge_tractions
+from bsm_mesh.model.loads import BoundaryLoad, PointForces, PointLoad, edge_tractions, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import unit_vector
 from converters.continuum.mesh import ContinuumMesh
@@ -21,8 +21,8 @@ def load_vector(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:
     would give an infinite displacement in a continuum.
     """
     forces: FloatArray = _body_forces(model, mesh, basis)
-    for load in model.loads:
-        if not isinstance(load, PointLoad):
+    for load in model.acting_loads:
+        if not isinstance(load, PointLoad | PointForces):
             forces = forces + _traction_forces(load, model, mesh, basis)
     return forces
 
@@ -35,11 +35,11 @@ def _body_forces(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:
     slope = np.zeros((model.blocks.count, 2, 2))  # force per volume = level + slope @ (x - centroid)
     x = np.asarray(basis.global_coordinates())
     arm = x - moments.centroid[mesh.block].T[:, :, None]
-    point_loads = [load for load in model.loads if isinstance(load, PointLoad)]
-    if point_loads:
-        block = np.array([load.block for load in point_loads])
-        force = np.array([load.force for load in point_loads])
-        from_centroid = np.array([load.point for load in point_loads]) - moments.centroid[block]
+    given = [load for load in model.acting_loads if isinstance(load, PointLoad | PointForces)]
+    if given:
+        forces = point_forces_of(given, model.blocks)
+        block, force = forces.block, forces.force
+        from_centroid = forces.point - moments.centroid[block]
         second = np.zeros((model.blocks.count, 2, 2))
         np.add.at(second, mesh.block, np.einsum("itq,jtq,tq->tij", arm, arm, basis.dx))
         weight = np.linalg.solve(second[block], from_centroid[:, :, None])[:, :, 0]
@@ -49,7 +49,7 @@ def _body_forces(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:
     return _assemble(skfem, basis, body)
 
 
-def _traction_forces(load: Pressure | Traction | EdgeTractions, model: Model, mesh: ContinuumMesh, basis: Any) -> Any:
+def _traction_forces(load: BoundaryLoad, model: Model, mesh: ContinuumMesh, basis: Any) -> Any:
     import skfem
 
     edges, ends, at_ends = edge_tractions(load, model.blocks)

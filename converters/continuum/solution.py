@@ -118,6 +118,10 @@ class Continuum:
 
         if order not in (1, 2):
             raise ModelError(f"order = {order!r} must be 1 or 2")
+        if model.stages or model.water is not None:
+            raise ModelError(
+                "the continuum has neither stages nor water; compare a model without [[stage]] and [water]"
+            )
         raise_faults(rigid_rock_faults(model.rocks, rocks_in_use(model)))
         began = time.perf_counter()
         self.model = model
@@ -175,6 +179,8 @@ def _departures(model: Model) -> tuple[str, ...]:
         notes.append(f"joints are ignored: {count} of {len(joint)} faces ({names}) are taken as unbroken rock")
     if any(isinstance(load, PointLoad) for load in model.loads):
         notes.append("point loads are spread over their blocks, with the same force, moment and average stress")
+    if model.in_situ is not None and model.in_situ.method == "direct":
+        notes.append("the in-situ field is not set: weights and loads are turned on")
     return tuple(notes)
 
 

@@ -18,7 +18,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Fixed, NormalRoller, Support, held_directions
+from bsm_mesh.model.supports import Bars, Fixed, GivenSupport, NormalRoller, held_directions
 from converters.continuum.mesh import ContinuumMesh
 
 SAME_POINT = 1e-9  # m; a support point nearer than this to a corner is that corner (as in `blocks_at`)
@@ -84,6 +84,8 @@ def held_displacements(model: Model, mesh: ContinuumMesh, basis: Any, averages: 
     nodal: list[Rows] = [(np.zeros(0, np.int32), np.zeros((0, 2)), np.zeros(0))]
     rows, values = [sp.csr_matrix((0, basis.N))], [np.zeros(0)]
     for support in model.supports:
+        if isinstance(support, Bars):
+            raise ModelError("supports given as bars have no boundary or block that the continuum could hold")
         if support.boundary is not None:
             nodal.extend(_boundary_rows(support, support.boundary, model.blocks, mesh))
         elif isinstance(support, Fixed) and support.blocks is not None:
@@ -116,7 +118,7 @@ def nodal_unknowns(basis: Any) -> IntArray:
     return unknowns
 
 
-def _rows_at(support: Support, nodes: IntArray) -> list[Rows]:
+def _rows_at(support: GivenSupport, nodes: IntArray) -> list[Rows]:
     directions, displacement = held_directions(support, np.zeros((len(nodes), 2)))
     return [(nodes, direction, np.full(len(nodes), displacement)) for direction in directions]
 
@@ -128,7 +130,7 @@ def _nodes_of_blocks(mesh: ContinuumMesh, blocks: tuple[int, ...], count: int) -
     return np.unique(nodes[nodes < count])
 
 
-def _boundary_rows(support: Support, boundary: str, blocks: Blocks, mesh: ContinuumMesh) -> list[Rows]:
+def _boundary_rows(support: GivenSupport, boundary: str, blocks: Blocks, mesh: ContinuumMesh) -> list[Rows]:
     """Return the rows of a boundary: both ends and the mid-side node of every piece of its edges."""
     edges = blocks.boundary_edges(boundary)
     facet, place = mesh.facets_of(edges)

@@ -146,6 +146,8 @@ def test_threads_change_nothing_but_the_time(threads):
         ({"linear_solver": "pardso"}, "solver: linear_solver = 'pardso' is unknown; did you mean 'pardiso'?"),
         ({"scheme": "linaer"}, "solver: scheme = 'linaer' is unknown; did you mean 'linear'?"),
         ({"tolerance": 0}, "solver: tolerance = 0 must be above 0"),
+        ({"sliding_stiffness": 0}, "solver: sliding_stiffness = 0 must be above 0"),
+        ({"sliding_stiffness": 1.1}, "solver: sliding_stiffness = 1.1 must be 1 or less"),
         ({"threads": -1}, "solver: threads = -1 must be 0 or more"),
         ({"threads": 1.5}, "solver: threads = 1.5 must be a whole number"),
     ],

@@ -1,0 +1,151 @@
+"""The ground's stress before anything is dug, as it is given (Wang 4.5.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.loads import LinearField, linear_field
+from bsm_mesh.model.values import Rules, is_number, plain_numbers
+
+InSituMethod = Literal["direct", "gravity"]
+Points: TypeAlias = tuple[tuple[float, float], ...]
+StressRatio: TypeAlias = tuple[float, float, float]
+"""Coefficients (a [m], b, c [1/m]) of K = a / h + b + c h at the depth h."""
+
+STRESS_RATIOS: dict[str, StressRatio] = {
+    "herget": (267.0, 1.25, 0.0),  # Canadian shield, Herget 1987: Wang Eq. 4.15
+    "brown_hoek_upper": (1500.0, 0.5, 0.0),  # Brown and Hoek 1978: Wang Eq. 4.16
+    "brown_hoek_lower": (100.0, 0.3, 0.0),  # Wang Eq. 4.17
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InSitu:
+    """The stress field of the ground, and how the model gets it.
+
+    Either `surface` (with `surcharge` and `k0`) or `stress` describes the field. With ``method = "gravity"`` neither
+    is needed: the field is then what weights and loads make of the blocks.
+
+    Attributes
+    ----------
+    method : {"direct", "gravity"}
+        ``"direct"``: contact forces and reactions are set from the field. ``"gravity"``: weights and loads are turned
+        on (the thesis's way). Displacements count from the end of either.
+    surface : float or sequence of (x, y) or None [m]
+        Level of the ground, or its line from left to right, level beyond its ends. The vertical stress at a point is
+        the weight of the ground above it, of all rocks on the way, plus `surcharge`.
+    surcharge : float [Pa]
+        Pressure on the surface, compression positive. It describes the field only and loads nothing.
+    k0 : float, str or mapping
+        Ratio K of horizontal to vertical total stress: a number, the name of a published relation ("herget",
+        "brown_hoek_upper", "brown_hoek_lower") or ``{"a": [m], "b": [-], "c": [1/m]}`` for K = a / h + b + c h at the
+        depth h. With the surcharge and several rocks that is a gamma_top + (b + c h) sigma_v.
+    stress : mapping or None
+        Components "xx", "yy", "xy" of the total stress [Pa], tension positive, each a number or (c, a_x, a_y).
+
+    Raises
+    ------
+    ModelError
+        With every fault found.
+    """
+
+    method: InSituMethod = "direct"
+    surface: float | Points | None = None
+    surcharge: float = 0.0
+    k0: StressRatio = (0.0, 1.0, 0.0)
+    stress: tuple[LinearField, LinearField, LinearField] | None = None
+
+    def __post_init__(self) -> None:
+        rules = Rules("in_situ")
+        if self.method not in get_args(InSituMethod):
+            rules.faults.append(
+                f"in_situ: method = {self.method!r} is unknown{nearest(str(self.method), get_args(InSituMethod))}"
+            )
+        rules.number("surcharge", self.surcharge, "Pa")
+        object.__setattr__(self, "k0", _stress_ratio(self.k0, rules))
+        if self.surface is not None and not is_number(self.surface):
+            object.__setattr__(self, "surface", line(self.surface, "surface", rules))
+        if self.stress is not None:
+            object.__setattr__(self, "stress", _components(self.stress, rules))
+        if self.surface is not None and self.stress is not None:
+            rules.faults.append("in_situ: surface and stress both describe the field; give one of them")
+        if self.method == "direct" and not self.describes_field:
+            rules.faults.append(
+                "in_situ: method = 'direct' needs the field: surface (level of the ground [m]) with k0, or "
+                "stress = {xx, yy, xy}"
+            )
+        if self.stress is not None and self.surcharge:
+            rules.faults.append("in_situ: surcharge belongs to a surface; a given stress has it already")
+        raise_faults(rules.faults)
+        plain_numbers(self)
+
+    @property
+    def describes_field(self) -> bool:
+        """Whether the stress at a point follows from what is given here."""
+        return self.surface is not None or self.stress is not None
+
+
+def line(value: Any, name: str, rules: Rules) -> Points:
+    """Return the points of a line that runs from left to right; note what is wrong with it."""
+    points = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
+    if not points:
+        rules.faults.append(f"{rules.thing}: {name} = {value!r} must be points [[x, y], ...] from left to right [m]")
+        return ((0.0, 0.0),)
+    before = len(rules.faults)
+    found = tuple(rules.point(f"{name} point {k + 1}", point, "m") for k, point in enumerate(points))
+    if len(rules.faults) == before:
+        for k in range(1, len(found)):
+            if found[k][0] <= found[k - 1][0]:
+                rules.faults.append(
+                    f"{rules.thing}: {name} goes from x = {found[k - 1][0]:g} m to x = {found[k][0]:g} m at point "
+                    f"{k + 1}; points go from left to right; for a step give two points a little apart"
+                )
+                break
+    return found
+
+
+def _stress_ratio(value: object, rules: Rules) -> StressRatio:
+    if isinstance(value, str):
+        if value not in STRESS_RATIOS:
+            rules.faults.append(f"in_situ: k0 = '{value}' is unknown{nearest(value, STRESS_RATIOS)}")
+        return STRESS_RATIOS.get(value, (0.0, 1.0, 0.0))
+    if isinstance(value, Mapping):
+        unknown = [key for key in value if key not in ("a", "b", "c")]
+        if unknown or not value:
+            rules.faults.append(f"in_situ: k0 = {dict(value)!r} needs a [m] and b (and c [1/m]): K = a / h + b + c h")
+            return 0.0, 1.0, 0.0
+        value = tuple(value.get(key, 0.0) for key in "abc")
+    elif is_number(value):
+        value = (0.0, value, 0.0)
+    if not isinstance(value, Sequence) or len(value) != 3:
+        rules.faults.append(f"in_situ: k0 = {value!r} must be a number, {{a, b}} or one of {', '.join(STRESS_RATIOS)}")
+        return 0.0, 1.0, 0.0
+    before = len(rules.faults)
+    for name, part, unit in zip("abc", value, ("m", "", "1/m"), strict=True):
+        rules.number(f"k0 {name}", part, unit)
+    return (float(value[0]), float(value[1]), float(value[2])) if len(rules.faults) == before else (0.0, 1.0, 0.0)
+
+
+def _components(value: Any, rules: Rules) -> tuple[LinearField, LinearField, LinearField]:
+    if isinstance(value, Mapping):
+        unknown = [key for key in value if key not in ("xx", "yy", "xy")]
+        if unknown:
+            rules.faults.append(
+                f"in_situ: stress has no component '{unknown[0]}'{nearest(unknown[0], ('xx', 'yy', 'xy'))}"
+            )
+        value = tuple(value.get(key, 0.0) for key in ("xx", "yy", "xy"))
+    zero = (0.0, 0.0, 0.0)
+    if not isinstance(value, Sequence) or len(value) != 3:
+        rules.faults.append(f"in_situ: stress = {value!r} needs the components xx, yy, xy [Pa]")
+        return zero, zero, zero
+    found = []
+    for name, part in zip(("xx", "yy", "xy"), value, strict=True):
+        try:
+            found.append(linear_field(part, f"in_situ: stress {name}"))
+        except ModelError as error:
+            rules.faults.extend(error.faults)
+            found.append(zero)
+    return found[0], found[1], found[2]

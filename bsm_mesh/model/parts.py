@@ -1,0 +1,110 @@
+"""A part of the blocks as a model of its own: what is there at a stage, under the numbers of the whole."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import Bars, no_edge
+from bsm_mesh.model.water import Water
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Part:
+    """Some blocks of a model.
+
+    Attributes
+    ----------
+    model : Model
+        The blocks that are there, their supports and loads. Blocks and corners keep their order.
+    present : (n,) bool
+        Which blocks of the whole are there.
+    block : (k,) int32
+        Number of each block in the whole.
+    corner : (l,) int32
+        Number of each corner, and edge, in the whole.
+    bar : (b,) int32
+        Number of each bar in the whole.
+    """
+
+    model: Model
+    present: BoolArray
+    block: IntArray
+    corner: IntArray
+    bar: IntArray
+
+    def in_whole(self, rows: FloatArray) -> FloatArray:
+        """Return one row a block of the whole: zeros for those that are not there."""
+        whole = np.zeros((len(self.present), *rows.shape[1:]), dtype=rows.dtype)
+        whole[self.block] = rows
+        return whole
+
+
+def part_of(model: Model, present: BoolArray, bars: Bars, forces: PointForces, water: Water | None) -> Part:
+    """Return the blocks that are there as a model of their own.
+
+    Parameters
+    ----------
+    model : Model
+        The whole.
+    present : (n,) bool
+        Which of its blocks are there.
+    bars : Bars
+        The supports of the whole.
+    forces : PointForces
+        The loads, on blocks of the whole; those on blocks that are not there are left out.
+    water : Water or None
+        The water.
+    """
+    number = np.cumsum(present, dtype=np.int32) - 1
+    corner = np.flatnonzero(present[model.blocks.owner]).astype(np.int32)
+    bar = np.flatnonzero(present[bars.block]).astype(np.int32)
+    acting = present[forces.block]
+    part = Model(
+        blocks=_some_blocks(model.blocks, present, corner),
+        rocks=model.rocks,
+        joints=model.joints,
+        default_joint=model.default_joint,
+        supports=(dataclasses.replace(_rows(bars, bar, number), edge=no_edge(bar)),),
+        loads=(_rows(forces, np.flatnonzero(acting), number),),
+        gravity_direction=model.gravity_direction,
+        contact_points=model.contact_points,
+        water=water,
+        title=model.title,
+    )
+    return Part(model=part, present=present, block=np.flatnonzero(present).astype(np.int32), corner=corner, bar=bar)
+
+
+Table = TypeVar("Table", Bars, PointForces)
+
+
+def _rows(table: Table, chosen: IntArray, number: IntArray) -> Table:
+    columns = {field.name: getattr(table, field.name)[chosen] for field in dataclasses.fields(table)}
+    columns["block"] = number[columns["block"]]
+    return dataclasses.replace(table, **columns)
+
+
+def _some_blocks(blocks: Blocks, present: BoolArray, corner: IntArray) -> Blocks:
+    if present.all():
+        return blocks
+    new_corner = np.full(len(blocks.vertices), -1, dtype=np.int32)
+    new_corner[corner] = np.arange(len(corner))
+    boundaries = {name: new_corner[edges][new_corner[edges] >= 0] for name, edges in blocks.boundaries.items()}
+    sizes = np.diff(blocks.offsets)[present]
+    return Blocks(
+        vertices=blocks.vertices[corner],
+        offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32),
+        nodes=blocks.nodes[corner],
+        rock=blocks.rock[present],
+        rock_names=blocks.rock_names,
+        edge_joint=blocks.edge_joint[corner],
+        joint_names=blocks.joint_names,
+        boundaries={name: edges for name, edges in boundaries.items() if edges.size},
+    )

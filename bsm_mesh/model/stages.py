@@ -1,0 +1,158 @@
+"""Stages of construction as they are given: what is taken away, put back and changed, in their order (Wang 4.5.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from numbers import Integral
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray
+from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.loads import Load
+from bsm_mesh.model.values import Rules
+from bsm_mesh.model.water import Water
+
+Polygon: TypeAlias = tuple[tuple[float, float], ...]
+Region: TypeAlias = str | int | Polygon
+"""An excavation group's name, a block's number, or a polygon: all blocks whose centroid lies in it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """One stage: it changes the ground, then the blocks find equilibrium.
+
+    Attributes
+    ----------
+    name : str
+        For results and pictures; ``initial`` is the state before the first stage.
+    excavate, fill : sequence of str, int or polygon
+        Blocks to take away, and blocks taken away before to put back where they were: names of excavation groups,
+        block numbers, or polygons [m] around centroids.
+    relaxation : sequence of float
+        Parts of the former forces on new surfaces that are released, one after the other, each up to equilibrium;
+        rising. What the last leaves is held until a later stage releases it: one without `relaxation` releases all.
+    pressure : float [Pa]
+        Pressure into the blocks on the surfaces that this stage lays bare (the thesis's P_i); it stays.
+    water : Water or None
+        New water tables; None: as before.
+    loads : sequence of load
+        Loads that are added, and stay.
+
+    Raises
+    ------
+    ModelError
+        With every fault found.
+    """
+
+    name: str
+    excavate: tuple[Region, ...] = ()
+    fill: tuple[Region, ...] = ()
+    relaxation: tuple[float, ...] = (1.0,)
+    pressure: float = 0.0
+    water: Water | None = None
+    loads: tuple[Load, ...] = ()
+
+    def __post_init__(self) -> None:
+        rules = Rules(f"stage '{self.name}'")
+        rules.name(self.name)
+        if self.name == "initial":
+            rules.faults.append("stage 'initial': the name stands for the state before the first stage; choose another")
+        for name in ("excavate", "fill"):
+            object.__setattr__(self, name, _regions(getattr(self, name), name, rules))
+        object.__setattr__(self, "loads", tuple(self.loads))
+        rules.number("pressure", self.pressure, "Pa")
+        factors = tuple(self.relaxation) if isinstance(self.relaxation, Iterable) else (self.relaxation,)
+        for factor in factors:
+            rules.number("relaxation", factor, "", least=0, most=1)
+        if not rules.faults and (not factors or any(b <= a for a, b in pairwise(factors))):
+            rules.faults.append(f"{rules.thing}: relaxation = {list(factors)} must rise, for example [0.5, 1.0]")
+        raise_faults(rules.faults)
+        object.__setattr__(self, "relaxation", tuple(float(factor) for factor in factors))
+        object.__setattr__(self, "pressure", float(self.pressure))
+
+
+def _regions(value: Any, name: str, rules: Rules) -> tuple[Region, ...]:
+    if isinstance(value, str | Integral):
+        value = [value]
+    if not isinstance(value, Iterable):
+        rules.faults.append(f"{rules.thing}: {name} = {value!r} must be a list of groups, block numbers or polygons")
+        return ()
+    found: list[Region] = []
+    for part in value:
+        if isinstance(part, Integral) and not isinstance(part, bool):
+            found.append(int(part))
+        elif isinstance(part, str):
+            found.append(part)
+        elif isinstance(part, Sequence | np.ndarray) and len(part) >= 3:
+            found.append(tuple(rules.point(f"{name}: polygon point", point, "m") for point in part))
+        else:
+            rules.faults.append(
+                f"{rules.thing}: {name}: {part!r} is no group name, block number or polygon of 3 points or more"
+            )
+    return tuple(found)
+
+
+def blocks_in(region: Region, blocks: Blocks) -> BoolArray:
+    """Return which blocks a region means, (n,).
+
+    Raises
+    ------
+    ModelError
+        For a group or block that does not exist, or a polygon around no block.
+    """
+    import shapely
+
+    found = np.zeros(blocks.count, dtype=bool)
+    fault = ""
+    if isinstance(region, str):
+        if region in blocks.excavations:
+            found[blocks.excavations[region]] = True
+        else:
+            fault = f"there is no excavation '{region}'{nearest(region, blocks.excavations)}"
+    elif isinstance(region, int):
+        if 0 <= region < blocks.count:
+            found[region] = True
+        else:
+            fault = f"there is no block {region}; blocks are numbered 0 to {blocks.count - 1}"
+    else:
+        found = shapely.contains_xy(shapely.make_valid(shapely.Polygon(region)), *blocks.moments.centroid.T)
+        if not found.any():
+            fault = f"no block has its centroid in the polygon from ({region[0][0]:g}, {region[0][1]:g})"
+    raise_faults([fault] if fault else [])
+    return found
+
+
+def presence(stages: Sequence[Stage], blocks: Blocks) -> list[BoolArray]:
+    """Return which blocks are there at the start and after each stage, (n,) each.
+
+    Raises
+    ------
+    ModelError
+        With every fault: groups and blocks that do not exist, nothing to take away or put back, nothing left.
+    """
+    here = [np.ones(blocks.count, dtype=bool)]
+    faults: list[str] = []
+    for stage in stages:
+        now = here[-1].copy()
+        for key, regions, present in (("excavate", stage.excavate, True), ("fill", stage.fill, False)):
+            for region in regions:
+                try:
+                    chosen = blocks_in(region, blocks)
+                except ModelError as error:
+                    faults.extend(f"stage '{stage.name}': {key}: {fault}" for fault in error.faults)
+                    continue
+                if not (chosen & (here[-1] == present)).any():
+                    state = "gone already" if present else "there already"
+                    which = f"'{region}'" if isinstance(region, str) else f"block {listing(np.flatnonzero(chosen))}"
+                    faults.append(f"stage '{stage.name}': {key}: {which} is {state}; remove it from the stage")
+                now[chosen] = not present
+        if not now.any():
+            faults.append(f"stage '{stage.name}': excavate leaves no block; excavate less")
+        here.append(now)
+    raise_faults(faults)
+    return here

@@ -1,0 +1,159 @@
+"""Groundwater as it is given: tables, and pressures on chosen joints (Wang chapter 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.model.in_situ import Points, line
+from bsm_mesh.model.values import Rules, is_number
+
+Head = Literal["vertical", "parallel"]
+WATER = 9810.0  # N/m3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Water:
+    """Water tables, and what the water beneath them weighs.
+
+    Attributes
+    ----------
+    table : sequence of (x, y), or of such lines [m]
+        The table from left to right, level beyond its ends. Of several tables each holds between its own ends, the
+        highest where they overlap, and gaps between them are bridged straight. None at all: no water.
+    unit_weight : float [N/m3]
+        Of the water.
+    head : {"vertical", "parallel"}
+        Pressure head below the table: the vertical depth (Wang Eq. 6.1), or that times cos^2 of the table's slope,
+        for seepage parallel to it.
+    joint_pressure : mapping of str to float [Pa]
+        Pressure in all faces of a joint, instead of the table's.
+    """
+
+    table: tuple[Points, ...] = ()
+    unit_weight: float = WATER
+    head: Head = "vertical"
+    joint_pressure: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        rules = Rules("water")
+        object.__setattr__(self, "table", _tables(self.table, rules))
+        if len(self.table) > 1 and min(map(len, self.table)) == 1:
+            rules.faults.append("water: a table of one point is level everywhere; give it alone, or two points or more")
+        rules.number("unit_weight", self.unit_weight, "N/m3", above=0)
+        if self.head not in get_args(Head):
+            rules.faults.append(f"water: head = {self.head!r} is unknown{nearest(str(self.head), get_args(Head))}")
+        for name, pressure in self.joint_pressure.items():
+            rules.number(f"joint_pressure of '{name}'", pressure, "Pa", least=0)
+        raise_faults(rules.faults)
+        object.__setattr__(self, "unit_weight", float(self.unit_weight))
+        given = {str(name): float(value) for name, value in self.joint_pressure.items()}
+        object.__setattr__(self, "joint_pressure", MappingProxyType(given))
+
+    def surface(self) -> WaterSurface:
+        """Return the tables as one line made of straight pieces."""
+        return _surface(self.table, self.head)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class WaterSurface:
+    """The water's surface: between two breaks, and beyond the first and the last, it is straight.
+
+    Attributes
+    ----------
+    breaks : (k,) float64 [m]
+        Where a straight piece ends, rising.
+    level, slope : (k + 1,) float64 [m, -]
+        The piece before each break (and after the last) is ``level + slope * x``; a level of -inf: no water.
+    factor : (k + 1,) float64
+        Pressure head over vertical depth.
+    """
+
+    breaks: FloatArray
+    level: FloatArray
+    slope: FloatArray
+    factor: FloatArray
+
+    def at(self, x: FloatArray) -> FloatArray:
+        """Return the level of the water at abscissas x [m]."""
+        piece = np.searchsorted(self.breaks, x)
+        found: FloatArray = self.level[piece] + self.slope[piece] * x
+        return found
+
+
+def _tables(value: Any, rules: Rules) -> tuple[Points, ...]:
+    parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else None
+    if parts is None:
+        rules.faults.append(f"water: table = {value!r} must be points [[x, y], ...] from left to right [m]")
+        return ()
+    if not parts:
+        return ()
+    first = list(parts[0]) if isinstance(parts[0], Iterable) and not isinstance(parts[0], str) else []
+    one = not first or is_number(first[0]) or isinstance(first[0], str)
+    return tuple(line(part, "table", rules) for part in ([parts] if one else parts))
+
+
+def _surface(tables: tuple[Points, ...], head: Head) -> WaterSurface:
+    if not tables:
+        return WaterSurface(breaks=np.zeros(0), level=np.full(1, -np.inf), slope=np.zeros(1), factor=np.ones(1))
+    lines = [np.array(table) for table in tables]
+    breaks = np.unique(np.concatenate([points[:, 0] for points in lines]))
+    breaks = np.unique(np.concatenate([breaks, _crossings(lines, breaks)]))
+    middle = (breaks[1:] + breaks[:-1]) / 2
+    best_level, best_slope = np.full(len(middle), -np.inf), np.zeros(len(middle))
+    highest = np.full(len(middle), -np.inf)
+    for points in lines:  # a few tables
+        covered = (middle > points[0, 0]) & (middle < points[-1, 0])
+        level, slope = _pieces(points, middle)
+        better = covered & (level + slope * middle > highest)
+        best_level[better], best_slope[better] = level[better], slope[better]
+        highest[better] = (level + slope * middle)[better]
+    best_level, best_slope = _bridged(breaks, best_level, best_slope)
+    left = max(points[0, 1] for points in lines if points[0, 0] == breaks[0])
+    right = max(points[-1, 1] for points in lines if points[-1, 0] == breaks[-1])
+    slope = np.concatenate([[0.0], best_slope, [0.0]])
+    return WaterSurface(
+        breaks=breaks,
+        level=np.concatenate([[left], best_level, [right]]),
+        slope=slope,
+        factor=1 / (1 + slope**2) if head == "parallel" else np.ones(len(slope)),
+    )
+
+
+def _pieces(points: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return level and slope of the piece of one table at each x."""
+    if len(points) == 1:
+        return np.full(len(x), points[0, 1]), np.zeros(len(x))
+    piece = np.clip(np.searchsorted(points[:, 0], x) - 1, 0, len(points) - 2)
+    slope = np.diff(points[:, 1]) / np.diff(points[:, 0])
+    level: FloatArray = points[piece, 1] - slope[piece] * points[piece, 0]
+    return level, slope[piece]
+
+
+def _crossings(lines: list[FloatArray], breaks: FloatArray) -> FloatArray:
+    """Return where two tables cross between breaks."""
+    found = [np.zeros(0)]
+    middle = (breaks[1:] + breaks[:-1]) / 2
+    for k, one in enumerate(lines):  # a few tables
+        for other in lines[k + 1 :]:
+            (a, s), (b, t) = _pieces(one, middle), _pieces(other, middle)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                x = (b - a) / (s - t)
+            found.append(x[(x > breaks[:-1]) & (x < breaks[1:])])
+    return np.concatenate(found)
+
+
+def _bridged(breaks: FloatArray, level: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the pieces with gaps between tables closed by straight lines from end to end."""
+    for k in np.flatnonzero(np.isneginf(level)):  # gaps lie between the ends of two tables, one piece each
+        y0 = level[k - 1] + slope[k - 1] * breaks[k]
+        y1 = level[k + 1] + slope[k + 1] * breaks[k + 1]
+        slope[k] = (y1 - y0) / (breaks[k + 1] - breaks[k])
+        level[k] = y0 - slope[k] * breaks[k]
+    return level, slope

@@ -1,0 +1,129 @@
+"""What contacts of moving blocks carry into the first stage from the in-situ field, and from stage to stage."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.search import ActiveContacts, Outlines
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.parts import Part
+from bsm_mesh.model.stress_field import StressField
+from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate, gather_contacts
+from bsm_mesh.solve.stages import beyond_strength
+
+BAND = 0.075  # of the block size: how near contacts are looked for; only those that touch are set
+LOWER = 32  # bits of the second number in a key
+
+
+def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
+    """Return contacts that bear the in-situ field where the blocks were given, and what there is to say about it.
+
+    A contact's closure under the field is taken as having happened before: its offset is what the field's pressure
+    would close it by.
+    """
+    blocks = model.blocks
+    outlines, catalogue = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool)), JointCatalogue(model)
+    position = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
+    band = BAND * outlines.size
+    found = gather_contacts(model, outlines, catalogue, History.none(), position, band, first=True)
+    normal, shear = _field_forces(model, found)
+    history = _history(found, evaluate(found, catalogue.laws, position), position, normal, shear)
+    set_up = gather_contacts(model, outlines, catalogue, history, position, band, first=True)
+    at = evaluate(set_up, catalogue.laws, position)
+    point = position[set_up.candidates.block_a, :2] + at.arm_a
+    pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
+    touching = set_up.touching
+    peak = np.where(at.bearing, at.strength, np.inf)  # what tension parts is told as that
+    rows = (point, pressure, set_up.old_shear, peak, set_up.tension)
+    return history, beyond_strength(*(values[touching] for values in rows))
+
+
+def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, FloatArray]:
+    """Return normal and shear force of the touching contacts on faces from the field, (m,) each; zero for others."""
+    blocks, c = model.blocks, found.candidates
+    on_face = np.flatnonzero(found.touching & (c.parallel_edge >= 0))
+    corner, edge, other = c.corner[on_face], c.edge[on_face], c.parallel_edge[on_face]
+    along = blocks.edge_vectors
+    unit = along[other] / np.hypot(*along[other].T)[:, None]
+    away = np.where((other == corner)[:, None], unit, -unit)  # along a's edge, away from the corner
+    start = blocks.vertices[corner]
+    end = start + 2 * c.length[on_face][:, None] * away
+    direction = along[edge] / np.hypot(*along[edge].T)[:, None]
+    n = np.stack([direction[:, 1], -direction[:, 0]], axis=1)
+    field = StressField(model)
+    sides = (c.block_a[on_face], c.block_b[on_face])
+    force = field.end_forces(start, end, n, sides, field.water.given[edge])[:, 0]
+    normal, shear = np.zeros(found.count), np.zeros(found.count)
+    normal[on_face] = (force * n).sum(axis=1)
+    shear[on_face] = (force * direction).sum(axis=1)
+    return normal, shear
+
+
+def _history(
+    found: MovingContacts, at: Evaluation, position: FloatArray, normal: FloatArray, shear: FloatArray
+) -> History:
+    c = found.candidates
+    kept = np.flatnonzero(found.touching)
+    edge = found.along[kept]
+    return History(
+        active=ActiveContacts(
+            pair=c.pair[kept],
+            key=c.key[kept],
+            pressure=np.maximum(-normal[kept], np.finfo(float).tiny),
+            point=position[c.block_a[kept], :2] + found.corner[kept],
+            normal=np.stack([edge[:, 1], -edge[:, 0]], axis=1),
+        ),
+        shear=shear[kept],
+        along=at.along[kept],
+        first_along=at.along[kept],
+        offset=at.gap[kept] - normal[kept] / found.normal_stiffness[kept],  # to the last digit no residual
+        failed=found.failed[kept],
+    )
+
+
+def between(history: History, stays: BoolArray) -> History:
+    """Return the contacts between blocks that stay, (n,)."""
+    low, high = history.active.pair >> LOWER, history.active.pair & 0xFFFFFFFF
+    return _rows(history, np.flatnonzero(stays[low] & stays[high]), history.active.pair, history.active.key)
+
+
+def in_part(history: History, part: Part) -> History:
+    """Return a history of the whole in the numbers of a part; its blocks must be in the part."""
+    pair, key = history.active.pair, history.active.key
+    low, high = np.searchsorted(part.block, pair >> LOWER), np.searchsorted(part.block, pair & 0xFFFFFFFF)
+    corner, edge = np.searchsorted(part.corner, key >> LOWER), np.searchsorted(part.corner, key & 0xFFFFFFFF)
+    return _rows(history, np.arange(len(pair)), _joined(low, high), _joined(corner, edge))
+
+
+def in_whole(history: History, part: Part) -> History:
+    """Return a history of a part in the numbers of the whole."""
+    pair, key = history.active.pair, history.active.key
+    blocks = _joined(part.block[pair >> LOWER], part.block[pair & 0xFFFFFFFF])
+    corners = _joined(part.corner[key >> LOWER], part.corner[key & 0xFFFFFFFF])
+    return _rows(history, np.arange(len(pair)), blocks, corners)
+
+
+def _joined(first: IntArray, second: IntArray) -> IntArray:
+    joined: IntArray = (first.astype(np.int64) << LOWER) | second.astype(np.int64)
+    return joined
+
+
+def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> History:
+    old = history.active
+    active = ActiveContacts(
+        pair=pair[chosen],
+        key=key[chosen],
+        pressure=old.pressure[chosen],
+        point=old.point[chosen],
+        normal=old.normal[chosen],
+    )
+    return History(
+        active=active,
+        shear=history.shear[chosen],
+        along=history.along[chosen],
+        first_along=history.first_along[chosen],
+        offset=history.offset[chosen],
+        failed=history.failed[chosen],
+    )

@@ -1,0 +1,248 @@
+"""Stages one after the other: blocks go and come, what remains carries its forces on (Wang 4.5.2).
+
+A scheme (`LinearScheme`, `ContinuationScheme`) keeps what contacts and blocks carry from stage to stage, in the
+numbers of the whole model, and solves the part of it that is there as a model of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.loads import PointForces, point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.parts import Part, part_of
+from bsm_mesh.model.stages import Stage, presence
+from bsm_mesh.model.supports import Bars, bars_of
+from bsm_mesh.model.water import Water
+from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
+
+Reporter = Callable[[str], None]
+Observer = Callable[[StepRecord], None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outcome:
+    """What a scheme made of a part: the result in the part's numbers of blocks, and the forces in its bars."""
+
+    stage: StageResult
+    bar_forces: FloatArray
+
+
+class Scheme(Protocol):
+    """What the stages need of a scheme."""
+
+    linear_solver: str
+    moved: FloatArray
+    """Displacement of every block since it was given, or placed, (n, 3)."""
+
+    def set_in_situ(self) -> tuple[str, ...]:
+        """Set the contact forces from the in-situ field; return what there is to say about it."""
+
+    def stage_bars(self, bars: Bars, number: int) -> Bars:
+        """Return the supports for a stage."""
+
+    def change(self, stays: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay (n,)."""
+
+    def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
+        """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
+
+    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the part in equilibrium, or in collapse, and keep its state."""
+
+
+@dataclass(eq=False, slots=True)
+class _Site:
+    """What changes from stage to stage, in the numbers of the whole."""
+
+    present: BoolArray
+    bars: Bars
+    bar_forces: FloatArray
+    forces: list[PointForces]
+    water: Water | None
+    held: list[tuple[PointForces, float]] = field(default_factory=list)  # forces on new surfaces, part released
+    origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Observer) -> tuple[StageResult, ...]:
+    """Return the results of all stages up to the first that is not stable; ``initial`` is the first of them.
+
+    Raises
+    ------
+    ModelError
+        If the start cannot be analysed.
+    """
+    here = presence(model.stages, model.blocks)
+    bars = bars_of(model.supports, model.blocks)
+    site = _Site(
+        present=here[0],
+        bars=bars,
+        bar_forces=np.zeros(len(bars.block)),
+        forces=[point_forces_of(model.acting_loads, model.blocks)],
+        water=model.water,
+        origin=np.zeros((model.blocks.count, 3)),
+    )
+    notes: tuple[str, ...] = ()
+    if model.in_situ is not None and model.in_situ.method == "direct":
+        from bsm_mesh.solve.in_situ import in_situ_bars
+
+        report("in-situ stress")
+        notes = scheme.set_in_situ()
+        site.bar_forces = in_situ_bars(model, bars)
+    results = [_equilibrium(model, scheme, site, "initial", 0, (1.0,), observer, notes)]
+    if model.in_situ is not None:
+        site.origin = scheme.moved.copy()
+    for number, stage in enumerate(model.stages, start=1):
+        if results[-1].status is not Status.STABLE:
+            break
+        report(f"stage {stage.name}")
+        _begin(model, scheme, site, stage, here[number], results[-1].contacts)
+        results.append(_equilibrium(model, scheme, site, stage.name, number, stage.relaxation, observer, ()))
+    return tuple(results)
+
+
+def _begin(model: Model, scheme: Scheme, site: _Site, stage: Stage, now: BoolArray, contacts: ContactForces) -> None:
+    """Take away and put back the blocks of a stage, and add its loads."""
+    stays, leaves = site.present & now, site.present & ~now
+    site.held.append((_forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
+    scheme.change(stays)
+    if stage.pressure:
+        site.forces.append(_pressure_on_new_faces(model, stays, leaves, stage.pressure))
+    site.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
+    site.water = site.water if stage.water is None else stage.water
+    site.origin[~stays] = 0.0
+    site.bar_forces[~stays[site.bars.block]] = 0.0
+    site.present = now
+
+
+def _equilibrium(
+    model: Model,
+    scheme: Scheme,
+    site: _Site,
+    name: str,
+    number: int,
+    factors: tuple[float, ...],
+    observer: Observer,
+    notes: tuple[str, ...],
+) -> StageResult:
+    """Return a stage's result: equilibrium after every part of the held forces that is released."""
+    before = scheme.moved.copy()
+    steps: list[StepRecord] = []
+    start_residual = None
+
+    def watch(record: StepRecord) -> None:
+        steps.append(replace(record, stage=number, step=len(steps)))
+        observer(steps[-1])
+
+    for factor in factors:
+        site.held = [(forces, max(released, factor)) for forces, released in site.held]
+        bars = scheme.stage_bars(site.bars, number)
+        part = part_of(model, site.present, bars, _all_forces(site), site.water)
+        outcome = scheme.solve(part, number, site.bar_forces[part.bar], watch)
+        site.bar_forces[part.bar] = outcome.bar_forces
+        start_residual = outcome.stage.start_residual if start_residual is None else start_residual
+        if outcome.stage.status is not Status.STABLE:
+            break
+    site.held = [(forces, released) for forces, released in site.held if released < 1]
+    stage = _in_whole(outcome.stage, part)
+    return replace(
+        stage,
+        name=name,
+        displacement=(scheme.moved - site.origin) * site.present[:, None],
+        stage_displacement=(scheme.moved - before) * site.present[:, None],
+        origin=site.origin.copy(),
+        start_residual=start_residual or 0.0,
+        steps=tuple(steps),
+        notes=(*notes, *stage.notes),
+    )
+
+
+def _all_forces(site: _Site) -> PointForces:
+    held = [replace(forces, force=(1 - released) * forces.force) for forces, released in site.held if released < 1]
+    return joined([*site.forces, *held])
+
+
+def joined(parts: list[PointForces]) -> PointForces:
+    """Return the forces of several tables as one."""
+    block, point, force = (np.concatenate([getattr(p, name) for p in parts]) for name in ("block", "point", "force"))
+    return PointForces(block=block, point=point, force=force)
+
+
+def _forces_on_new_faces(scheme: Scheme, contacts: ContactForces, stays: BoolArray, leaves: BoolArray) -> PointForces:
+    """Return what the blocks that leave exerted on those that stay."""
+    on_b, on_a = (
+        np.flatnonzero(stays[one] & leaves[other])
+        for one, other in ((contacts.block_b, contacts.block_a), (contacts.block_a, contacts.block_b))
+    )
+    block = np.concatenate([contacts.block_b[on_b], contacts.block_a[on_a]])
+    point = np.concatenate([contacts.point[on_b], contacts.point[on_a]])
+    force = np.concatenate([contacts.force[on_b], -contacts.force[on_a]])
+    return PointForces(block=block, point=scheme.as_given(block, point), force=force)
+
+
+def _pressure_on_new_faces(model: Model, stays: BoolArray, leaves: BoolArray, pressure: float) -> PointForces:
+    """Return a pressure on the faces between blocks that stay and blocks that leave, into those that stay."""
+    from bsm_mesh.model.faces import find_faces
+
+    faces, owner = find_faces(model.blocks), model.blocks.owner
+    a, b = owner[faces.edge_a], owner[faces.edge_b]
+    bare = (stays[b] & leaves[a]) | (stays[a] & leaves[b])
+    start, end = faces.start[bare], faces.end[bare]
+    along = end - start  # in the direction of b's edge, b to its left
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) * np.where(stays[b[bare]], 1.0, -1.0)[:, None]
+    return PointForces(
+        block=np.repeat(np.where(stays[b], b, a)[bare], 2),
+        point=np.stack([start, end], axis=1).reshape(-1, 2),
+        force=np.repeat(pressure * inward / 2, 2, axis=0),
+    )
+
+
+def _in_whole(stage: StageResult, part: Part) -> StageResult:
+    """Return a part's result in the numbers of the whole."""
+    contacts, supports = stage.contacts, stage.supports
+    return replace(
+        stage,
+        present=part.present,
+        stress=part.in_whole(stage.stress),
+        stress_effective=part.in_whole(stage.stress_effective),
+        loads=part.in_whole(stage.loads),
+        reactions=part.in_whole(stage.reactions),
+        water=part.in_whole(stage.water),
+        contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
+        supports=replace(supports, block=part.block[supports.block]),
+        unstable_blocks=part.block[stage.unstable_blocks],
+    )
+
+
+def beyond_strength(
+    point: FloatArray, pressure: FloatArray, shear: FloatArray, peak: FloatArray, tension: FloatArray
+) -> tuple[str, ...]:
+    """Return a sentence if contacts of the in-situ field bear more than their strength; nothing if none does.
+
+    Parameters
+    ----------
+    point : (m, 2) float64 [m]
+        Where the contacts are.
+    pressure, shear : (m,) float64 [N/m]
+        What they bear, compression positive.
+    peak, tension : (m,) float64 [N/m]
+        Their strength in shear at that pressure, and in tension.
+    """
+    size = float(np.hypot(pressure, shear).max(initial=0.0))
+    slips, parts = np.abs(shear) > peak + 1e-9 * size, -pressure > tension + 1e-9 * size
+    beyond = np.flatnonzero(slips | parts)
+    if not beyond.size:
+        return ()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(slips, np.abs(shear) / peak, 0.0)[beyond]
+    worst = beyond[int(np.argmax(np.nan_to_num(ratio, posinf=1e300)))]
+    return (
+        f"the in-situ field is beyond the strength of {beyond.size} of {len(pressure)} contacts ({int(slips.sum())} in "
+        f"shear, {int(parts.sum())} in tension; the worst at ({point[worst, 0]:.4g}, {point[worst, 1]:.4g})): "
+        "the joints cannot bear this k0 or stress",
+    )

@@ -1,0 +1,127 @@
+"""Scheme "wang": cycle counts of Wang's Example 2 (section 4.6), and agreement with the schemes that are trusted.
+
+A cycle moves a sliding block by the force out of balance over the shear stiffness under it: a slide of L under P takes
+L k_s b / (P - W tan phi) cycles, b being the width of the block.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import LINEAR, rectangle, running_bond, turned
+
+import bsm_mesh as bsm
+
+GAMMA, WIDTH, PUSH, FRICTION, GAP = 26e3, 1.0, 30e3, 30.0, 0.5
+TO_SETTLE = 25  # cycles: the first elastic ones, and the bounce against block 3
+
+
+def wang(**given):
+    return bsm.Options(scheme="wang", **given)
+
+
+def model_of(polygons, *, friction=FRICTION, kn=1e9, fixed=(0,), **given):
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=GAMMA)],
+        joints=[bsm.Joint("J", kn, kn, law=bsm.MohrCoulomb(friction=friction))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=list(fixed))],
+        **given,
+    )
+
+
+def example_2(kn, *, apart=False):
+    """Return block 2 on block 1, pushed towards block 3; `apart`: block 3 away from block 1 (Wang Figs. 4.16, 4.18)."""
+    end, wall = (2.0, 4.0) if apart else (3.0, 2.0)
+    polygons = [
+        rectangle(-0.5, -1, end, 0),
+        rectangle(0.5, 0, 0.5 + WIDTH, 1),
+        rectangle(wall, 0 if not apart else -1, wall + 1, 2),
+    ]
+    push = [bsm.PointLoad(block=1, point=(0.5, 0.3), force=(PUSH, 0))]
+    return model_of(polygons, kn=kn, fixed=(0, 2), loads=push)
+
+
+@pytest.mark.parametrize(("kn", "part"), [(1e6, 1.0), (3e6, 1.0), (1e7, 1.0), (1e8, 0.1), (1e9, 0.01)])
+def test_cycles_of_a_slide(kn, part):
+    results = bsm.run(example_2(kn), wang(sliding_stiffness=part))
+    stage = results.stages[-1]
+    assert results.status == "stable"
+    assert results.check().ok
+    closed_form = GAP * part * kn * WIDTH / (PUSH - GAMMA * WIDTH * np.tan(np.radians(FRICTION)))
+    assert_allclose(len(stage.steps), closed_form, atol=TO_SETTLE)
+    assert sum(step.factorizations for step in stage.steps) == len(stage.steps)
+
+
+def test_example_2_agrees_with_the_continuation():
+    """Stable against block 3; without it block 2 falls between the two."""
+    model = example_2(1e9)
+    ours = bsm.run(model, wang(sliding_stiffness=0.01)).stages[-1]
+    theirs = bsm.run(model, bsm.Options(scheme="continuation")).stages[-1]
+    assert ours.status == theirs.status == "stable"
+    assert_allclose(ours.displacement, theirs.displacement, atol=1e-4)
+    fallen = bsm.run(example_2(1e9, apart=True), wang(sliding_stiffness=0.001))
+    assert fallen.status == "unstable"
+    assert list(fallen.unstable_blocks) == [1]
+
+
+def test_a_cycle_does_not_jump_through_a_block():
+    """With next to no stiffness against it the block would move 1.5 m at once, beyond block 3."""
+    results = bsm.run(example_2(1e9), wang(sliding_stiffness=1e-5))
+    assert results.status == "stable"
+    assert_allclose(results.stages[-1].displacement[1, 0], GAP, atol=1e-3)
+
+
+def test_where_nothing_fails_one_cycle_is_the_linear_scheme():
+    walled = model_of(running_bond(6, 8), kn=1e10, fixed=range(8), friction=80.0)
+    results, linear = bsm.run(walled, wang()), bsm.run(walled, LINEAR).stages[-1]
+    stage = results.stages[-1]
+    assert results.status == "stable"
+    assert len(stage.steps) <= 3
+    assert_allclose(stage.displacement, linear.displacement, atol=20 * linear.max_displacement**2 / 0.5)
+
+
+def test_too_few_cycles_are_told_as_such():
+    results = bsm.run(example_2(1e9), wang(max_steps=50))
+    assert results.status == "not_converged"
+    assert "50 cycles" in results.stages[-1].reason
+    assert len(results.stages[-1].steps) == 50
+
+
+def incline(degrees, friction):
+    slab = [turned(rectangle(-10, -1, 10, 0), degrees), turned(rectangle(0, 0, 1, 0.5), degrees)]
+    return model_of(slab, kn=1e8, friction=friction)
+
+
+@pytest.mark.parametrize("friction", [15.0, 30.0, 45.0])
+def test_a_block_on_an_incline_is_stable_below_its_friction_only(friction):
+    assert bsm.run(incline(friction - 0.05, friction), wang()).status == "stable"
+    assert bsm.run(incline(friction + 0.05, friction), wang()).status != "stable"
+
+
+def arch(thickness, n=16):
+    angle = np.linspace(np.pi, 0, n + 1)
+    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    inner, outer = 1 - thickness / 2, 1 + thickness / 2
+    stones = [np.array([inner * a, inner * b, outer * b, outer * a]) for a, b in pairwise(ray)]
+    feet = [np.array([(s * inner, 0), (s * outer, 0), (s * outer, -0.2), (s * inner, -0.2)]) for s in (-1, 1)]
+    return model_of([*stones, *feet], friction=89.0, kn=1e10, fixed=(n, n + 1))
+
+
+def test_an_arch_stands_above_its_least_thickness_only():
+    """Limit analysis of 16 straight voussoirs: t / R = 0.10708."""
+    stands = bsm.run(arch(0.115), wang())
+    assert stands.status == "stable"
+    assert stands.check().ok
+    assert bsm.run(arch(0.1), wang()).status == "unstable"
+
+
+@pytest.mark.parametrize(("part", "status"), [(0.9, "not_converged"), (1.1, "stable")])
+def test_an_equilibrium_that_would_not_last_is_not_called_stable(part, status):
+    """A pillar on an elastic base: its weight over half its height against the turning stiffness k_n b^3 / 4."""
+    width, height = 0.5, 8.0
+    kn = part * GAMMA * width * height * height / 2 / (width**3 / 4)
+    pillar = model_of([rectangle(-3, -1, 3, 0), rectangle(-width / 2, 0, width / 2, height)], kn=kn, friction=60.0)
+    assert bsm.run(pillar, wang()).status == status
