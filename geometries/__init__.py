@@ -1,20 +1,27 @@
 """Geometries of jointed rock, scripted with Gmsh, one module a case.
 
-Importing the package needs no Gmsh; building a case does.
+Importing the package needs neither Gmsh nor NumPy; the names that do are loaded when they are first used.
 """
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from geometries import circular_tunnel
-from geometries.block_files import mesh_blocks, write_blocks
 from geometries.cases import Case, case_names, case_parameters, find_case, parse_settings
-from geometries.cutting.block_cut import BlockCut, JointAccount
-from geometries.cutting.cut import cut_blocks
 from geometries.errors import GeometryError
-from geometries.joint_sets import Fault, JointSet, bedding
 from geometries.physical_groups import GroupKind, GroupName, parse_group_name
-from geometries.rock_mass import Excavation, Opening, Region, RockMass
 from geometries.session import gmsh_session, name_groups, write_mesh
 from geometries.settings import Parameter
-from geometries.spacings import Constant, Exponential, Lognormal, Normal
+
+if TYPE_CHECKING:
+    from geometries.block_files import mesh_blocks, write_blocks
+    from geometries.cutting.block_cut import BlockCut, JointAccount
+    from geometries.cutting.cut import cut_blocks
+    from geometries.joint_sets import Fault, JointSet, bedding
+    from geometries.rock_mass import Excavation, Opening, Region, RockMass
+    from geometries.spacings import Constant, Exponential, Lognormal, Normal
 
 __all__ = [
     "BlockCut",
@@ -48,3 +55,33 @@ __all__ = [
     "write_blocks",
     "write_mesh",
 ]
+
+_HOME = {
+    "BlockCut": "geometries.cutting.block_cut",
+    "Constant": "geometries.spacings",
+    "Excavation": "geometries.rock_mass",
+    "Exponential": "geometries.spacings",
+    "Fault": "geometries.joint_sets",
+    "JointAccount": "geometries.cutting.block_cut",
+    "JointSet": "geometries.joint_sets",
+    "Lognormal": "geometries.spacings",
+    "Normal": "geometries.spacings",
+    "Opening": "geometries.rock_mass",
+    "Region": "geometries.rock_mass",
+    "RockMass": "geometries.rock_mass",
+    "bedding": "geometries.joint_sets",
+    "cut_blocks": "geometries.cutting.cut",
+    "mesh_blocks": "geometries.block_files",
+    "write_blocks": "geometries.block_files",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from the module that defines it."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'geometries' has no attribute '{name}'")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

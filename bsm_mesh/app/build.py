@@ -57,6 +57,8 @@ class LoadedModel:
         What was mended or left out of the mesh, a line each.
     mesh_lines : tuple of str
         What was found in the mesh, a line each, the notes included.
+    dangling : mapping of str to int
+        Pieces of the mesh's joints that bound no block.
     """
 
     path: Path
@@ -65,6 +67,7 @@ class LoadedModel:
     options: Options
     notes: tuple[str, ...]
     mesh_lines: tuple[str, ...]
+    dangling: Mapping[str, int]
 
     @property
     def output_folder(self) -> Path:
@@ -109,6 +112,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         options=options[0],
         notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks)),
         mesh_lines=tuple(mesh_report.lines()[1:]),
+        dangling=_dangling(mesh_report),
     )
 
 
@@ -131,6 +135,17 @@ def _model(
         contact_points=file.mesh.contact_points,
         title=file.title,
     )
+
+
+def _dangling(report: MeshReport) -> dict[str, int]:
+    from converters import NoteKind
+
+    found: dict[str, int] = {}
+    for kind in (NoteKind.LOOSE, NoteKind.DEAD_END):
+        for name, count in report.about(kind).items():
+            if name.startswith("joint:"):
+                found[name] = found.get(name, 0) + count
+    return found
 
 
 def _unused_excavations(blocks: Blocks) -> list[str]:

@@ -32,16 +32,23 @@ def merge_regions(elements: Blocks, tolerance: float) -> tuple[Blocks, tuple[Not
     """
     one, other = elements.edge_table.pairs()
     joined = _joined(elements, one, other)
-    region = _components(elements.count, elements.owner[one[joined]], elements.owner[other[joined]])
+    region = components(elements.count, elements.owner[one[joined]], elements.owner[other[joined]])
     region, split = _divide(elements, one[joined], other[joined], region)
-    rim = _rim(elements, one, other, region)
-    chain, offsets = _chain(elements, rim, region)
-    kept = _corners(elements, chain, offsets, tolerance)
-    blocks = _assemble(elements, chain, offsets, kept, region)
+    blocks = outline_regions(elements, region, tolerance)
     inside = np.zeros(len(elements.vertices), dtype=np.bool_)
     inside[one], inside[other] = True, True
-    inside[rim] = False
+    inside[rim_of(elements, one, other, region)] = False
     return blocks, (*_dead_notes(elements, one[inside[one]]), *_split_notes(elements, region, split))
+
+
+def outline_regions(elements: Blocks, region: LongArray, tolerance: float) -> Blocks:
+    """Return one block a region, numbered as `region`, (n_elements,), says; each has a simple outline.
+
+    Corners nearer than the tolerance to the line between their neighbours are left out where joint and boundaries
+    are the same on both sides.
+    """
+    chain, offsets = _chain(elements, rim_of(elements, *elements.edge_table.pairs(), region), region)
+    return _assemble(elements, chain, offsets, _corners(elements, chain, offsets, tolerance), region)
 
 
 def _joined(elements: Blocks, one: LongArray, other: LongArray) -> BoolArray:
@@ -56,7 +63,7 @@ def _joined(elements: Blocks, one: LongArray, other: LongArray) -> BoolArray:
     return joined
 
 
-def _components(count: int, one: IntArray, other: IntArray) -> LongArray:
+def components(count: int, one: IntArray, other: IntArray) -> LongArray:
     """Return the component of every element, numbered by its first element."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -70,7 +77,7 @@ def _components(count: int, one: IntArray, other: IntArray) -> LongArray:
     return numbered
 
 
-def _rim(elements: Blocks, one: LongArray, other: LongArray, region: LongArray) -> LongArray:
+def rim_of(elements: Blocks, one: LongArray, other: LongArray, region: LongArray) -> LongArray:
     """Return the edges round the regions: those without the same region on the other side."""
     rim = np.ones(len(elements.vertices), dtype=np.bool_)
     same = region[elements.owner[one]] == region[elements.owner[other]]
@@ -78,7 +85,7 @@ def _rim(elements: Blocks, one: LongArray, other: LongArray, region: LongArray) 
     return np.flatnonzero(rim)
 
 
-def _not_simple(elements: Blocks, rim: LongArray, region: LongArray) -> LongArray:
+def not_simple(elements: Blocks, rim: LongArray, region: LongArray) -> LongArray:
     """Return the regions whose rim is not one ring through each of its points once."""
     of_edge = region[elements.owner[rim]]
     start, end = elements.nodes[rim], elements.nodes[elements.following[rim]]
@@ -88,7 +95,7 @@ def _not_simple(elements: Blocks, rim: LongArray, region: LongArray) -> LongArra
     twice = unique[count > 1] // base
     at = np.searchsorted(unique, keys)
     to = np.searchsorted(unique, of_edge * base + end)
-    ring = _components(len(unique), at, to)
+    ring = components(len(unique), at, to)
     of_ring = np.unique(np.stack([unique // base, ring], axis=1), axis=0)[:, 0]
     several = np.unique(of_ring[1:][of_ring[1:] == of_ring[:-1]])
     bad: LongArray = np.union1d(twice, several).astype(np.int64)
@@ -105,14 +112,14 @@ def _divide(elements: Blocks, one: LongArray, other: LongArray, region: LongArra
     cut = np.zeros(len(one), dtype=np.bool_)
     pairs = elements.edge_table.pairs()
     for _ in range(MOST_CUTS):
-        bad = _not_simple(elements, _rim(elements, *pairs, region), region)
+        bad = not_simple(elements, rim_of(elements, *pairs, region), region)
         if bad.size == 0:
             break
         inside = np.isin(region, bad)
         divided |= inside
         half = _halves(elements.moments.centroid, region, inside)
         cut |= inside[a] & (region[a] == region[b]) & (half[a] != half[b])
-        region = _components(elements.count, a[~cut], b[~cut])
+        region = components(elements.count, a[~cut], b[~cut])
     return region, np.flatnonzero(divided)
 
 
