@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from geometries.cutting.block_cut import BlockCut, JointAccount
     from geometries.cutting.cut import cut_blocks
     from geometries.joint_sets import Fault, JointSet, bedding
+    from geometries.patterns import Heads, Voronoi, bricks
     from geometries.rock_mass import Excavation, Opening, Region, RockMass
+    from geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from geometries.spacings import Constant, Exponential, Lognormal, Normal
 
 __all__ = [
@@ -33,6 +35,7 @@ __all__ = [
     "GeometryError",
     "GroupKind",
     "GroupName",
+    "Heads",
     "JointAccount",
     "JointSet",
     "Lognormal",
@@ -41,22 +44,43 @@ __all__ = [
     "Parameter",
     "Region",
     "RockMass",
+    "Voronoi",
+    "band",
     "bedding",
+    "bricks",
     "case_names",
     "case_parameters",
+    "circle",
     "circular_tunnel",
     "cut_blocks",
+    "dam",
     "find_case",
     "gmsh_session",
+    "horseshoe",
     "mesh_blocks",
     "name_groups",
     "parse_group_name",
     "parse_settings",
+    "rectangle",
+    "slope",
+    "stope",
+    "vaulted_box",
     "write_blocks",
     "write_mesh",
 ]
 
 _HOME = {
+    "Heads": "geometries.patterns",
+    "Voronoi": "geometries.patterns",
+    "bricks": "geometries.patterns",
+    "band": "geometries.shapes",
+    "circle": "geometries.shapes",
+    "dam": "geometries.shapes",
+    "horseshoe": "geometries.shapes",
+    "rectangle": "geometries.shapes",
+    "slope": "geometries.shapes",
+    "stope": "geometries.shapes",
+    "vaulted_box": "geometries.shapes",
     "BlockCut": "geometries.cutting.block_cut",
     "Constant": "geometries.spacings",
     "Excavation": "geometries.rock_mass",

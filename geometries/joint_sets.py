@@ -130,7 +130,7 @@ class JointSet:
         stations = np.stack([np.concatenate([*first, []]), np.concatenate([*last, []])], axis=1)
         directions = np.stack([np.cos(np.radians(turned)), np.sin(np.radians(turned))], axis=1)
         traces = lines[owner] + stations[:, :, None] * directions[owner][:, None]
-        return traces if self.within is None else _clip(traces, np.asarray(self.within, dtype=np.float64))
+        return traces if self.within is None else clip_traces(traces, self.within)
 
     def _offsets(self, middle: float, radius: float, generator: np.random.Generator) -> FloatArray:
         """Return where the joints cross the line across them, over `radius` to both sides of `middle`."""
@@ -211,11 +211,13 @@ def _direction(dip: float) -> FloatArray:
     return np.array([math.cos(math.radians(dip)), math.sin(math.radians(dip))])
 
 
-def _clip(traces: FloatArray, polygon: FloatArray) -> FloatArray:
-    """Return the parts of the traces in a polygon."""
+def clip_traces(traces: FloatArray, polygon: Points) -> FloatArray:
+    """Return the parts of the traces, (n, 2, 2) [m], in a polygon."""
     import shapely
 
-    inside = shapely.get_parts(shapely.intersection(shapely.linestrings(traces), shapely.polygons(polygon)))
+    inside = shapely.get_parts(
+        shapely.intersection(shapely.linestrings(traces), shapely.Polygon(np.asarray(polygon, dtype=np.float64)))
+    )
     inside = inside[shapely.get_type_id(inside) == shapely.GeometryType.LINESTRING]
     inside = inside[shapely.get_num_coordinates(inside) == 2]
     clipped: FloatArray = shapely.get_coordinates(inside).reshape(-1, 2, 2)
