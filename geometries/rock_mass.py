@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -28,11 +28,17 @@ class Region:
         Name of the rock.
     border : str, optional
         Joint along the outline; without it the rocks meet without a joint.
+    clipped : bool
+        Whether it keeps to the rock given before it, as a shear zone drawn beyond the frame of the model does.
+    intact : bool
+        Whether joints end at it, as at a dam, a lining or a lintel.
     """
 
     outline: Points
     rock: str
     border: str | None = None
+    clipped: bool = False
+    intact: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,6 +90,8 @@ class RockMass:
         Of the random numbers: same seed, same blocks.
     tolerance : float, optional
         What is nearer than this is taken as touching [m]; a millionth of the model's diagonal where not given.
+    boundaries : mapping of str to (k, 2) array_like
+        Lines along the outline [m]: the outer edges on them bear that name instead of ``left``, ``top``, ...
     dead_ends : str
         What becomes of joints that end in the rock: ``keep`` (they stay in the mesh, and bound no block), ``extend``
         (they go on to the next joint) or ``cut`` (they are left out). All are reported.
@@ -93,6 +101,7 @@ class RockMass:
     joints: Sequence[Joints] = ()
     seed: int = 0
     tolerance: float | None = None
+    boundaries: Mapping[str, Points] = field(default_factory=dict)
     dead_ends: DeadEnds = "keep"
 
     def __post_init__(self) -> None:
@@ -101,7 +110,7 @@ class RockMass:
             fault = outline_fault(region.outline)
             if fault:
                 faults.append(f"region {number} ({type(region).__name__}): {fault}")
-        if not any(isinstance(region, Region) for region in self.regions):
+        if not any(isinstance(region, Region) and not region.clipped for region in self.regions):
             faults.append("there is no rock; give at least one Region(outline=..., rock=...)")
         if self.tolerance is not None and not (math.isfinite(self.tolerance) and self.tolerance > 0):
             faults.append(f"tolerance = {self.tolerance} must be above 0 m")
@@ -113,7 +122,9 @@ class RockMass:
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Lower left and upper right corner of all rock [m]."""
-        outlines = [np.asarray(r.outline, dtype=np.float64) for r in self.regions if isinstance(r, Region)]
+        outlines = [
+            np.asarray(r.outline, dtype=np.float64) for r in self.regions if isinstance(r, Region) and not r.clipped
+        ]
         corners = np.concatenate(outlines)
         return corners.min(axis=0), corners.max(axis=0)
 
@@ -130,11 +141,23 @@ class RockMass:
         rock = shapely.Polygon()
         for region in self.regions:
             polygon = shapely.Polygon(np.asarray(region.outline, dtype=np.float64))
-            if isinstance(region, Region):
+            if isinstance(region, Region) and not region.clipped:
                 rock = shapely.union(rock, polygon)
             elif isinstance(region, Opening):
                 rock = shapely.difference(rock, polygon)
         return rock
+
+    def jointed(self) -> Any:
+        """Return where joints may run, as a shapely geometry: in and half a tolerance around what is not intact."""
+        import shapely
+
+        around = shapely.buffer(self.domain(), self.grid / 2, join_style="mitre")
+        for region in self.regions:
+            if isinstance(region, Region):
+                polygon = shapely.Polygon(np.asarray(region.outline, dtype=np.float64))
+                if region.intact:
+                    around = shapely.difference(around, polygon)
+        return around
 
 
 def outline_fault(outline: Points) -> str | None:

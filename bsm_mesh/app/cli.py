@@ -50,7 +50,7 @@ def demo(output: Path) -> None:
 def new(case: str, folder: Path) -> None:
     """Write a starter CASE into FOLDER.
 
-    A geometry script and model.toml, ready to run and to change. CASE: tunnel.
+    A geometry script and model.toml, ready to run and to change. CASE: arch, cavern, dam, slope, tunnel, wall.
     """
     from bsm_mesh.app.starters import write_starter
 

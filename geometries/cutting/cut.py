@@ -39,7 +39,8 @@ def cut_blocks(mass: RockMass, engine: Engine = "shapely") -> BlockCut:
         For another engine, and for outlines that enclose no rock.
     """
     pieces, given = gather_pieces(mass)
-    in_rock = _sums(pieces.joint, np.where(pieces.region < 0, pieces.length, 0.0), len(pieces.joint_names))
+    in_rock = _sums(pieces.joint, pieces.length, len(pieces.joint_names))
+    given += _sums(pieces.joint, np.where(pieces.region < 0, 0.0, pieces.length), len(given))
     extended = np.zeros_like(in_rock)
     pieces, graph = _node(pieces, mass.grid, engine)
     if pieces.extends.any():
@@ -126,7 +127,9 @@ def _by_name(edges: IntArray, joint: IntArray, which: BoolArray, names: tuple[st
 
 
 def _boundaries(graph: Graph, pieces: Pieces, mass: RockMass, outer: IntArray) -> dict[str, IntArray]:
-    """Return the outer edges by boundary: that of an opening, a side of the model's box, else ``surface``."""
+    """Return the outer edges by boundary: as named, that of an opening, a side of the model's box, else ``surface``."""
+    import shapely
+
     low, high = mass.box
     names = ["left", "right", "bottom", "top", "surface"]
     ends = graph.points[graph.edges[outer]]
@@ -142,6 +145,13 @@ def _boundaries(graph: Graph, pieces: Pieces, mass: RockMass, outer: IntArray) -
                 names.append(region.boundary)
             here = at[graph.edge[pieces.region[graph.piece] == number]]
             side[here[here >= 0]] = names.index(region.boundary)
+    for name, line in mass.boundaries.items():
+        near = shapely.dwithin(shapely.points(ends), shapely.LineString(line), 2 * mass.grid).all(axis=1)
+        if not near.any():
+            raise GeometryError(f"boundary '{name}': no outer edge lies along the line given for it")
+        if name not in names:
+            names.append(name)
+        side[near] = names.index(name)
     return _by_name(graph.edges[outer], side, np.ones(len(outer), dtype=np.bool_), tuple(names))
 
 
@@ -153,8 +163,8 @@ def _accounts(
     inside: BoolArray,
     lengths: tuple[FloatArray, FloatArray, FloatArray],
 ) -> tuple[JointAccount, ...]:
-    trace = pieces.region[graph.piece] < 0  # outlines of regions are no traces
-    edge, own = graph.edge[trace], pieces.joint[graph.piece[trace]]
+    jointed = pieces.joint[graph.piece] >= 0
+    edge, own = graph.edge[jointed], pieces.joint[graph.piece[jointed]]
     length = graph.length[edge]
     first = np.concatenate([[True], edge[1:] != edge[:-1]]) & (joint[edge] == own)
     what = np.select(

@@ -112,7 +112,10 @@ def regions_at(points: FloatArray, regions: Sequence[Region | Opening | Excavati
     index = np.full(len(points), -1)
     for number, region in enumerate(regions):
         if not isinstance(region, Excavation):
-            index[_inside(points, region)] = number if isinstance(region, Region) else -1
+            inside = _inside(points, region)
+            if isinstance(region, Region) and region.clipped:
+                inside &= index >= 0
+            index[inside] = number if isinstance(region, Region) else -1
     return index
 
 

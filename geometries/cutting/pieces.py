@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -85,12 +86,12 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
         extends.append(np.zeros(len(corners), dtype=np.bool_))
     given = np.zeros(len(names))
     low, high = mass.box
-    domain = mass.domain()
+    jointed = mass.jointed()
     for joints in mass.joints:
         traces = joints.traces(low, high, mass.seed)
         index = names.index(joints.name)
         given[index] += np.hypot(*(traces[:, 1] - traces[:, 0]).T).sum()
-        inside = _clip(traces, domain, mass.grid)
+        inside = _clip(traces, jointed, mass.grid)
         ends.append(inside)
         joint.append(np.full(len(inside), index))
         region.append(np.full(len(inside), -1))
@@ -105,15 +106,14 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
     return pieces, given
 
 
-def _clip(traces: FloatArray, domain: object, grid: float) -> FloatArray:
-    """Return the parts of the traces in the rock and half a tolerance around it."""
+def _clip(traces: FloatArray, jointed: Any, shortest: float) -> FloatArray:
+    """Return the parts of the traces where joints may run that are longer than `shortest`."""
     import shapely
 
-    around = shapely.buffer(domain, grid / 2, join_style="mitre")
-    shapely.prepare(around)
-    parts = shapely.get_parts(shapely.intersection(shapely.linestrings(traces), around))
+    shapely.prepare(jointed)
+    parts = shapely.get_parts(shapely.intersection(shapely.linestrings(traces), jointed))
     parts = parts[shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING]
     points = [shapely.get_coordinates(shapely.get_point(parts, end)) for end in (0, -1)]
     ends = np.stack(points, axis=1) if len(parts) else np.empty((0, 2, 2))
-    longer: FloatArray = ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) > grid]
+    longer: FloatArray = ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) > shortest]
     return longer
