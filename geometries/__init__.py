@@ -20,10 +20,18 @@ if TYPE_CHECKING:
     from geometries.cutting.block_cut import BlockCut, JointAccount
     from geometries.cutting.cut import cut_blocks
     from geometries.joint_sets import Fault, JointSet, bedding
+    from geometries.orientations import (
+        apparent_dip,
+        apparent_spacing,
+        draw_stereonet,
+        joint_set_in_section,
+        joint_sets_of_scan_line,
+    )
     from geometries.patterns import Heads, Voronoi, bricks
     from geometries.rock_mass import Excavation, Opening, Region, RockMass
     from geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from geometries.spacings import Constant, Exponential, Lognormal, Normal
+    from geometries.traces import read_scan_line, read_traces
 
 __all__ = [
     "BlockCut",
@@ -45,6 +53,8 @@ __all__ = [
     "Region",
     "RockMass",
     "Voronoi",
+    "apparent_dip",
+    "apparent_spacing",
     "band",
     "bedding",
     "bricks",
@@ -54,13 +64,18 @@ __all__ = [
     "circular_tunnel",
     "cut_blocks",
     "dam",
+    "draw_stereonet",
     "find_case",
     "gmsh_session",
     "horseshoe",
+    "joint_set_in_section",
+    "joint_sets_of_scan_line",
     "mesh_blocks",
     "name_groups",
     "parse_group_name",
     "parse_settings",
+    "read_scan_line",
+    "read_traces",
     "rectangle",
     "slope",
     "stope",
@@ -70,6 +85,13 @@ __all__ = [
 ]
 
 _HOME = {
+    "apparent_dip": "geometries.orientations",
+    "apparent_spacing": "geometries.orientations",
+    "draw_stereonet": "geometries.orientations",
+    "joint_set_in_section": "geometries.orientations",
+    "joint_sets_of_scan_line": "geometries.orientations",
+    "read_scan_line": "geometries.traces",
+    "read_traces": "geometries.traces",
     "Heads": "geometries.patterns",
     "Voronoi": "geometries.patterns",
     "bricks": "geometries.patterns",
