@@ -85,7 +85,7 @@ class RockMass:
     regions : sequence of Region, Opening or Excavation
         The later ones lie over the earlier ones.
     joints : sequence of Joints
-        Joint sets and faults. Where two lie on each other, the one given first names the edge.
+        Joint sets and faults. Where two lie on each other, a border names the edge, else the one given first.
     seed : int
         Of the random numbers: same seed, same blocks.
     tolerance : float, optional

@@ -73,12 +73,9 @@ def vaulted_box(width: float, height: float, rise: float, base: Point = (0.0, 0.
     sides : int
         Straight sides of the arc.
     """
-    _positive(
-        "vaulted_box",
-        width=width,
-        rise=rise,
-        **{"height - rise": height - rise, "width / 2 - rise": width / 2 - rise + 1e-12},
-    )
+    _positive("vaulted_box", width=width, rise=rise, **{"height - rise": height - rise})
+    if rise > width / 2:
+        raise GeometryError(f"vaulted_box: rise = {rise} must be at most half the width, {width / 2} m")
     radius = (width**2 / 4 + rise**2) / (2 * rise)
     half = math.asin(min(1.0, width / 2 / radius))
     arc = np.array([0.0, height - radius]) + _arc(radius, math.pi / 2 - half, math.pi / 2 + half, sides)

@@ -32,7 +32,7 @@ class Pieces:
     extends : (n,) bool
         Whether its dead ends go on to the next joint.
     joint_names : tuple of str
-        Names of the joints, in the order given.
+        Names of the joints: those of borders first, then in the order given.
     """
 
     ends: FloatArray
@@ -75,7 +75,7 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
     Traces are clipped half a tolerance outside the rock, so that one along the outline is kept.
     """
     borders = [getattr(region, "border", None) for region in mass.regions]
-    names = tuple(dict.fromkeys([joints.name for joints in mass.joints] + [b for b in borders if b is not None]))
+    names = tuple(dict.fromkeys([*(b for b in borders if b is not None), *(joints.name for joints in mass.joints)]))
     ends, joint, region, extends = [], [], [], []
     for number, (each, border) in enumerate(zip(mass.regions, borders, strict=True)):
         corners = np.asarray(each.outline, dtype=np.float64)
