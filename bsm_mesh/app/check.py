@@ -20,7 +20,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.system import LinearSystem
 
-SLIVERS = ("tiny", "thin", "short_edged")
+SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping mends it
 COLOURS = {  # the last that fits a block colours it
     "many_edged": "#c7b9e0",
     "elongated": "#f2d16b",
@@ -143,6 +143,8 @@ def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str)
     outlines = np.split(blocks.vertices, blocks.offsets[1:-1])
     width = 0.6 if blocks.count < 5000 else 0.1
     axes.add_collection(PolyCollection(outlines, facecolors=colour, edgecolors="#555555", linewidths=width))
+    small = np.unique(np.concatenate([report[key] for key in SLIVERS])).astype(np.int64)  # too small to be seen
+    axes.plot(*blocks.moments.centroid[small].T, "o", ms=9, mfc="none", mec=COLOURS["tiny"], mew=1.2)
     margin = 0.02 * (high - low).max()
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
     axes.set(xlabel="x [m]", ylabel="y [m]", title=f"{title or path.stem}: {blocks.count} blocks")

@@ -96,8 +96,8 @@ def check(
 ) -> None:
     """Validate MODEL; report on mesh and blocks.
 
-    Thresholds by name: tiny, thin, short_edged, elongated, deeply_concave, many_edged, gap. Slivers are the tiny, thin
-    and short-edged blocks; --repair lists every change.
+    Thresholds by name: tiny, thin, short_edged, elongated, deeply_concave, many_edged, gap. Slivers are the tiny
+    and thin blocks; --repair lists every change.
     """
     from bsm_mesh.app.check import Repair, check_model
 

@@ -12,7 +12,7 @@ import numpy as np
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, listing, nearest
-from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.overlap import polygons_of
 from bsm_mesh.model.polygons import convex_polygons
@@ -199,7 +199,7 @@ def _t_intersections(blocks: Blocks) -> int:
     ends = np.stack([blocks.vertices[unpaired], blocks.vertices[blocks.following[unpaired]]], axis=1)
     _, first = np.unique(blocks.nodes, return_index=True)
     points = blocks.vertices[first]
-    reach = 1e-9 * float(np.ptp(blocks.vertices, axis=0).max())
+    reach = MERGE_TOLERANCE
     edge, point = shapely.STRtree(shapely.points(points)).query(
         shapely.linestrings(ends), predicate="dwithin", distance=reach
     )
@@ -215,7 +215,8 @@ def _voids(blocks: Blocks, width: float) -> tuple[int, list[float], float]:
     union = shapely.union_all(polygons_of(blocks.vertices, blocks.offsets, np.arange(blocks.count)))
     parts = shapely.get_parts(union)
     holes = shapely.polygons(shapely.get_rings(parts))[_are_holes(parts)]
-    narrow = 2 * shapely.area(holes) / shapely.length(holes) < width * np.sqrt(np.median(blocks.moments.area))
+    wide = 2 * shapely.area(holes) / shapely.length(holes)
+    narrow = (wide > MERGE_TOLERANCE) & (wide < width * np.sqrt(np.median(blocks.moments.area)))
     place = [] if not narrow.any() else [float(x) for x in shapely.get_coordinates(holes[narrow][0].centroid)[0]]
     overlap = float(blocks.moments.area.sum() - union.area)
     return int(narrow.sum()), place, max(overlap, 0.0) if overlap > 1e-12 * union.area else 0.0

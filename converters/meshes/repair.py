@@ -48,7 +48,7 @@ def repair_blocks(
     find_slivers : callable
         Gives the blocks to be rid of.
     snap : float [m]
-        Corners nearer than this become one, at the place of the one with the lowest number.
+        Corners nearer than this become one, at the place of one on a boundary, else of the first.
     across_joints : bool
         Merge a sliver with joints on all sides across the longest of them; else such slivers stay.
 
@@ -82,7 +82,12 @@ def snap_corners(blocks: Blocks, distance: float) -> tuple[Blocks, list[str]]:
     Blocks that are left with fewer than three corners, or no area, vanish.
     """
     node = merge_points(blocks.vertices, distance)
-    _, first = np.unique(node, return_index=True)
+    inner = np.ones(len(node), dtype=np.bool_)
+    for edges in blocks.boundaries.values():
+        inner[edges] = inner[blocks.following[edges]] = False
+    order = np.lexsort([np.arange(len(node)), inner, node])
+    _, at = np.unique(node[order], return_index=True)
+    first = order[at]
     place = blocks.vertices[first[node]]
     moved = np.hypot(*(place - blocks.vertices).T)
     if not moved.any():

@@ -44,12 +44,12 @@ def cut_blocks(mass: RockMass, engine: Engine = "shapely") -> BlockCut:
     extended = np.zeros_like(in_rock)
     pieces, graph = _node(pieces, mass.grid, engine)
     if pieces.extends.any():
-        placed = dataclasses.replace(graph, points=place_points(graph, pieces, mass.grid))
+        placed = dataclasses.replace(graph, points=place_points(graph, pieces, mass.grid)[0])
         longer = extend_ends(placed, pieces, _in_rock(placed.points, mass), mass.grid)
         extended = _sums(pieces.joint, longer.length - pieces.length, len(in_rock))
         pieces, graph = _node(longer, mass.grid, engine)
     faces, region = enclose_faces(graph, mass)
-    points = keep_valid(graph, place_points(graph, pieces, mass.grid), faces, pieces)
+    points = keep_valid(graph, faces, *place_points(graph, pieces, mass.grid), mass.grid)
     return _gather(mass, pieces, dataclasses.replace(graph, points=points), faces, region, (given, in_rock, extended))
 
 

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from geometries.cutting.graph import Graph, on_outline
-from geometries.cutting.pieces import BoolArray, IntArray, Pieces
+from geometries.cutting.graph import Graph
+from geometries.cutting.pieces import BoolArray, IntArray
 from geometries.errors import GeometryError
 from geometries.joint_sets import FloatArray
 from geometries.rock_mass import Excavation, Opening, Region, RockMass
 
+THINNEST = 0.05  # tolerances: width of a face below which its points stay on the grid
 MOST_ROUNDS = 20  # of putting points back on the grid where their faces would turn over
 
 
@@ -72,6 +73,13 @@ class Faces:
         area: FloatArray = np.add.reduceat(parts, self.faces[:-1])
         return area
 
+    def perimeters(self, points: FloatArray) -> FloatArray:
+        """Return the length of the rings of every face [m]."""
+        here = points[self.corners]
+        length = np.hypot(*(here[self.following] - here).T)
+        perimeter: FloatArray = np.bincount(self.owner, length, minlength=self.count).astype(np.float64)
+        return perimeter
+
     def edge_faces(self, graph: Graph) -> tuple[IntArray, IntArray]:
         """Return edge and face for every side of a face, in the order of the corners."""
         a, b = self.corners, self.corners[self.following]
@@ -128,8 +136,8 @@ def excavations_at(points: FloatArray, regions: Sequence[Region | Opening | Exca
     return found
 
 
-def keep_valid(graph: Graph, placed: FloatArray, faces: Faces, pieces: Pieces) -> FloatArray:
-    """Return `placed`, with points back on the grid where a face would turn over or cross itself.
+def keep_valid(graph: Graph, faces: Faces, placed: FloatArray, rounded: FloatArray, tolerance: float) -> FloatArray:
+    """Return the points `placed`, but `rounded` where a face would turn over, cross itself or lose all width.
 
     Raises
     ------
@@ -138,18 +146,25 @@ def keep_valid(graph: Graph, placed: FloatArray, faces: Faces, pieces: Pieces) -
     """
     import shapely
 
-    fixed = on_outline(graph, pieces)
+    wide = faces.areas(rounded)
+    long = np.hypot(*(rounded[graph.edges[:, 1]] - rounded[graph.edges[:, 0]]).T)
     points = placed.copy()
     for _ in range(MOST_ROUNDS):
-        bad = ~shapely.is_valid(faces.polygons(points)) | (faces.areas(points) <= 0)
-        if not bad.any():
+        area = faces.areas(points)
+        length = np.hypot(*(points[graph.edges[:, 1]] - points[graph.edges[:, 0]]).T)
+        bad = ~shapely.is_valid(faces.polygons(points)) | (area <= 0)
+        thin = (area < THINNEST * tolerance * faces.perimeters(points)) & (wide > area)
+        short = (length < THINNEST * tolerance) & (long > length)
+        nodes = np.union1d(faces.corners[(bad | thin)[faces.owner]], graph.edges[short])
+        nodes = nodes[np.any(points[nodes] != rounded[nodes], axis=1)]
+        if nodes.size:
+            points[nodes] = rounded[nodes]
+        elif bad.any():  # outlines are within the tolerance of each other: they too go to the grid
+            nodes = np.unique(faces.corners[bad[faces.owner]])
+            points[nodes] = rounded[nodes] = graph.points[nodes]
+        else:
             return points
-        nodes = np.unique(faces.corners[bad[faces.owner]])
-        loose = nodes[~fixed[nodes] & np.any(points[nodes] != graph.points[nodes], axis=1)]
-        if loose.size == 0:
-            loose = nodes  # the outlines themselves are within the tolerance: they too stay on the grid
-        points[loose] = graph.points[loose]
-    where = points[faces.corners[np.flatnonzero(bad[faces.owner])[0]]]
+    where = points[faces.corners[np.flatnonzero(bad[faces.owner])[0]]] if bad.any() else points[nodes[0]]
     raise GeometryError(
         f"a block near ({where[0]:.6g}, {where[1]:.6g}) is no simple polygon; outlines lie nearer to each other than "
         "the tolerance: give a smaller tolerance, or move one of them"

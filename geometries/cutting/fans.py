@@ -90,9 +90,9 @@ def _delaunay(cut: BlockCut, face: int, first: int) -> tuple[FloatArray, IntArra
 
 
 def _bends(points: FloatArray) -> BoolArray:
-    """Return which corners of a ring lie off the line between their neighbours."""
+    """Return which corners of a ring lie off the line between their neighbours; all, of one that is next to flat."""
     before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
     vector, gap = after - before, points - before
     off = np.abs(vector[:, 0] * gap[:, 1] - vector[:, 1] * gap[:, 0])
     bends: BoolArray = off > STRAIGHT * np.einsum("nj,nj->n", vector, vector)
-    return bends
+    return bends if bends.sum() > 2 else np.ones_like(bends)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.cutting.pieces import BoolArray, IntArray, Pieces
+from geometries.cutting.pieces import IntArray, Pieces
 from geometries.joint_sets import FloatArray
 
 SHARE = 0.4  # of the shortest edge at a point: it moves no farther
@@ -67,8 +67,10 @@ def match_edges(ends: FloatArray, pieces: Pieces, tolerance: float) -> tuple[Int
     return key // len(pieces.ends), key % len(pieces.ends)
 
 
-def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> FloatArray:
-    """Return the points where the pieces themselves cross, not where a grid has rounded them to.
+def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> tuple[FloatArray, FloatArray]:
+    """Return the points where the pieces themselves cross, not where a grid has rounded them to, and on the grid.
+
+    The second are as near to the grid as may be without a change of an outline.
 
     A point on two pieces goes to their intersection, one on a single piece onto that piece, a corner of an
     outline and a dead end to themselves, so that outlines keep their area.
@@ -92,22 +94,19 @@ def place_points(graph: Graph, pieces: Pieces, tolerance: float) -> FloatArray:
     shortest = np.full(len(graph.points), np.inf)
     np.minimum.at(shortest, graph.edges.T.ravel(), np.tile(graph.length, 2))
     slant = np.minimum(1.5 * tolerance / np.maximum(sine[steepest], LEAST_SINE), SHARE * shortest[at])
-    for better, far in ((foot, 1.5 * tolerance), (crossing, np.maximum(slant, 1.5 * tolerance))):
-        near = np.hypot(*(better - graph.points[at]).T) <= far
-        placed[at[near]] = better[near]
+    near = np.hypot(*(foot - graph.points[at]).T) <= 1.5 * tolerance
+    placed[at[near]] = foot[near]
+    rounded = graph.points.copy()
+    near &= pieces.region[one] >= 0
+    rounded[at[near]] = foot[near]
+    near = np.hypot(*(crossing - graph.points[at]).T) <= np.maximum(slant, 1.5 * tolerance)
+    placed[at[near]] = crossing[near]
     corners = np.concatenate([pieces.ends.reshape(-1, 2), pieces.ends[pieces.region >= 0, 0]])
     distance, nearest = cKDTree(graph.points).query(corners)
     degree = np.bincount(graph.edges.ravel(), minlength=len(graph.points))
     near = (distance <= 1.5 * tolerance) & ((degree[nearest] == 1) | (np.arange(len(corners)) >= 2 * len(pieces.ends)))
-    placed[nearest[near]] = corners[near]
-    return placed
-
-
-def on_outline(graph: Graph, pieces: Pieces) -> BoolArray:
-    """Return which points lie on the outline of a region, (n_points,)."""
-    found = np.zeros(len(graph.points), dtype=np.bool_)
-    found[graph.edges[graph.edge[pieces.region[graph.piece] >= 0]]] = True
-    return found
+    placed[nearest[near]] = rounded[nearest[near]] = corners[near]
+    return placed, rounded
 
 
 def _foot(points: FloatArray, pieces: Pieces, one: IntArray) -> FloatArray:
