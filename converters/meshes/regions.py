@@ -14,6 +14,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
 from converters.meshes.report import Note, NoteKind, places
 
+STRAIGHT = 0.01  # of the merge tolerance: the outline keeps its area to rounding
 MOST_CUTS = 40  # of one region, each in half, before its elements stay as they are
 
 
@@ -28,7 +29,7 @@ def merge_regions(elements: Blocks, tolerance: float) -> tuple[Blocks, tuple[Not
     elements : Blocks
         Every element a block.
     tolerance : float [m]
-        A corner nearer than this to the line between its neighbours is no corner.
+        The merge tolerance; a corner nearer than a hundredth of it to the line between its neighbours is none.
     """
     one, other = elements.edge_table.pairs()
     joined = _joined(elements, one, other)
@@ -44,8 +45,8 @@ def merge_regions(elements: Blocks, tolerance: float) -> tuple[Blocks, tuple[Not
 def outline_regions(elements: Blocks, region: LongArray, tolerance: float) -> Blocks:
     """Return one block a region, numbered as `region`, (n_elements,), says; each has a simple outline.
 
-    Corners nearer than the tolerance to the line between their neighbours are left out where joint and boundaries
-    are the same on both sides.
+    Corners on the line between their neighbours, to a hundredth of the tolerance, are left out where joint and
+    boundaries are the same on both sides.
     """
     chain, offsets = _chain(elements, rim_of(elements, *elements.edge_table.pairs(), region), region)
     return _assemble(elements, chain, offsets, _corners(elements, chain, offsets, tolerance), region)
@@ -190,7 +191,7 @@ def _corners(elements: Blocks, chain: LongArray, offsets: IntArray, tolerance: f
         on = np.zeros(len(elements.vertices), dtype=np.bool_)
         on[edges] = True
         alike &= on[chain] == on[chain[previous]]
-    corner: BoolArray = ~(alike & ahead & (off <= tolerance))
+    corner: BoolArray = ~(alike & ahead & (off <= STRAIGHT * tolerance))
     return corner
 
 

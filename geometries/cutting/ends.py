@@ -48,7 +48,8 @@ def join_ends(pieces: Pieces, tolerance: float) -> Lines:
     pieces = dataclasses.replace(pieces, ends=_merge_ends(pieces, tolerance))
     place = pieces.ends.reshape(-1, 2)[end]
     start, vector = pieces.ends[target, 0], pieces.ends[target, 1] - pieces.ends[target, 0]
-    share = np.einsum("nj,nj->n", place - start, vector) / np.einsum("nj,nj->n", vector, vector)
+    squared = np.maximum(np.einsum("nj,nj->n", vector, vector), np.finfo(np.float64).tiny)
+    share = np.einsum("nj,nj->n", place - start, vector) / squared
     inside = (share > 0) & (share < 1)
     count = len(pieces.ends)
     owner = np.concatenate([np.repeat(np.arange(count), 2), target[inside]])

@@ -50,7 +50,8 @@ class Pieces:
     @property
     def direction(self) -> FloatArray:
         """Unit vector along each, (n, 2)."""
-        direction: FloatArray = (self.ends[:, 1] - self.ends[:, 0]) / self.length[:, None]
+        length = np.maximum(self.length, np.finfo(np.float64).tiny)  # ends may have been joined
+        direction: FloatArray = (self.ends[:, 1] - self.ends[:, 0]) / length[:, None]
         return direction
 
     def chosen(self, which: BoolArray) -> Pieces:
