@@ -168,24 +168,6 @@ def print_cases(case: str | None) -> None:
     )
 
 
-def check_model(path: Path, *, as_json: bool) -> None:
-    """Validate a model file and print the quality of its blocks."""
-    from bsm_mesh.app.quality import quality_rows, quality_summary
-    from bsm_mesh.contact.table import initial_contacts
-    from bsm_mesh.solve.system import LinearSystem
-
-    loaded = load_model_file(path)
-    system = LinearSystem(loaded.model, initial_contacts(loaded.model))
-    system.check_supports()
-    report = quality_summary(loaded.model, system)
-    if as_json:
-        click.echo(json.dumps({**report, "notes": loaded.notes}, indent=2))
-        return
-    for line in loaded.mesh_lines:
-        click.echo(f"mesh: {line.strip()}")
-    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
-
-
 def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:
     """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
     from converters import compare

@@ -28,6 +28,8 @@ class NoteKind(StrEnum):
     NO_ROCK = "elements in no rock left out"
     LOOSE = "curve pieces that bound no block"
     INTERIOR = "boundary pieces with rock on both sides"
+    DEAD_END = "joint pieces with the same block on both sides"
+    DIVIDED = "regions that are no simple polygon divided"
     UNKNOWN_GROUP = "group that is not used"
     EMPTY_GROUP = "group without elements"
 
