@@ -13,25 +13,32 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
 from bsm_mesh.app.build_bolts import make_bolts, unused_curves
 from bsm_mesh.app.model_file import (
+    InSituTable,
     JointTable,
     LoadTable,
     MeshTable,
     ModelFile,
     RockTable,
+    StageTable,
     SupportTable,
+    WaterTable,
     read_model_file,
 )
 from bsm_mesh.app.units import convert
-from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
+from bsm_mesh.errors import MeshWarning, ModelError, counted, raise_faults
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
-from bsm_mesh.model.loads import Load, PointLoad, Pressure, Traction
+from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage, blocks_in
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
+from bsm_mesh.model.water import Water
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
@@ -59,6 +66,8 @@ class LoadedModel:
         What was mended or left out of the mesh, a line each.
     mesh_lines : tuple of str
         What was found in the mesh, a line each, the notes included.
+    dangling : mapping of str to int
+        Pieces of the mesh's joints that bound no block.
     """
 
     path: Path
@@ -67,6 +76,7 @@ class LoadedModel:
     options: Options
     notes: tuple[str, ...]
     mesh_lines: tuple[str, ...]
+    dangling: Mapping[str, int]
 
     @property
     def output_folder(self) -> Path:
@@ -98,6 +108,9 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         faults, [partial(_supports, table, f"[[support]] number {k + 1}") for k, table in enumerate(file.support)]
     )
     loads = _collect(faults, [partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)])
+    ground = _collect(faults, [] if file.in_situ is None else [partial(_in_situ, file.in_situ)])
+    water = _collect(faults, [] if file.water is None else [partial(_water, file.water, "[water]")])
+    stages = _collect(faults, [partial(_stage, table) for table in file.stage])
     options = _collect(faults, [partial(Options, **file.solver.model_dump())])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
@@ -111,7 +124,21 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
     )
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     with _placed(path.name):
-        model = _model(file, blocks, rocks, joints, supports, loads, bolts)
+        model = Model(
+            blocks=blocks,
+            rocks=tuple(rocks),
+            joints=tuple(joints),
+            default_joint=file.mesh.default_joint,
+            supports=tuple(support for group in supports for support in group),
+            loads=tuple(loads),
+            bolts=tuple(bolt for group in bolts for bolt in group),
+            gravity_direction=file.gravity.direction,
+            contact_points=file.mesh.contact_points,
+            in_situ=ground[0] if ground else None,
+            water=water[0] if water else None,
+            stages=tuple(stages),
+            title=file.title,
+        )
     return LoadedModel(
         path=path,
         file=file,
@@ -119,38 +146,34 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         options=options[0],
         notes=(
             *(note.text for note in mesh_report.notes),
-            *_unused_excavations(blocks),
+            *_unused_excavations(blocks, stages),
             *unused_curves(mesh_report.bolts, file.bolt),
         ),
         mesh_lines=tuple(mesh_report.lines()[1:]),
+        dangling=_dangling(mesh_report),
     )
 
 
-def _model(
-    file: ModelFile,
-    blocks: Blocks,
-    rocks: list[Rock],
-    joints: list[Joint],
-    supports: list[list[Support]],
-    loads: list[Load],
-    bolts: list[list[Bolt]],
-) -> Model:
-    return Model(
-        blocks=blocks,
-        rocks=tuple(rocks),
-        joints=tuple(joints),
-        default_joint=file.mesh.default_joint,
-        supports=tuple(support for group in supports for support in group),
-        loads=tuple(loads),
-        bolts=tuple(bolt for group in bolts for bolt in group),
-        gravity_direction=file.gravity.direction,
-        contact_points=file.mesh.contact_points,
-        title=file.title,
-    )
+def _dangling(report: MeshReport) -> dict[str, int]:
+    from converters import NoteKind
+
+    found: dict[str, int] = {}
+    for kind in (NoteKind.LOOSE, NoteKind.DEAD_END):
+        for name, count in report.about(kind).items():
+            if name.startswith("joint:"):
+                found[name] = found.get(name, 0) + count
+    return found
 
 
-def _unused_excavations(blocks: Blocks) -> list[str]:
-    return [f"excavation '{name}' ({len(ids)} blocks) is left in place" for name, ids in blocks.excavations.items()]
+def _unused_excavations(blocks: Blocks, stages: list[Stage]) -> list[str]:
+    gone = np.zeros(blocks.count, dtype=bool)
+    for region in (region for stage in stages for region in stage.excavate):
+        gone |= blocks_in(region, blocks)
+    return [
+        f"excavation '{name}' ({counted(len(ids), 'block')}) is left in place: no stage excavates it"
+        for name, ids in blocks.excavations.items()
+        if not gone[ids].any()
+    ]
 
 
 @contextmanager
@@ -235,13 +258,37 @@ def _load(table: LoadTable, place: str) -> Load:
     given = table.model_dump(exclude_none=True)
     if set(given) == {"boundary", "pressure"}:
         return Pressure(**given)
+    if set(given) == {"boundary", "in_situ"} and table.in_situ:
+        return InSituTraction(boundary=given["boundary"])
     if set(given) == {"boundary", "traction"}:
         return Traction(**given)
     if set(given) == {"block", "point", "force"}:
         return PointLoad(**given)
     raise ModelError(
-        f"{place}: give boundary with pressure, boundary with traction, or block with point and force; "
+        f"{place}: give boundary with pressure, traction or in_situ = true, or block with point and force; "
         f"given: {', '.join(sorted(given)) or 'nothing'}"
+    )
+
+
+def _in_situ(table: InSituTable) -> InSitu:
+    return InSitu(**{key: value for key, value in table.model_dump().items() if value is not None})
+
+
+def _water(table: WaterTable, place: str) -> Water:
+    with _placed(place):
+        return Water(**table.model_dump())
+
+
+def _stage(table: StageTable) -> Stage:
+    place = f"stage '{table.name}'"
+    return Stage(
+        name=table.name,
+        excavate=tuple(table.excavate),
+        fill=tuple(table.fill),
+        relaxation=tuple(table.relaxation),
+        pressure=table.pressure,
+        water=None if table.water is None else _water(table.water, place),
+        loads=tuple(_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
     )
 
 
@@ -273,7 +320,7 @@ def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) 
         scale = convert(f"1 {mesh.unit}", "m")
     except ValueError as error:
         raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
-    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
+    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale, blocks=mesh.blocks)
 
 
 def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:

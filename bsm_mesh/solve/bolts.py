@@ -336,15 +336,16 @@ class InstalledBolts:
         found: BoolArray = full & pulled
         return found
 
-    def held_blocks(self, at: BoltEvaluation) -> IntArray:
-        """Return the blocks that a bolt pulls at which would pull harder if they moved on."""
+    def holding_pairs(self, at: BoltEvaluation) -> tuple[IntArray, IntArray]:
+        """Return the pairs of blocks between which a bolt pulls that would pull harder if they moved on."""
         first = self.layout.first_node
         own = own_coupling(self.layout.node_start, self.coupling(at))
         resists = self.taut(at) & (own > RESISTS * self.stiffness)
         sheared = np.abs(at.dowels.force)
         holds = (sheared > ROUNDING * self.dowels.stiffness) & (sheared < self.dowels.strength * (1 - AT_LIMIT))
-        nodes = np.concatenate([first[resists], first[resists] + 1])
-        return np.unique(np.concatenate([self.layout.block[nodes], self.dowels.near[holds], self.dowels.far[holds]]))
+        block, taut = self.layout.block, first[resists]
+        near = np.concatenate([block[taut], self.dowels.near[holds]])
+        return near, np.concatenate([block[taut + 1], self.dowels.far[holds]])
 
 
 def _pairs(layout: BoltLayout, alive: BoolArray) -> tuple[IntArray, IntArray]:

@@ -21,8 +21,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.balance import fall_rate
@@ -85,13 +87,17 @@ class Continuation:
     options : Options
         Tolerance, limits, linear solver.
     observer : callable
-        Gets every accepted step's record.
+        Gets every accepted step's record, and a function that returns where the blocks are then.
     start : Start, optional
         Where it starts; by default from the blocks as they are given, with contacts that bear nothing.
     """
 
     def __init__(
-        self, model: Model, options: Options, observer: Callable[[StepRecord], None], start: Start | None = None
+        self,
+        model: Model,
+        options: Options,
+        observer: Callable[[StepRecord, Callable[[], Motion]], None],
+        start: Start | None = None,
     ) -> None:
         self.options, self.observer = options, observer
         self.moving = MovingModel(model) if start is None else MovingModel(model, start.bolts, start.position)
@@ -138,8 +144,15 @@ class Continuation:
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
             lam = float(np.clip(lam * np.clip(greatest / d, slower, 4.0), self.least_lam, 1e3 / d))
-        reason = f"the limit of {self.options.max_steps} steps was reached with residual {residual:.1e}"
-        return self._end(Status.NOT_CONVERGED, reason, contacts, position)
+        return self._end(Status.NOT_CONVERGED, self._out_of("steps", residual, position), contacts, position)
+
+    def _out_of(self, steps: str, residual: float, position: FloatArray) -> str:
+        """Return why the run gave up, and what may help."""
+        moved = float(np.hypot(*(position - self.moving.start)[:, :2].T).max())
+        return (
+            f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "
+            f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"
+        )
 
     def _take(
         self, contacts: MovingContacts, anchor: FloatArray, lam: float, inner: float, *, direct: bool, quiet: bool
@@ -190,11 +203,7 @@ class Continuation:
         self, contacts: MovingContacts, at: Evaluation, position: FloatArray, recent: list[FloatArray]
     ) -> tuple[str, IntArray]:
         """Return why and which blocks come down; an empty reason if none does."""
-        moving, c = self.moving, contacts.candidates
-        supported = np.zeros(len(position), dtype=bool)
-        supported[c.block_a[at.bearing]] = supported[c.block_b[at.bearing]] = True
-        supported[moving.bars.block] = True
-        supported[moving.bolts.held_blocks(moving.bolts.evaluate(position))] = True
+        moving, supported = self.moving, self._supported(contacts, at, position)
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.begin.position)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
@@ -209,6 +218,15 @@ class Continuation:
             return "", np.zeros(0, dtype=np.int32)
         lately = np.abs((recent[-1] - recent[0]) / moving.scale).max(axis=1) * ~moving.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
+
+    def _supported(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> BoolArray:
+        """Return which blocks a chain of bearing contacts and bolts joins to a support, (n,); others fall."""
+        c, n, bolts = contacts.candidates, self.moving.model.blocks.count, self.moving.bolts
+        near, far = bolts.holding_pairs(bolts.evaluate(position))
+        ends = (np.concatenate([c.block_a[at.bearing], near]), np.concatenate([c.block_b[at.bearing], far]))
+        _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
+        held: BoolArray = np.isin(part, part[self.moving.bars.block])
+        return held
 
     def _record(
         self,
@@ -232,7 +250,7 @@ class Continuation:
             seconds=time.perf_counter() - began,
         )
         self.steps.append(record)
-        self.observer(record)
+        self.observer(record, lambda: self._motion(Status.NOT_CONVERGED, "on its way", contacts, position))
 
     def _end(
         self,
@@ -242,8 +260,18 @@ class Continuation:
         position: FloatArray,
         unstable: IntArray | None = None,
     ) -> Motion:
-        at = self.moving.evaluate(contacts, position)
         self.factors.close()
+        return self._motion(status, reason, contacts, position, unstable)
+
+    def _motion(
+        self,
+        status: Status,
+        reason: str,
+        contacts: MovingContacts,
+        position: FloatArray,
+        unstable: IntArray | None = None,
+    ) -> Motion:
+        at = self.moving.evaluate(contacts, position)
         return Motion(
             status=status,
             reason=reason,

@@ -84,8 +84,8 @@ class LinearScheme:
         """Return the supports for a stage: prescribed displacements belong to the first."""
         return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget what the contacts of blocks that do not stay bore, and cut their bolts."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget what the contacts of blocks that do not stay bore, cut their bolts; those that come bear nothing."""
         gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
         for values in (self.normal_force, self.shear_force, self.opening, self.slip):
             values[gone] = 0.0
@@ -121,7 +121,7 @@ class LinearScheme:
         self.report("assembly")
         borne = self.normal_force[chosen], self.shear_force[chosen]
         system = LinearSystem(part.model, contacts, *borne, self.bolts.in_part(part), (self.tension, self.bolt_shear))
-        free = system.free_parts(part.block)
+        free = system.free_parts(part.block if number else None)
         if free and number == 0:
             raise ModelError([part.text for part in free])
         start = system.at_start(self.linear_solver)
@@ -136,7 +136,7 @@ class LinearScheme:
         forces = self._contact_forces(part, contacts, chosen)
         bolts = bolt_forces(self.model.bolts, self.bolts, solution.bolts)
         outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, free, began)
-        observer(outcome.stage.steps[0])
+        observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
     def _solve(self, system: LinearSystem) -> Solution:
@@ -232,6 +232,7 @@ def _outcome(
         loads=system.loads,
         reactions=reactions,
         water=water.on_blocks(blocks.vertices, centroid),
+        water_table=water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         bolts=bolts,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.compiled import is_compiled
+from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MOST_UTILISATION
 from bsm_mesh.model.loads import PointForces
@@ -16,17 +19,19 @@ from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.bolt_record import bolt_forces
 from bsm_mesh.solve.bolts import InstalledBolts
-from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole
+from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole, with_filled
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
 from bsm_mesh.solve.moving import History, commit, turned
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
 from bsm_mesh.solve.stages import Observer, Outcome, Reporter, joined
 from bsm_mesh.solve.wang import WangIteration
+
+COMPILING = "once on this machine; takes about half a minute"
 
 
 class ContinuationScheme:
@@ -78,11 +83,13 @@ class ContinuationScheme:
         """Return the supports for a stage; what they have moved shows in the blocks' positions."""
         return bars
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay, and cut their bolts."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay, and cut their bolts; those that come touch without force."""
         self.history = between(self.history, stays)
         self.bolts = self.bolts.without(~stays)
         self.moved[~stays] = 0.0
+        if comes.any():
+            self.history = with_filled(self.history, self.model, comes, stays | comes, self.moved)
 
     def install(self, number: int) -> None:
         """Install the bolts of a stage as the blocks stand."""
@@ -95,14 +102,19 @@ class ContinuationScheme:
 
     def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
         """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
-        self.report(self.options.scheme)
+        known = is_compiled(fill_tangent)
+        self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
         centroid = part.model.blocks.moments.centroid
         position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
         start = Start(
             position=position, history=in_part(self.history, part), intact=number == 0, bolts=self.bolts.in_part(part)
         )
         kind = WangIteration if self.options.scheme == "wang" else Continuation
-        engine = kind(part.model, self.options, observer, start)
+
+        def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
+            observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
+
+        engine = kind(part.model, self.options, watch, start)
         motion = engine.run()
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
@@ -110,7 +122,10 @@ class ContinuationScheme:
         history, _ = commit(motion.contacts, motion.at, motion.position, engine.moving.outlines.size)
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
-        bolts = bolt_forces(self.model.bolts, self.bolts, motion.bolts_at)
+        return self._outcome(engine, motion, bars_before)
+
+    def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
+        bolts = bolt_forces(self.model.bolts, self.bolts.after(motion.bolts), motion.bolts_at)
         return _outcome(engine, motion, bars_before, bolts)
 
 
@@ -149,6 +164,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         loads=motion.loads,
         reactions=reactions,
         water=engine.moving.water_at(motion.position),
+        water_table=engine.moving.water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         bolts=bolts,

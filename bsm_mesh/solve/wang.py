@@ -72,8 +72,7 @@ class WangIteration(Continuation):
             reason, blocks = self._falling(contacts, at, position, recent)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
-        reason = f"the limit of {self.options.max_steps} cycles was reached with residual {residual:.1e}"
-        return self._end(Status.NOT_CONVERGED, reason, contacts, position)
+        return self._end(Status.NOT_CONVERGED, self._out_of("cycles", residual, position), contacts, position)
 
     def _cycle(
         self, contacts: MovingContacts, position: FloatArray, closed: BoolArray, sliding: BoolArray

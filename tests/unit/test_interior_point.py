@@ -1,4 +1,6 @@
-"""The interior point method: its smoothed laws, its agreement with the laws themselves, and that it finds what is there."""
+"""The interior point method: its smoothed laws, their limit, and that it finds what is there."""
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -68,7 +70,7 @@ def wall(tilt, courses=8, bricks=8):
         if course % 2:
             ends = np.concatenate([[0], np.arange(bricks) + 0.5, [bricks]])
         y = 0.5 * course
-        bed += [[(a, y), (b, y), (b, y + 0.5), (a, y + 0.5)] for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        bed += [[(a, y), (b, y), (b, y + 0.5), (a, y + 0.5)] for a, b in pairwise(ends)]
     return bsm.Model(
         blocks=bsm.Blocks.from_polygons([np.array(p, dtype=float) for p in bed], rock="brick"),
         rocks=[bsm.Rock("brick", 25e3)],
@@ -81,7 +83,7 @@ def wall(tilt, courses=8, bricks=8):
 
 def first_step(model):
     """Return the continuation of a model and the step that looks for equilibrium at once."""
-    engine = Continuation(model, bsm.Options(scheme="continuation"), lambda record: None)
+    engine = Continuation(model, bsm.Options(scheme="continuation"), lambda *record: None)
     contacts = engine.moving.gather(History.none(), engine.moving.start, first=True)
     return Step(engine.moving, engine.factors, contacts, engine.moving.start, engine.least_lam)
 
