@@ -150,6 +150,8 @@ def _equilibrium(
             break
     site.held = [(forces, released) for forces, released in site.held if released < 1]
     stage = _in_whole(outcome.stage, part)
+    if site.water is not None and site.water.table and not stage.water.any():
+        notes = (*notes, "no block lies below the water table: check its level and unit")
     return replace(
         stage,
         name=name,
