@@ -12,6 +12,7 @@ from bsm_mesh.errors import listing
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.polygons import convex_polygons
+from bsm_mesh.model.stages import presence
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.system import LinearSystem
@@ -53,6 +54,10 @@ def quality_summary(model: Model, system: LinearSystem) -> dict[str, Any]:
         "unjointed_length": float(contacts.length[~jointed].sum()),
         "boundaries": {name: len(edges) for name, edges in blocks.boundaries.items()},
         "excavations": {name: len(ids) for name, ids in blocks.excavations.items()},
+        "stages": {
+            stage.name: int(there.sum())
+            for stage, there in zip(model.stages, presence(model.stages, blocks)[1:], strict=True)
+        },
         "supported_blocks": len(system.constraints.block),
         "stiffness_ratio": float(contacts.normal_stiffness.max() / contacts.normal_stiffness.min())
         if contacts.count
@@ -93,6 +98,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [("unjointed faces", f"{report['unjointed_length']:.4g} m")]
     rows += [(f"boundary {name}", f"{count} edges") for name, count in report["boundaries"].items()]
     rows += [(f"excavation {name}", f"{count} blocks") for name, count in report["excavations"].items()]
+    rows += [(f"stage {name}", f"{count} blocks") for name, count in report["stages"].items()]
     for key, meaning in (
         ("tiny", f"tiny blocks (area below {TINY_AREA:g} of the median)"),
         ("thin", f"thin blocks (4 pi A / outline^2 below {THIN_ASPECT:g})"),
