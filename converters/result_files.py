@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,27 +20,78 @@ SERIES = ("blocks", "contacts", "supports")
 WATER = "water"
 
 
-def write_series(results: Results, folder: Path) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts and supports, and water tables; return all files.
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """A snapshot between the ends of stages.
 
-    PVD time is the number of the stage. Every file is written whole or not at all.
+    Attributes
+    ----------
+    time : int
+        Accepted steps since the run began.
+    stage, step : int
+        Number of the stage, and of the step within it, from 0.
+    """
+
+    time: int
+    stage: int
+    step: int
+
+    def file(self, kind: str) -> str:
+        """Return the name of the file of a kind."""
+        return f"{kind}_{self.stage:04d}_{self.step:05d}.vtu"
+
+
+def write_series(results: Results, folder: Path, instants: Sequence[Instant] | None = None) -> list[Path]:
+    """Write one VTU a stage and one PVD for each of blocks, contacts, supports and water tables; return all.
+
+    PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
+    of steps since the run began. Other snapshots in the folder are removed. Every file is written whole or not at all.
     """
     files: list[Path] = []
+    taken = np.cumsum([len(stage.steps) for stage in results.stages])
+    times = np.arange(len(results.stages)) if instants is None else taken
+    between = [instant for instant in instants or () if instant.time not in taken]
     for kind in (*SERIES, WATER):
-        entries = []
+        ends = []
         for number, stage in enumerate(results.stages):
             if kind == WATER and not len(stage.water_table):
                 continue
             name = f"{kind}_{number:04d}.vtu"
             write_vtu(folder / name, _GRIDS[kind](results, stage))
-            entries.append((float(number), name))
+            ends.append((float(times[number]), name))
             files.append(folder / name)
-        if entries:
-            write_pvd(folder / f"{kind}.pvd", entries)
+        if ends:
+            write_pvd(folder / f"{kind}.pvd", sorted([*(_entries(kind, between) if kind in SERIES else []), *ends]))
             files.append(folder / f"{kind}.pvd")
         else:  # of a former run
             (folder / f"{kind}.pvd").unlink(missing_ok=True)
+    remove_snapshots(folder, keep=between)
     return files
+
+
+def write_snapshot(results: Results, folder: Path, instant: Instant) -> None:
+    """Write blocks, contacts and supports as they stand at an instant of the run."""
+    for kind in SERIES:
+        write_vtu(folder / instant.file(kind), _GRIDS[kind](results, results.stages[-1]))
+
+
+def list_snapshots(folder: Path, instants: Sequence[Instant]) -> None:
+    """Write the PVD files of snapshots alone: what ParaView can show while the run goes on."""
+    for kind in SERIES:
+        write_pvd(folder / f"{kind}.pvd", _entries(kind, instants))
+
+
+def remove_snapshots(folder: Path, keep: Sequence[Instant] = ()) -> None:
+    """Remove the snapshots in a folder but those of some instants."""
+    kept = {instant.file(kind) for kind in SERIES for instant in keep}
+    for kind in SERIES:
+        for path in folder.glob(f"{kind}_[0-9][0-9][0-9][0-9]_[0-9][0-9][0-9][0-9][0-9].vtu"):
+            if path.name not in kept:
+                path.unlink(missing_ok=True)
+
+
+def _entries(kind: str, instants: Sequence[Instant]) -> list[tuple[float, str]]:
+    return [(float(instant.time), instant.file(kind)) for instant in instants]
 
 
 def block_grid(results: Results, stage: StageResult) -> Grid:
@@ -170,15 +223,29 @@ _GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_gr
 
 
 def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
-    """Return the grids of blocks, contacts and supports of a stage."""
-    blocks, contacts, supports = (read_vtu(read_pvd(folder / f"{kind}.pvd")[stage][1]) for kind in SERIES)
+    """Return the grids of blocks, contacts and supports of a stage at its end."""
+    blocks, contacts, supports = (read_vtu(stage_file(folder, kind, stage)) for kind in SERIES)
     return blocks, contacts, supports
+
+
+def stage_file(folder: Path, kind: str, stage: int) -> Path:
+    """Return the file of blocks, contacts or supports at the end of a stage; -1 is the last.
+
+    Raises
+    ------
+    ModelError
+        If the PVD file is missing, or does not list it.
+    """
+    ends = [path for _, path in read_pvd(folder / f"{kind}.pvd") if path.stem.count("_") == 1]
+    if not -1 <= stage < len(ends):
+        raise ModelError(f"{folder / kind}.pvd: does not list stage {stage}; run the model again")
+    return ends[stage]
 
 
 def read_water_table(folder: Path, stage: int) -> FloatArray:
     """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
     listed = read_pvd(folder / f"{WATER}.pvd") if (folder / f"{WATER}.pvd").is_file() else []
-    file = next((path for time, path in listed if time == stage), None)
+    file = next((path for _, path in listed if path.stem == f"{WATER}_{stage:04d}"), None)
     return np.zeros((0, 2, 2)) if file is None else read_vtu(file).points.reshape(-1, 2, 2)
 
 

@@ -30,8 +30,8 @@ class Grid:
         Cell c has the points ``connectivity[offsets[c]:offsets[c + 1]]``.
     connectivity : (k,) int
         Point numbers, cell after cell.
-    cell_type : int
-        VTK's number of the type of all cells.
+    cell_type : int or (n_cells,) int
+        VTK's number of the type of all cells, or of each.
     point_data, cell_data : mapping of str to array
         Arrays with one row a point, one row a cell.
     field_data : mapping of str to sequence of str
@@ -41,7 +41,7 @@ class Grid:
     points: FloatArray
     offsets: IntArray
     connectivity: IntArray
-    cell_type: int
+    cell_type: int | IntArray
     point_data: Mapping[str, Any] = field(default_factory=dict)
     cell_data: Mapping[str, Any] = field(default_factory=dict)
     field_data: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -185,7 +185,10 @@ def _to_vtk(grid: Grid) -> Any:
     )
     data = vtkUnstructuredGrid()
     data.SetPoints(points)
-    data.SetCells(grid.cell_type, cells)
+    types = grid.cell_type
+    if not isinstance(types, int):
+        types = numpy_to_vtk(np.ascontiguousarray(types, dtype=np.uint8), deep=True)
+    data.SetCells(types, cells)
     for attributes, arrays in ((data.GetPointData(), grid.point_data), (data.GetCellData(), grid.cell_data)):
         for name, values in arrays.items():
             array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)

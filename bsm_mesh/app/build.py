@@ -28,7 +28,7 @@ from bsm_mesh.app.model_file import (
     read_model_file,
 )
 from bsm_mesh.app.units import convert
-from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
+from bsm_mesh.errors import MeshWarning, ModelError, counted, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
@@ -65,6 +65,8 @@ class LoadedModel:
         What was mended or left out of the mesh, a line each.
     mesh_lines : tuple of str
         What was found in the mesh, a line each, the notes included.
+    dangling : mapping of str to int
+        Pieces of the mesh's joints that bound no block.
     """
 
     path: Path
@@ -73,6 +75,7 @@ class LoadedModel:
     options: Options
     notes: tuple[str, ...]
     mesh_lines: tuple[str, ...]
+    dangling: Mapping[str, int]
 
     @property
     def output_folder(self) -> Path:
@@ -133,7 +136,19 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         options=options[0],
         notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks, stages)),
         mesh_lines=tuple(mesh_report.lines()[1:]),
+        dangling=_dangling(mesh_report),
     )
+
+
+def _dangling(report: MeshReport) -> dict[str, int]:
+    from converters import NoteKind
+
+    found: dict[str, int] = {}
+    for kind in (NoteKind.LOOSE, NoteKind.DEAD_END):
+        for name, count in report.about(kind).items():
+            if name.startswith("joint:"):
+                found[name] = found.get(name, 0) + count
+    return found
 
 
 def _unused_excavations(blocks: Blocks, stages: list[Stage]) -> list[str]:
@@ -141,7 +156,7 @@ def _unused_excavations(blocks: Blocks, stages: list[Stage]) -> list[str]:
     for region in (region for stage in stages for region in stage.excavate):
         gone |= blocks_in(region, blocks)
     return [
-        f"excavation '{name}' ({len(ids)} blocks) is left in place: no stage excavates it"
+        f"excavation '{name}' ({counted(len(ids), 'block')}) is left in place: no stage excavates it"
         for name, ids in blocks.excavations.items()
         if not gone[ids].any()
     ]
@@ -291,7 +306,7 @@ def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) 
         scale = convert(f"1 {mesh.unit}", "m")
     except ValueError as error:
         raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
-    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale)
+    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale, blocks=mesh.blocks)
 
 
 def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:

@@ -50,7 +50,7 @@ def demo(output: Path) -> None:
 def new(case: str, folder: Path) -> None:
     """Write a starter CASE into FOLDER.
 
-    A geometry script and model.toml, ready to run and to change. CASE: tunnel.
+    A geometry script and model.toml, ready to run and to change. CASE: arch, cavern, dam, slope, tunnel, wall.
     """
     from bsm_mesh.app.starters import write_starter
 
@@ -80,11 +80,29 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @cli.command()
 @model_argument
 @json_option
-def check(model: Path, as_json: bool) -> None:
-    """Validate MODEL; report on mesh and blocks."""
-    from bsm_mesh.app.commands import check_model
+@click.option("--picture", type=click.Path(path_type=Path), help="PNG of the blocks, the poor ones in colour.")
+@click.option("--threshold", "settings", multiple=True, metavar="NAME=VALUE", help="Where trouble begins; repeatable.")
+@click.option("--repair", type=click.Path(path_type=Path), help="Merge slivers; write the blocks to this VTU file.")
+@click.option("--snap", type=float, default=0.0, metavar="METRES", help="With --repair: join corners nearer than this.")
+@click.option("--across-joints", is_flag=True, help="With --repair: give up joints round slivers.")
+def check(
+    model: Path,
+    as_json: bool,
+    picture: Path | None,
+    settings: tuple[str, ...],
+    repair: Path | None,
+    snap: float,
+    across_joints: bool,
+) -> None:
+    """Validate MODEL; report on mesh and blocks.
 
-    check_model(model, as_json=as_json)
+    Thresholds by name: tiny, thin, short_edged, elongated, deeply_concave, many_edged, gap. Slivers are the tiny
+    and thin blocks; --repair lists every change.
+    """
+    from bsm_mesh.app.check import Repair, check_model
+
+    asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
+    check_model(model, as_json=as_json, picture=picture, settings=settings, repair=asked)
 
 
 @cli.command()
@@ -135,11 +153,16 @@ def limit(model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path 
 
 @cli.command()
 @click.argument("out", type=click.Path(path_type=Path))
-def plot(out: Path) -> None:
-    """Draw PNG pictures of the results in OUT."""
+@click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
+@click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
+def plot(out: Path, animate: bool, step: int | None) -> None:
+    """Draw PNG pictures of the results in OUT.
+
+    --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
+    """
     from bsm_mesh.app.plot import draw_in_subprocess
 
-    for path in draw_in_subprocess(out):
+    for path in draw_in_subprocess(out, animate=animate, step=step):
         click.echo(path)
 
 

@@ -18,6 +18,7 @@ from bsm_mesh.app.build import (
     stdout_to_stderr,
 )
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results, summary
 from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
 from bsm_mesh.errors import ModelError
@@ -38,9 +39,10 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
         folder = output or loaded.output_folder
         refuse_folder(folder)
         model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
-        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        snapshots = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else None
+        results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
         progress.report(f"writing {folder}")
-        save_results(results, folder, model_file)
+        save_results(results, folder, model_file, snapshots.instants if snapshots else None)
         drawn = []
         if pictures:
             from bsm_mesh.app.plot import draw_in_subprocess
@@ -164,24 +166,6 @@ def print_cases(case: str | None) -> None:
         [(name, "required" if p.required else str(p.default), p.summary) for name, p in parameters.items()],
         texts=3,
     )
-
-
-def check_model(path: Path, *, as_json: bool) -> None:
-    """Validate a model file and print the quality of its blocks."""
-    from bsm_mesh.app.quality import quality_rows, quality_summary
-    from bsm_mesh.contact.table import initial_contacts
-    from bsm_mesh.solve.system import LinearSystem
-
-    loaded = load_model_file(path)
-    system = LinearSystem(loaded.model, initial_contacts(loaded.model))
-    system.check_supports()
-    report = quality_summary(loaded.model, system)
-    if as_json:
-        click.echo(json.dumps({**report, "notes": loaded.notes}, indent=2))
-        return
-    for line in loaded.mesh_lines:
-        click.echo(f"mesh: {line.strip()}")
-    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
 
 
 def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:

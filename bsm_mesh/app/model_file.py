@@ -95,7 +95,9 @@ class MeshTable(Table):
     unit: str = Field(default="m", description="unit of length of the mesh")
     merge_tolerance: Length = Field(default=MERGE_TOLERANCE, description="nodes nearer than this are one")
     contact_points: ContactPoints = "ends"
-    blocks: Literal["elements"] = Field(default="elements", description="every element is a rigid block")
+    blocks: Literal["elements", "regions"] = Field(
+        default="elements", description="every element is a rigid block, or every region between joints is one"
+    )
     default_joint: str | None = Field(default=None, description="joint of every face that bears none")
 
 
@@ -239,6 +241,9 @@ class OutputTable(Table):
     """Where results go."""
 
     folder: PathText = Field(default="out", description="relative to the model file")
+    snapshots: Literal["stages", "steps"] = Field(
+        default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
+    )
 
 
 class ModelFile(Table):

@@ -116,7 +116,7 @@ class LinearScheme:
         self.moved[part.block] += solution.displacement
         forces = self._contact_forces(part, contacts, chosen)
         outcome = _outcome(system, start, solution, forces, bars_before, self.options.tolerance, free, began)
-        observer(outcome.stage.steps[0])
+        observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
     def _solve(self, system: LinearSystem, idle: list[FreePart]) -> Solution:

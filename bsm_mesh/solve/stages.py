@@ -22,7 +22,7 @@ from bsm_mesh.model.water import Water
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 
 Reporter = Callable[[str], None]
-Observer = Callable[[StepRecord], None]
+Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # every step, and what gives the stage as it stands
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,33 +135,43 @@ def _equilibrium(
     steps: list[StepRecord] = []
     start_residual = None
 
-    def watch(record: StepRecord) -> None:
-        steps.append(replace(record, stage=number, step=len(steps)))
-        observer(steps[-1])
+    def placed(stage: StageResult, part: Part, moved: FloatArray) -> StageResult:
+        return replace(
+            _in_whole(stage, part),
+            name=name,
+            displacement=(moved - site.origin) * site.present[:, None],
+            stage_displacement=(moved - before) * site.present[:, None],
+            origin=site.origin.copy(),
+            start_residual=stage.start_residual if start_residual is None else start_residual,
+            steps=tuple(steps),
+            notes=(*notes, *stage.notes),
+        )
 
     for factor in factors:
         site.held = [(forces, max(released, factor)) for forces, released in site.held]
         bars = scheme.stage_bars(site.bars, number)
         part = part_of(model, site.present, bars, _all_forces(site), site.water)
+
+        def watch(record: StepRecord, stage: Callable[[], StageResult], part: Part = part) -> None:
+            def as_it_stands() -> StageResult:
+                now, moved = stage(), scheme.moved.copy()
+                moved[part.block] = now.displacement
+                return placed(now, part, moved)
+
+            steps.append(replace(record, stage=number, step=len(steps)))
+            observer(steps[-1], as_it_stands)
+
         outcome = scheme.solve(part, number, site.bar_forces[part.bar], watch)
         site.bar_forces[part.bar] = outcome.bar_forces
         start_residual = outcome.stage.start_residual if start_residual is None else start_residual
         if outcome.stage.status is not Status.STABLE:
             break
     site.held = [(forces, released) for forces, released in site.held if released < 1]
-    stage = _in_whole(outcome.stage, part)
+    stage = placed(outcome.stage, part, scheme.moved)
     if site.water is not None and site.water.table and not stage.water.any():
-        notes = (*notes, "no block lies below the water table: check its level and unit")
-    return replace(
-        stage,
-        name=name,
-        displacement=(scheme.moved - site.origin) * site.present[:, None],
-        stage_displacement=(scheme.moved - before) * site.present[:, None],
-        origin=site.origin.copy(),
-        start_residual=start_residual or 0.0,
-        steps=tuple(steps),
-        notes=(*notes, *stage.notes),
-    )
+        dry = "no block lies below the water table: check its level and unit"
+        stage = replace(stage, notes=(*stage.notes, dry))
+    return stage
 
 
 def _all_forces(site: _Site) -> PointForces:

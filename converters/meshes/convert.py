@@ -6,7 +6,7 @@ import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,11 @@ from converters.meshes.curves import cover_edges, edges_on_curves, interior_note
 from converters.meshes.files import read_cells
 from converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
 from converters.meshes.outlines import Outlines, outline_elements
+from converters.meshes.regions import merge_regions
 from converters.meshes.report import MeshReport, Note, NoteKind, places
 from geometries.physical_groups import GroupKind
+
+BlocksFrom = Literal["elements", "regions"]
 
 
 def read_blocks(
@@ -31,20 +34,23 @@ def read_blocks(
     groups: Mapping[str, str] | None = None,
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
+    blocks: BlocksFrom = "elements",
 ) -> Blocks:
     """Return the blocks of a mesh file, with joints, boundaries and excavations; warn of all that was mended.
 
-    Every surface element becomes a block. See `read_mesh` for the parameters and the errors.
+    See `read_mesh` for the parameters and the errors.
 
     Warns
     -----
     MeshWarning
         For everything that was mended or left out.
     """
-    blocks, report = read_mesh(path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
+    found, report = read_mesh(
+        path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance, blocks=blocks
+    )
     for note in report.notes:
         warnings.warn(f"{report.source}: {note.text}", MeshWarning, stacklevel=2)
-    return blocks
+    return found
 
 
 def read_mesh(
@@ -53,6 +59,7 @@ def read_mesh(
     groups: Mapping[str, str] | None = None,
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
+    blocks: BlocksFrom = "elements",
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a mesh file and the report of what was found, mended and left out.
 
@@ -68,13 +75,16 @@ def read_mesh(
         The mesh's unit of length: 0.001 for millimetres.
     merge_tolerance : float [m]
         Nodes nearer than this are one point, so that a mesh with doubled nodes along its joints conforms.
+    blocks : str
+        ``elements``: every surface element is a block; ``regions``: the elements between joints are one block, which
+        may be concave.
 
     Raises
     ------
     ModelError
         If the file cannot be read, holds no plane mesh, no rock, or elements that overlap.
     """
-    return _blocks_of(read_cells(path), groups or {}, unit_scale, merge_tolerance)
+    return _blocks_of(read_cells(path), groups or {}, unit_scale, merge_tolerance, blocks)
 
 
 def convert_mesh(
@@ -86,6 +96,7 @@ def convert_mesh(
     groups: Mapping[str, str] | None = None,
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
+    blocks: BlocksFrom = "elements",
     source: str = "mesh",
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a mesh in memory, and the report.
@@ -100,7 +111,7 @@ def convert_mesh(
         For every group, one entry for each entry of `cells`: the elements in it, counted from 0; or None.
     cell_data : mapping of str to a sequence of arrays
         Whole numbers of the elements, an array for each entry of `cells`.
-    groups, unit_scale, merge_tolerance
+    groups, unit_scale, merge_tolerance, blocks
         As for `read_mesh`.
     source : str
         What messages call the mesh.
@@ -120,7 +131,7 @@ def convert_mesh(
     (2, ('granite',), ())
     """
     gathered = gather_cells(source, points, cells, sets=cell_sets or {}, arrays=cell_data or {})
-    return _blocks_of(gathered, groups or {}, unit_scale, merge_tolerance)
+    return _blocks_of(gathered, groups or {}, unit_scale, merge_tolerance, blocks)
 
 
 def convert_meshio(
@@ -129,30 +140,42 @@ def convert_meshio(
     groups: Mapping[str, str] | None = None,
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
+    blocks: BlocksFrom = "elements",
     source: str = "mesh",
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a ``meshio.Mesh``, and the report; parameters and errors as for `convert_mesh`."""
     from converters.meshes.from_meshio import cells_of_meshio
 
-    return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance)
+    return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance, blocks)
 
 
 def _blocks_of(
-    cells: MeshCells, renaming: Mapping[str, str], unit_scale: float, merge_tolerance: float
+    cells: MeshCells,
+    renaming: Mapping[str, str],
+    unit_scale: float,
+    merge_tolerance: float,
+    blocks_from: BlocksFrom,
 ) -> tuple[Blocks, MeshReport]:
     if not (math.isfinite(unit_scale) and unit_scale > 0):
         raise ModelError(f"unit_scale {unit_scale}: must be a length above 0 m")
     if not (math.isfinite(merge_tolerance) and merge_tolerance >= 0):
         raise ModelError(f"merge_tolerance {merge_tolerance}: must be 0 m or more")
+    if blocks_from not in get_args(BlocksFrom):
+        raise ModelError(f"blocks = '{blocks_from}': must be one of {', '.join(get_args(BlocksFrom))}")
     named = name_groups(cells, renaming)
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)
     rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
-    return _assemble(cells, named, outlines, rocks, merge_tolerance)
+    return _assemble(cells, named, outlines, rocks, merge_tolerance, blocks_from)
 
 
 def _assemble(
-    cells: MeshCells, named: NamedGroups, outlines: Outlines, rocks: Rocks, tolerance: float
+    cells: MeshCells,
+    named: NamedGroups,
+    outlines: Outlines,
+    rocks: Rocks,
+    tolerance: float,
+    blocks_from: BlocksFrom,
 ) -> tuple[Blocks, MeshReport]:
     """Return blocks of the outlines that have a rock."""
     placed = rocks.index >= 0
@@ -194,6 +217,9 @@ def _assemble(
         *boundaries.notes,
         *interior_notes(boundaries.edges, coverage, vertices),
     )
+    if blocks_from == "regions":
+        blocks, more = merge_regions(blocks, tolerance)
+        notes = (*notes, *more)
     return blocks, _report(cells, blocks, bolts, notes)
 
 

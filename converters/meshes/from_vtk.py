@@ -16,6 +16,7 @@ import numpy.typing as npt
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
 from converters.meshes.cells import MeshCells, gather_cells
+from geometries.physical_groups import GroupKind
 
 SUFFIXES = (".vtu", ".vtp", ".vtk")
 POLY_LINE = 4
@@ -36,7 +37,8 @@ def read_vtk(path: Path) -> MeshCells:
     """Return the cells of a VTU, VTP or legacy VTK file, in the file's order.
 
     Cell arrays of whole numbers can be named as groups (``"MaterialIDs=3"``). Where a cell array ``rock`` has
-    a string array ``rock_names`` as field data, its values are the groups ``rock:<name>``.
+    a string array ``rock_names`` as field data, its values are the groups ``rock:<name>``; so with the other kinds,
+    also as ``boundary_top`` with ``boundary_top_names``, for an edge may be in several.
 
     Raises
     ------
@@ -64,7 +66,7 @@ def read_vtk(path: Path) -> MeshCells:
         str(path),
         _numpy(data.GetPoints().GetData()) if data.GetPoints() else np.empty((0, 3)),
         cells,
-        sets=_rock_sets(data, arrays, numbers),
+        sets=_named_sets(data, arrays, numbers),
         arrays={name: [values[which] for which in numbers] for name, values in arrays.items()},
         numbers=numbers,
     )
@@ -142,17 +144,19 @@ def _cell_data(data: Any) -> dict[str, npt.NDArray[Any]]:
     return found
 
 
-def _rock_sets(
+def _named_sets(
     data: Any, arrays: dict[str, npt.NDArray[Any]], numbers: list[LongArray]
 ) -> dict[str, list[npt.NDArray[Any]]]:
-    names = data.GetFieldData().GetAbstractArray("rock_names")
-    if names is None or not names.IsA("vtkStringArray") or "rock" not in arrays:
-        return {}
-    rocks = [names.GetValue(k) for k in range(names.GetNumberOfValues())]
-    return {
-        f"rock:{rock}": [np.flatnonzero(arrays["rock"][which] == k) for which in numbers]
-        for k, rock in enumerate(rocks)
-    }
+    """Return the groups of whole-number arrays whose names are of a kind and that have their names as field data."""
+    found: dict[str, list[npt.NDArray[Any]]] = {}
+    for array, values in arrays.items():
+        kind = array.partition("_")[0]
+        names = data.GetFieldData().GetAbstractArray(f"{array}_names")
+        if names is None or not names.IsA("vtkStringArray") or kind not in {known.value for known in GroupKind}:
+            continue
+        for k in range(names.GetNumberOfValues()):
+            found[f"{kind}:{names.GetValue(k)}"] = [np.flatnonzero(values[which] == k) for which in numbers]
+    return found
 
 
 def _numpy(array: Any) -> npt.NDArray[Any]:

@@ -1,0 +1,74 @@
+"""The Gmsh engine: outlines and traces fragmented by Open CASCADE, each child curve known by its parent."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from geometries.cutting.ends import Lines
+from geometries.cutting.graph import Graph
+from geometries.cutting.noding import number_points
+from geometries.cutting.pieces import IntArray
+from geometries.joint_sets import FloatArray
+from geometries.session import gmsh_session
+
+
+def node_by_gmsh(lines: Lines, tolerance: float) -> Graph:
+    """Return the graph of the pieces; curves are told by the map of children that `fragment` returns."""
+    options = {"Geometry.Tolerance": tolerance, "Geometry.ToleranceBoolean": tolerance}
+    with gmsh_session("joints", options) as gmsh:
+        occ = gmsh.model.occ
+        curves, parent = _add_lines(occ, lines)
+        _, children = occ.fragment(curves[:1], curves[1:])
+        occ.synchronize()
+        at = {tag: np.array(gmsh.model.getValue(0, tag, []))[:2] for _, tag in gmsh.model.getEntities(0)}
+        found, owner = _curves_of_pieces(gmsh, children, parent)
+    points = np.array([at[tag] for tag in sorted(at)])
+    number = {tag: k for k, tag in enumerate(sorted(at))}
+    pairs = np.array([(number[a], number[b]) for a, b in found], dtype=np.int64).reshape(-1, 2)
+    return _as_graph(points, pairs, np.array(owner, dtype=np.int64), tolerance)
+
+
+def _add_lines(occ: Any, lines: Lines) -> tuple[list[tuple[int, int]], list[int]]:
+    """Add a line between each two vertices of a piece; return them, and the piece of each."""
+    places, number = np.unique(lines.vertices, axis=0, return_inverse=True)
+    tags = [occ.addPoint(x, y, 0.0) for x, y in places]
+    at = [tags[k] for k in number.reshape(-1)]
+    follows = np.flatnonzero((lines.owner[1:] == lines.owner[:-1]) & (number[1:] != number[:-1]).reshape(-1))
+    return [(1, occ.addLine(at[k], at[k + 1])) for k in follows], lines.owner[follows].tolist()
+
+
+def _curves_of_pieces(
+    gmsh: Any, children: list[list[tuple[int, int]]], parent: list[int]
+) -> tuple[list[tuple[int, int]], list[int]]:
+    """Return the end points of each child curve, and the piece that it is a part of."""
+    ends: dict[int, tuple[int, int]] = {}
+    curves, owner = [], []
+    for piece, parts in zip(parent, children, strict=True):
+        for dimension, tag in parts:
+            if dimension != 1:
+                continue
+            if tag not in ends:
+                first, last = (t for _, t in gmsh.model.getBoundary([(1, tag)], oriented=False))
+                ends[tag] = (first, last)
+            curves.append(ends[tag])
+            owner.append(piece)
+    return curves, owner
+
+
+def _as_graph(points: FloatArray, pairs: IntArray, owner: IntArray, tolerance: float) -> Graph:
+    """Return the graph; points sorted as the shapely engine sorts them, edges sorted by point."""
+    found, edges = number_points(points[pairs])
+    order = np.lexsort(points.T)
+    number = np.empty(len(points), dtype=np.int64)
+    number[order] = np.searchsorted(*_comparable(found, points[order]))
+    ends = np.sort(number[pairs], axis=1)
+    keys = edges[:, 0] * len(found) + edges[:, 1]
+    edge = np.searchsorted(keys, ends[:, 0] * len(found) + ends[:, 1])
+    key = np.unique(edge * (owner.max() + 1) + owner)
+    return Graph(points=found, edges=edges, edge=key // (owner.max() + 1), piece=key % (owner.max() + 1))
+
+
+def _comparable(*arrays: FloatArray) -> list[Any]:
+    return [np.ascontiguousarray(xy[:, ::-1] + 0.0).view([("y", "f8"), ("x", "f8")])[:, 0] for xy in arrays]

@@ -1,0 +1,120 @@
+"""All straight lines that cut the rock: outlines of regions and traces of joints, clipped to the rock."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from geometries.joint_sets import FloatArray
+from geometries.rock_mass import RockMass
+
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+CHUNKS = 64  # a long slanting line has a wide box; a piece of the diagonal over this has few others in its own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pieces:
+    """Straight lines that cut the rock.
+
+    Attributes
+    ----------
+    ends : (n, 2, 2) float64 [m]
+        Both ends of each.
+    joint : (n,) int64
+        Index of its joint in `joint_names`; -1 for none.
+    region : (n,) int64
+        Index of the region that it outlines; -1 for traces.
+    extends : (n,) bool
+        Whether its dead ends go on to the next joint.
+    joint_names : tuple of str
+        Names of the joints: those of borders first, then in the order given.
+    """
+
+    ends: FloatArray
+    joint: IntArray
+    region: IntArray
+    extends: BoolArray
+    joint_names: tuple[str, ...]
+
+    @property
+    def length(self) -> FloatArray:
+        """Length of each [m]."""
+        length: FloatArray = np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T)
+        return length
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vector along each, (n, 2)."""
+        length = np.maximum(self.length, np.finfo(np.float64).tiny)  # ends may have been joined
+        direction: FloatArray = (self.ends[:, 1] - self.ends[:, 0]) / length[:, None]
+        return direction
+
+    def chosen(self, which: BoolArray) -> Pieces:
+        """Return some of the pieces."""
+        fields = {name: getattr(self, name)[which] for name in ("ends", "joint", "region", "extends")}
+        return dataclasses.replace(self, **fields)
+
+    def chunks(self, least: float) -> tuple[FloatArray, IntArray]:
+        """Return the pieces in parts of a small box each, (n, 2, 2) [m], none below `least`, and the piece of each."""
+        extent = float(np.hypot(*np.ptp(self.ends.reshape(-1, 2), axis=0)))
+        parts = np.maximum(1, np.ceil(self.length / max(extent / CHUNKS, least))).astype(np.int64)
+        owner = np.repeat(np.arange(len(parts)), parts)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts)
+        share = np.stack([within, within + 1], axis=1) / parts[owner][:, None]
+        start, vector = self.ends[owner, 0], self.ends[owner, 1] - self.ends[owner, 0]
+        return start[:, None] + share[:, :, None] * vector[:, None], owner
+
+
+def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
+    """Return the pieces, and the length of the traces of each joint as given [m].
+
+    Traces are clipped half a tolerance outside the rock, so that one along the outline is kept.
+    """
+    borders = [getattr(region, "border", None) for region in mass.regions]
+    names = tuple(dict.fromkeys([*(b for b in borders if b is not None), *(joints.name for joints in mass.joints)]))
+    ends, joint, region, extends = [], [], [], []
+    for number, (each, border) in enumerate(zip(mass.regions, borders, strict=True)):
+        corners = np.asarray(each.outline, dtype=np.float64)
+        corners = corners[np.any(corners != np.roll(corners, -1, axis=0), axis=1)]
+        ends.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
+        joint.append(np.full(len(corners), -1 if border is None else names.index(border)))
+        region.append(np.full(len(corners), number))
+        extends.append(np.zeros(len(corners), dtype=np.bool_))
+    given = np.zeros(len(names))
+    low, high = mass.box
+    jointed = mass.jointed()
+    for joints in mass.joints:
+        traces = joints.traces(low, high, mass.seed)
+        index = names.index(joints.name)
+        given[index] += np.hypot(*(traces[:, 1] - traces[:, 0]).T).sum()
+        inside = _clip(traces, jointed, mass.grid)
+        ends.append(inside)
+        joint.append(np.full(len(inside), index))
+        region.append(np.full(len(inside), -1))
+        extends.append(np.full(len(inside), joints.extends or mass.dead_ends == "extend"))
+    pieces = Pieces(
+        ends=np.concatenate(ends),
+        joint=np.concatenate(joint),
+        region=np.concatenate(region),
+        extends=np.concatenate(extends),
+        joint_names=names,
+    )
+    return pieces, given
+
+
+def _clip(traces: FloatArray, jointed: Any, shortest: float) -> FloatArray:
+    """Return the parts of the traces where joints may run that are longer than `shortest`."""
+    import shapely
+
+    shapely.prepare(jointed)
+    parts = shapely.get_parts(shapely.intersection(shapely.linestrings(traces), jointed))
+    parts = parts[shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING]
+    points = [shapely.get_coordinates(shapely.get_point(parts, end)) for end in (0, -1)]
+    ends = np.stack(points, axis=1) if len(parts) else np.empty((0, 2, 2))
+    longer: FloatArray = ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) > shortest]
+    return longer

@@ -1,0 +1,224 @@
+"""Joint sets, faults and other lines in the rock, each a set of straight traces.
+
+Angles are those of the trace from the x axis, counter-clockwise, in degrees: 60 rises to the right, -60 (or 120)
+falls to the right.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from geometries.errors import GeometryError
+from geometries.spacings import Constant, Spacing
+
+FloatArray = npt.NDArray[np.float64]
+Points = Sequence[tuple[float, float]] | FloatArray
+Ends = Literal["crossing", "t_ended", "en_echelon"]
+MOST_TRACES = 2_000_000
+
+
+class Joints(Protocol):
+    """Anything that gives traces: a `JointSet`, a `Fault`, or a class of your own."""
+
+    @property
+    def name(self) -> str:
+        """Name of the joint, without ``joint:``."""
+
+    @property
+    def extends(self) -> bool:
+        """Whether dead ends go on to the next joint."""
+
+    def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
+        """Return the traces in the box from `low` to `high`, (n, 2, 2) [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointSet:
+    """A set of nearly parallel joints.
+
+    Attributes
+    ----------
+    name : str
+        Name of the joint in the mesh, ``joint:name``.
+    dip : float
+        Angle of the traces from the x axis, counter-clockwise [degrees].
+    spacing : float or Spacing
+        Distance between neighbours, across them [m]: a number, `Normal`, `Lognormal` or `Exponential`.
+    start : (float, float), optional
+        A point on one of the joints [m]; where not given, the centre of the model for a constant spacing and
+        an arbitrary point of random sets.
+    scatter : float
+        Standard deviation of the dip from joint to joint [degrees].
+    persistence : float
+        Jointed part of each line, above 0 up to 1.
+    bridge : float, optional
+        Length of the intact bridges [m]; needed where `persistence` is below 1.
+    ends : str
+        What becomes of the ends at a bridge: ``crossing`` (they end in the rock), ``t_ended`` (they go on to the
+        next joint) or ``en_echelon`` (they end in the rock, and every other line is shifted by half a period).
+    within : (k, 2) array_like, optional
+        Polygon that the set keeps to [m].
+    """
+
+    name: str
+    dip: float
+    spacing: float | Spacing
+    start: tuple[float, float] | None = None
+    scatter: float = 0.0
+    persistence: float = 1.0
+    bridge: float | None = None
+    ends: Ends = "crossing"
+    within: Points | None = None
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not math.isfinite(self.dip):
+            faults.append(f"dip = {self.dip} is no angle [degrees]")
+        if isinstance(self.spacing, int | float) and not (math.isfinite(self.spacing) and self.spacing > 0):
+            faults.append(f"spacing = {self.spacing} must be above 0 m")
+        if not 0 <= self.scatter < 45:
+            faults.append(f"scatter = {self.scatter} must be from 0 to 45 degrees")
+        if not 0 < self.persistence <= 1:
+            faults.append(f"persistence = {self.persistence} must be above 0 and at most 1")
+        elif self.persistence < 1 and not (self.bridge is not None and math.isfinite(self.bridge) and self.bridge > 0):
+            faults.append(f"persistence = {self.persistence} needs a bridge, the length of the intact parts [m]")
+        if self.ends not in ("crossing", "t_ended", "en_echelon"):
+            faults.append(f"ends = {self.ends!r} must be 'crossing', 't_ended' or 'en_echelon'")
+        if faults:
+            raise GeometryError([f"joint set '{self.name}': {fault}" for fault in faults])
+
+    @property
+    def extends(self) -> bool:
+        """Whether dead ends go on to the next joint."""
+        return self.ends == "t_ended"
+
+    def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
+        """Return the traces in the box from `low` to `high`, (n, 2, 2) [m].
+
+        The random numbers depend on `seed` and the set's name alone: another set more changes nothing.
+
+        Raises
+        ------
+        GeometryError
+            If there would be more than two million of them.
+        """
+        generator = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
+        if self.within is not None:
+            polygon = np.asarray(self.within, dtype=np.float64)
+            low, high = np.maximum(low, polygon.min(axis=0)), np.minimum(high, polygon.max(axis=0))
+            if np.any(high <= low):
+                return np.empty((0, 2, 2))
+        centre, radius = (low + high) / 2, float(np.hypot(*(high - low))) / 2
+        along = _direction(self.dip)
+        across = np.array([-along[1], along[0]])
+        offset = self._offsets(centre @ across, radius, generator)
+        foot = (centre @ along) * along + offset[:, None] * across  # of each joint, nearest to the centre
+        turned = self.dip + (
+            generator.normal(0.0, self.scatter, len(offset)) if self.scatter else np.zeros(len(offset))
+        )
+        lines = np.stack([foot, foot], axis=1)
+        reach = 1.5 * radius
+        first, last = self._stretches(len(offset), reach, generator)
+        owner = np.repeat(np.arange(len(offset)), [len(part) for part in first])
+        stations = np.stack([np.concatenate([*first, []]), np.concatenate([*last, []])], axis=1)
+        directions = np.stack([np.cos(np.radians(turned)), np.sin(np.radians(turned))], axis=1)
+        traces = lines[owner] + stations[:, :, None] * directions[owner][:, None]
+        return traces if self.within is None else clip_traces(traces, self.within)
+
+    def _offsets(self, middle: float, radius: float, generator: np.random.Generator) -> FloatArray:
+        """Return where the joints cross the line across them, over `radius` to both sides of `middle`."""
+        law = Constant(self.spacing) if isinstance(self.spacing, int | float) else self.spacing
+        if 2 * radius / law.mean > MOST_TRACES:
+            raise GeometryError(
+                f"joint set '{self.name}': a spacing of {law.mean:g} m gives {2 * radius / law.mean:.3g} joints; "
+                "give a wider spacing or a smaller model"
+            )
+        random = not isinstance(law, Constant)
+        origin = middle + (generator.uniform(0, law.mean) if random else 0.0)
+        if self.start is not None:
+            along = _direction(self.dip)
+            origin = float(np.array([-along[1], along[0]]) @ np.asarray(self.start, dtype=np.float64))
+        if not random:
+            first, last = (math.ceil((middle + side * radius - origin) / law.mean) for side in (-1, 1))
+            offsets = (origin + np.arange(first, last) * law.mean).astype(np.float64)
+            return offsets
+        reach = abs(origin - middle) + radius
+        count = int(2 * reach / law.mean) + 50
+        up, down = (origin + sign * np.cumsum(law.draw(count, generator)) for sign in (1, -1))
+        drawn: FloatArray = np.concatenate([down[::-1], [origin], up]).astype(np.float64)
+        return drawn[np.abs(drawn - middle) <= radius]
+
+    def _stretches(
+        self, count: int, reach: float, generator: np.random.Generator
+    ) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Return the begins and ends of the jointed stretches of each line, from its foot [m]."""
+        if self.persistence == 1 or self.bridge is None:
+            whole = np.array([reach])
+            return [-whole] * count, [whole] * count
+        period = self.bridge / (1 - self.persistence)
+        if count * 2 * reach / period > MOST_TRACES:
+            raise GeometryError(f"joint set '{self.name}': too many bridges; give longer ones or a smaller model")
+        shift = generator.uniform(0, period, count)
+        if self.ends == "en_echelon":
+            shift = (period / 2 * (np.arange(count) % 2)).astype(np.float64)
+        grid = np.arange(-math.ceil(reach / period) - 1, math.ceil(reach / period) + 1) * period
+        first = [grid + s for s in shift]
+        return first, [begin + self.persistence * period for begin in first]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fault:
+    """Single lines: a fault, a bedding plane, traces mapped in the field.
+
+    Attributes
+    ----------
+    name : str
+        Name of the joint in the mesh, ``joint:name``.
+    lines : sequence of (k, 2) array_like
+        Polylines [m].
+    extends : bool
+        Whether dead ends go on to the next joint.
+    """
+
+    name: str
+    lines: Sequence[Points]
+    extends: bool = False
+
+    def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
+        """Return the straight pieces of the lines, (n, 2, 2) [m]."""
+        pieces = [np.empty((0, 2, 2))]
+        for number, line in enumerate(self.lines):
+            points = np.asarray(line, dtype=np.float64)
+            if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2 or not np.isfinite(points).all():
+                raise GeometryError(f"fault '{self.name}': line {number} needs two or more points (x, y)")
+            pieces.append(np.stack([points[:-1], points[1:]], axis=1))
+        return np.concatenate(pieces)
+
+
+def bedding(name: str, dip: float, thickness: float | Spacing, **others: object) -> JointSet:
+    """Return bedding: a persistent joint set by the thickness of its layers, measured across them [m]."""
+    return JointSet(name=name, dip=dip, spacing=thickness, **others)  # type: ignore[arg-type]
+
+
+def _direction(dip: float) -> FloatArray:
+    return np.array([math.cos(math.radians(dip)), math.sin(math.radians(dip))])
+
+
+def clip_traces(traces: FloatArray, polygon: Points) -> FloatArray:
+    """Return the parts of the traces, (n, 2, 2) [m], in a polygon."""
+    import shapely
+
+    inside = shapely.get_parts(
+        shapely.intersection(shapely.linestrings(traces), shapely.Polygon(np.asarray(polygon, dtype=np.float64)))
+    )
+    inside = inside[shapely.get_type_id(inside) == shapely.GeometryType.LINESTRING]
+    inside = inside[shapely.get_num_coordinates(inside) == 2]
+    clipped: FloatArray = shapely.get_coordinates(inside).reshape(-1, 2, 2)
+    return clipped

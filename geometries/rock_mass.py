@@ -1,0 +1,176 @@
+"""Jointed rock as it is described: regions of rock, openings, excavation stages, and the joints through them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from geometries.errors import GeometryError
+from geometries.joint_sets import FloatArray, Joints, Points
+
+DeadEnds = Literal["keep", "extend", "cut"]
+TOLERANCE = 1e-6  # of the model's diagonal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Region:
+    """A region of rock; it lies over the regions given before it.
+
+    Attributes
+    ----------
+    outline : (k, 2) array_like [m]
+        Its outline.
+    rock : str
+        Name of the rock.
+    border : str, optional
+        Joint along the outline; without it the rocks meet without a joint.
+    clipped : bool
+        Whether it keeps to the rock given before it, as a shear zone drawn beyond the frame of the model does.
+    intact : bool
+        Whether joints end at it, as at a dam, a lining or a lintel.
+    """
+
+    outline: Points
+    rock: str
+    border: str | None = None
+    clipped: bool = False
+    intact: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Opening:
+    """A void: no rock inside.
+
+    Attributes
+    ----------
+    outline : (k, 2) array_like [m]
+        Its outline.
+    boundary : str
+        Name of the boundary along it.
+    """
+
+    outline: Points
+    boundary: str = "opening"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Excavation:
+    """A part that a stage removes: its outline divides the blocks, its rock is that of the regions.
+
+    Attributes
+    ----------
+    outline : (k, 2) array_like [m]
+        Its outline.
+    name : str
+        Name of the group, ``excavation:name``.
+    border : str, optional
+        Joint along the outline inside the rock. Without it the rock is whole across it until the stage.
+    """
+
+    outline: Points
+    name: str
+    border: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RockMass:
+    """Jointed rock, ready to be cut into blocks.
+
+    Attributes
+    ----------
+    regions : sequence of Region, Opening or Excavation
+        The later ones lie over the earlier ones.
+    joints : sequence of Joints
+        Joint sets and faults. Where two lie on each other, a border names the edge, else the one given first.
+    seed : int
+        Of the random numbers: same seed, same blocks.
+    tolerance : float, optional
+        What is nearer than this is taken as touching [m]; a millionth of the model's diagonal where not given.
+    boundaries : mapping of str to (k, 2) array_like
+        Lines along the outline [m]: the outer edges on them bear that name instead of ``left``, ``top``, ...
+    dead_ends : str
+        What becomes of joints that end in the rock: ``keep`` (they stay in the mesh, and bound no block), ``extend``
+        (they go on to the next joint) or ``cut`` (they are left out). All are reported.
+    """
+
+    regions: Sequence[Region | Opening | Excavation]
+    joints: Sequence[Joints] = ()
+    seed: int = 0
+    tolerance: float | None = None
+    boundaries: Mapping[str, Points] = field(default_factory=dict)
+    dead_ends: DeadEnds = "keep"
+
+    def __post_init__(self) -> None:
+        faults = []
+        for number, region in enumerate(self.regions):
+            fault = outline_fault(region.outline)
+            if fault:
+                faults.append(f"region {number} ({type(region).__name__}): {fault}")
+        if not any(isinstance(region, Region) and not region.clipped for region in self.regions):
+            faults.append("there is no rock; give at least one Region(outline=..., rock=...)")
+        if self.tolerance is not None and not (math.isfinite(self.tolerance) and self.tolerance > 0):
+            faults.append(f"tolerance = {self.tolerance} must be above 0 m")
+        if self.dead_ends not in ("keep", "extend", "cut"):
+            faults.append(f"dead_ends = {self.dead_ends!r} must be 'keep', 'extend' or 'cut'")
+        if faults:
+            raise GeometryError(faults)
+
+    @property
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Lower left and upper right corner of all rock [m]."""
+        outlines = [
+            np.asarray(r.outline, dtype=np.float64) for r in self.regions if isinstance(r, Region) and not r.clipped
+        ]
+        corners = np.concatenate(outlines)
+        return corners.min(axis=0), corners.max(axis=0)
+
+    @property
+    def grid(self) -> float:
+        """The tolerance [m]."""
+        low, high = self.box
+        return self.tolerance or TOLERANCE * float(np.hypot(*(high - low)))
+
+    def domain(self) -> Any:
+        """Return all rock as a shapely polygon or multipolygon."""
+        import shapely
+
+        rock = shapely.Polygon()
+        for region in self.regions:
+            polygon = shapely.Polygon(np.asarray(region.outline, dtype=np.float64))
+            if isinstance(region, Region) and not region.clipped:
+                rock = shapely.union(rock, polygon)
+            elif isinstance(region, Opening):
+                rock = shapely.difference(rock, polygon)
+        return rock
+
+    def jointed(self) -> Any:
+        """Return where joints may run, as a shapely geometry: in and half a tolerance around what is not intact."""
+        import shapely
+
+        around = shapely.buffer(self.domain(), self.grid / 2, join_style="mitre")
+        for region in self.regions:
+            if isinstance(region, Region):
+                polygon = shapely.Polygon(np.asarray(region.outline, dtype=np.float64))
+                if region.intact:
+                    around = shapely.difference(around, polygon)
+        return around
+
+
+def outline_fault(outline: Points) -> str | None:
+    """Return what is wrong with an outline, or None."""
+    import shapely
+
+    try:
+        corners = np.asarray(outline, dtype=np.float64)
+    except (TypeError, ValueError):
+        corners = np.empty(0)
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
+        return "the outline needs three or more points (x, y) of finite numbers"
+    polygon = shapely.Polygon(corners)
+    if not polygon.is_valid or polygon.area <= 0:
+        return f"the outline is no simple polygon: {shapely.is_valid_reason(polygon)}"
+    return None

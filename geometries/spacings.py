@@ -1,0 +1,95 @@
+"""How far apart the joints of a set are: a number, or a distribution of random spacings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from geometries.errors import GeometryError
+
+FloatArray = npt.NDArray[np.float64]
+LEAST_SHARE = 0.05  # of the mean: no random spacing is smaller, or blocks would be slivers by chance alone
+
+
+class Spacing(Protocol):
+    """A distribution of spacings."""
+
+    @property
+    def mean(self) -> float:
+        """Mean spacing [m]."""
+
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Return `count` spacings [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """The same spacing everywhere: the mean [m]."""
+
+    mean: float
+
+    def __post_init__(self) -> None:
+        _check("Constant", mean=self.mean)
+
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Return `count` spacings [m]."""
+        return np.full(count, float(self.mean))
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """Normally distributed spacings, cut below at a twentieth of the mean: mean and standard deviation [m]."""
+
+    mean: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        _check("Normal", mean=self.mean, deviation=self.deviation)
+
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Return `count` spacings [m]."""
+        return np.maximum(generator.normal(self.mean, self.deviation, count), LEAST_SHARE * self.mean)
+
+
+@dataclass(frozen=True, slots=True)
+class Lognormal:
+    """Lognormal spacings by their own mean and standard deviation [m], not those of the logarithm."""
+
+    mean: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        _check("Lognormal", mean=self.mean, deviation=self.deviation)
+
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Return `count` spacings [m]."""
+        variance = math.log1p((self.deviation / self.mean) ** 2)
+        drawn = generator.lognormal(math.log(self.mean) - variance / 2, math.sqrt(variance), count)
+        return np.maximum(drawn, LEAST_SHARE * self.mean)
+
+
+@dataclass(frozen=True, slots=True)
+class Exponential:
+    """Exponential spacings, those of joints at random (Priest and Hudson 1976): the mean [m].
+
+    The least spacing is a twentieth of the mean; what lies above it is exponential, so that the mean holds.
+    """
+
+    mean: float
+
+    def __post_init__(self) -> None:
+        _check("Exponential", mean=self.mean)
+
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Return `count` spacings [m]."""
+        return LEAST_SHARE * self.mean + generator.exponential((1 - LEAST_SHARE) * self.mean, count)
+
+
+def _check(name: str, **values: float) -> None:
+    bad = {key: value for key, value in values.items() if not (math.isfinite(value) and value > 0)}
+    if bad:
+        raise GeometryError([f"{name}: {key} = {value} must be above 0 m" for key, value in bad.items()])

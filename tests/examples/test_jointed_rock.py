@@ -1,0 +1,73 @@
+"""The worked examples of docs/jointed_rock.md: every file as printed, every command in order."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from small_case import Case
+
+PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
+FILES = re.compile(r"^`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
+COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def mesh_by_gmsh(folder: Path, geo: str, target: str) -> None:
+    """Do what ``gmsh -2 GEO -format msh41 -o TARGET`` does."""
+    from geometries import gmsh_session
+
+    with gmsh_session("geo") as gmsh:
+        gmsh.merge(str(folder / geo))
+        gmsh.model.mesh.generate(2)
+        gmsh.write(str(folder / target))
+
+
+def run_line(case: Case, line: str) -> None:
+    program, *arguments = shlex.split(line)
+    if program == "gmsh":
+        _, geo, _, _, _, target = arguments
+        mesh_by_gmsh(case.folder, geo, target)
+    elif program == "python":
+        done = subprocess.run(
+            [sys.executable, *arguments], cwd=case.folder, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    else:
+        assert program == "bsm-mesh"
+        outcome = case.run(*arguments)
+        assert outcome.code == 0, f"{line}: {outcome.err}"
+
+
+@pytest.fixture
+def page(case: Case) -> str:
+    text = PAGE.read_text(encoding="utf-8")
+    for name, content in FILES.findall(text):
+        case.write(name, content)
+    return text
+
+
+def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
+    for block in COMMANDS.findall(page):
+        for line in block.splitlines():
+            run_line(case, line)
+    for name in ("rock.msh", "quality.png", "net.png", "out/summary.json"):
+        assert (case.folder / name).is_file()
+
+
+def test_the_numbers_of_the_page(case: Case, page: str) -> None:
+    from converters import read_mesh
+
+    mesh_by_gmsh(case.folder, "tunnel.geo", "tunnel.msh")
+    blocks, report = read_mesh(case.folder / "tunnel.msh", blocks="regions")
+    assert blocks.count == 12
+    assert f"{round(report.elements, -2)} triangles become twelve blocks" in page
+    subprocess.run([sys.executable, "bench.py"], cwd=case.folder, check=True)
+    names = {"SCHIST": "rock:schist", "BEDDING": "joint:bedding", "FAULT": "joint:fault", "BASE": "boundary:base"}
+    blocks, report = read_mesh(case.folder / "bench.inp", groups=names, blocks="regions")
+    assert (report.elements, blocks.count) == (240, 8)
+    assert set(blocks.offsets[1:] - blocks.offsets[:-1]) == {4}

@@ -1,0 +1,120 @@
+"""Traces from CSV, GeoJSON and DXF."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+from networks import box
+
+from geometries import (
+    Fault,
+    GeometryError,
+    Region,
+    RockMass,
+    cut_blocks,
+    joint_sets_of_scan_line,
+    read_scan_line,
+    read_traces,
+)
+
+LINES = {"J1": [[(-1, 3), (11, 4)]], "F": [[(5, -1), (5.5, 4), (5, 11)]]}
+
+
+def write_csv(folder: Path) -> Path:
+    rows = ["x,y,trace,set"]
+    for name, lines in LINES.items():
+        rows += [f"{x}, {y}, {name}{k}, {name}" for k, line in enumerate(lines) for x, y in line]
+    path = folder / "traces.csv"
+    path.write_text("\n".join(rows))
+    return path
+
+
+def write_geojson(folder: Path) -> Path:
+    features = [
+        {"type": "Feature", "properties": {"set": name}, "geometry": {"type": "MultiLineString", "coordinates": lines}}
+        for name, lines in LINES.items()
+    ]
+    path = folder / "traces.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    return path
+
+
+def write_dxf(folder: Path) -> Path:
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    space.add_line(*LINES["J1"][0], dxfattribs={"layer": "J1"})
+    space.add_lwpolyline(LINES["F"][0], dxfattribs={"layer": "F"})
+    drawing.saveas(folder / "traces.dxf")
+    return folder / "traces.dxf"
+
+
+@pytest.mark.parametrize("write", [write_csv, write_geojson, write_dxf])
+def test_every_format_gives_the_same_blocks(tmp_path: Path, write: object) -> None:
+    joints = read_traces(write(tmp_path))  # type: ignore[operator]
+    assert {joint.name for joint in joints} == {"J1", "F"}
+    region = [Region(outline=box(0, 0, 10, 10), rock="gneiss")]
+    cut = cut_blocks(RockMass(regions=region, joints=joints))
+    straight = [Fault(name=name, lines=lines) for name, lines in LINES.items()]
+    wanted = cut_blocks(RockMass(regions=region, joints=straight))
+    assert cut.count == wanted.count == 4
+    assert {name: len(edges) for name, edges in cut.joints.items()} == {
+        name: len(edges) for name, edges in wanted.joints.items()
+    }
+
+
+def test_a_row_a_trace_names_units_and_layers(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("x1,y1,x2,y2,set\n0,0,1000,0,bedding\n0,500,1000,500,bedding\n0,0,0,1,other\n")
+    (found,) = read_traces(path, names={"bedding": "J1"}, scale=1e-3)
+    assert found.name == "J1"
+    np.testing.assert_allclose(found.lines, [[(0, 0), (1, 0)], [(0, 0.5), (1, 0.5)]])
+
+
+def test_closed_polylines_close(tmp_path: Path) -> None:
+    drawing = ezdxf.new()
+    drawing.modelspace().add_lwpolyline([(0, 0), (1, 0), (1, 1)], close=True)
+    drawing.saveas(tmp_path / "a.dxf")
+    (found,) = read_traces(tmp_path / "a.dxf")
+    assert len(found.lines[0]) == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("a.shp", "", "traces are read from .csv, .geojson, .json, .dxf"),
+        ("a.csv", "x,y\n1,2\n", "needs the columns x, y, trace; it has x, y"),
+        ("a.csv", "x1,y1,x2,y2\n1,2,a,3\n", "no CSV file of traces"),
+        ("a.json", "{", "no JSON file of traces"),
+        ("a.geojson", '{"type": "FeatureCollection", "features": []}', "holds no traces"),
+        ("a.dxf", "no drawing", "no DXF file"),
+    ],
+)
+def test_what_is_no_file_of_traces_is_said(tmp_path: Path, name: str, content: str, says: str) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(GeometryError, match=says.replace(".", r"\.")):
+        read_traces(tmp_path / name)
+
+
+def test_unknown_sets_and_missing_files_are_said(tmp_path: Path) -> None:
+    with pytest.raises(GeometryError, match="has no set 'K'"):
+        read_traces(write_csv(tmp_path), names={"K": "J1"})
+    with pytest.raises(GeometryError, match="cannot be read"):
+        read_traces(tmp_path / "missing.csv")
+
+
+def test_a_scan_line_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "scan.csv"
+    path.write_text(
+        "distance,dip,dip_direction,set\n0,60,90,J1\n1.1,62,92,J1\n2.0,58,88,J1\n0.4,20,270,B\n3.4,22,268,B\n"
+    )
+    sets = joint_sets_of_scan_line(read_scan_line(path), trend=90, plunge=0, section_azimuth=90)
+    assert [found.name for found in sets] == ["J1", "B"]
+    assert [found.dip for found in sets] == pytest.approx([-60, 21], abs=0.1)
+    path.write_text("distance,dip,dip_direction,set\n0,95,90,J1\nx,62,92,J1\n")
+    with pytest.raises(GeometryError) as caught:
+        read_scan_line(path)
+    assert len(caught.value.faults) == 2
