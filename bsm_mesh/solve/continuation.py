@@ -180,6 +180,9 @@ class Continuation:
     def _at_once(self, step: Step) -> Found:
         """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
         tolerance = 0.5 * self.options.tolerance
+        rest = newton(step, step.start, tolerance, most=0)
+        if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
+            return rest
         elastic = elastic_position(step)
         if step.norm_at(elastic) <= QUICK * step.norm_at(step.start):
             found = newton(step, elastic, tolerance, contraction=QUICK)
