@@ -12,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.bolts import BoltForces
 
 if TYPE_CHECKING:
     from bsm_mesh.results.check import Check
@@ -168,6 +169,8 @@ class StageResult:
         Forces in the contacts.
     supports : SupportForces
         Forces at the supports.
+    bolts : BoltForces
+        Forces in the bolts.
     unstable_blocks : (k,) int32
         Blocks that come down; empty where the stage is stable.
     start_residual, residual : float
@@ -195,6 +198,7 @@ class StageResult:
     water_table: FloatArray
     contacts: ContactForces
     supports: SupportForces
+    bolts: BoltForces
     unstable_blocks: IntArray
     start_residual: float
     residual: float
