@@ -193,6 +193,18 @@ def test_half_released_is_half_the_movement(options):
     assert_allclose(moved, whole / 2, atol=(SAME if options is LINEAR else ROTATIONS) * np.abs(whole).max())
 
 
+def test_what_was_released_does_not_come_back():
+    """A later stage that releases less of its own new surfaces leaves those of an earlier one as they are."""
+    stages = [
+        bsm.Stage(name="most", excavate=[OPENING], relaxation=[0.8]),
+        bsm.Stage(name="less", relaxation=[0.3]),
+        bsm.Stage(name="more", relaxation=[0.9]),
+    ]
+    most, less, more = bsm.run(ground(stages=stages), LINEAR).stages[1:]
+    assert less.max_stage_displacement <= SAME * most.max_displacement
+    assert_allclose(more.displacement, most.displacement * 0.9 / 0.8, atol=SAME * most.max_displacement)
+
+
 @pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
 def test_the_field_as_pressure_keeps_everything_in_place(options):
     """Deep, with the same stress all round, an internal pressure of that size holds the wall where it was."""
