@@ -129,7 +129,9 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
         Width of the last interval.
     """
     sense = -1.0 if clockwise else 1.0
-    model = model.replace(loads=model.acting_loads, in_situ=None, stages=())  # a ground surface is not tilted
+    bolts = tuple(bolt for bolt in model.bolts if bolt.stage is None)
+    # a ground surface is not tilted
+    model = model.replace(loads=model.acting_loads, bolts=bolts, in_situ=None, stages=())
 
     def stands(tilt: float) -> bool:
         turned = model.replace(gravity_direction=model.gravity_direction + sense * tilt)
@@ -176,8 +178,9 @@ class _Program:
 
     @property
     def is_cone(self) -> bool:
-        """Whether admissible forces stay so when multiplied: no cohesion, no tension, or no limit at all."""
-        bounds = np.append(self.lines[1].reshape(-1), self.tension)
+        """Whether admissible forces stay so when multiplied: no cohesion, no tension, bolts without limits."""
+        of_bolts = self.bolts.yield_force, self.bolts.capacity, self.dowels.strength
+        bounds = np.concatenate([self.lines[1].reshape(-1), self.tension, *of_bolts])
         return bool(((bounds == 0) | np.isinf(bounds)).all())
 
     def balance(self, loads: FloatArray) -> _Optimum | None:

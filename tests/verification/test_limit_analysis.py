@@ -82,6 +82,18 @@ def test_sliding_block_pushed_and_tilted(friction):
         assert_allclose(limit_tilt(model, clockwise=clockwise), friction, atol=1e-4)
 
 
+def test_bolts_of_later_stages_do_not_count():
+    """The first stage's bolt, at its yield force, adds its friction and pull to the block's; a later one nothing."""
+    friction, force = 20.0, 5e3
+    steel = {"start": (0.5, 0.9), "end": (0.5, -0.5), "diameter": 0.02, "yield_strength": force / (np.pi * 0.01**2)}
+    model = on_base([square(0, 0)], friction).replace(stages=(bsm.Stage(name="later"),))
+    later = model.replace(bolts=(bsm.Bolt(stage="later", **steel),))
+    assert_allclose(limit_tilt(later), friction, atol=1e-4)
+    tilt = np.radians(limit_tilt(model.replace(bolts=(bsm.Bolt(**steel),))))
+    weight = 25e3
+    assert_allclose(weight * np.sin(tilt), (weight * np.cos(tilt) + force) * np.tan(np.radians(friction)), rtol=1e-5)
+
+
 def test_cohesion_and_tension_bound_a_pull():
     """A block glued to its base by tension of 20 kPa on 1 m, lifted at its centre: W + 20 kN."""
     joint = bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=30, cohesion=5e3), tensile_strength=20e3)
