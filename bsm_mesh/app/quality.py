@@ -17,6 +17,7 @@ from bsm_mesh.model.bolt_layout import BoltLayout
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.overlap import polygons_of
 from bsm_mesh.model.polygons import convex_polygons
+from bsm_mesh.model.stages import presence
 
 if TYPE_CHECKING:
     from bsm_mesh.contact.table import ContactTable
@@ -122,6 +123,10 @@ def quality_summary(
         "unjointed_length": float(contacts.length[contacts.joint < 0].sum()),
         "boundaries": {name: len(edges) for name, edges in blocks.boundaries.items()},
         "excavations": {name: len(ids) for name, ids in blocks.excavations.items()},
+        "stages": {
+            stage.name: int(there.sum())
+            for stage, there in zip(model.stages, presence(model.stages, blocks)[1:], strict=True)
+        },
         "supported_blocks": len(system.constraints.block),
         "stiffness_ratio": float(stiffness.max() / stiffness.min()) if contacts.count else 1.0,
         "bolts": len(model.bolts),
@@ -267,6 +272,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
     rows += [(f"boundary {name}", counted(count, "edge")) for name, count in report["boundaries"].items()]
     rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
+    rows += [(f"stage {name}", counted(count, "block")) for name, count in report["stages"].items()]
     if report["bolts"]:
         alone = f", {report['bolts_in_one_block']} of them in a single block, bearing nothing"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]

@@ -123,6 +123,7 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
         **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
         "total_load": stage.total_load.tolist(),
         "total_water": stage.water[:, :2].sum(axis=0).tolist(),
+        "uplifted_blocks": stage.uplifted_blocks.tolist(),
         "total_reaction": stage.total_reaction.tolist(),
         "notes": list(stage.notes),
         "seconds": stage.seconds,

@@ -78,6 +78,9 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     sigma_1, sigma_3 = principal_stresses(stage.stress)
     lift = vector(stage.water[:, :2].sum(axis=0), "N/m")
     water = [("of these by the water (x, y)", lift)] if len(stage.water_table) or stage.water.any() else []
+    lifted = stage.uplifted_blocks
+    if lifted.size:
+        water.append(("blocks that water lifts", ", ".join(map(str, lifted[:12]))))
     rows = [
         ("verdict", results.status.value),
         ("why", stage.reason),

@@ -8,6 +8,8 @@ from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltForces
@@ -220,6 +222,13 @@ class StageResult:
         """Sum of support forces, (2,) [N/m]."""
         total: FloatArray = self.reactions[self.present, :2].sum(axis=0)
         return total
+
+    @property
+    def uplifted_blocks(self) -> IntArray:
+        """Blocks on which the water pushes up more than weight and loads push down, (k,)."""
+        lifted = (self.water[:, 1] > 0) & (self.loads[:, 1] > 1e-9 * self.water[:, 1])
+        found: IntArray = np.flatnonzero(lifted & self.present).astype(np.int32)
+        return found
 
     @property
     def max_displacement(self) -> float:

@@ -129,6 +129,7 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
         Width of the last interval.
     """
     sense = -1.0 if clockwise else 1.0
+    model = model.replace(loads=model.acting_loads, in_situ=None, stages=())  # a ground surface is not tilted
 
     def stands(tilt: float) -> bool:
         turned = model.replace(gravity_direction=model.gravity_direction + sense * tilt)

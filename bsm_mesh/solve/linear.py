@@ -124,8 +124,10 @@ class LinearScheme:
         free = system.free_parts(part.block if number else None)
         if free and number == 0:
             raise ModelError([part.text for part in free])
+        idle = [part for part in free if not system.loads[part.blocks].any()]
+        free = [part for part in free if system.loads[part.blocks].any()]
         start = system.at_start(self.linear_solver)
-        solution = start if free else self._solve(system)
+        solution = start if free else self._solve(system, idle)
         self.report("forces and stresses")
         opened, slipped = system.spring_forces(solution.displacement)
         self.opening[chosen] += opened / contacts.normal_stiffness
@@ -139,8 +141,10 @@ class LinearScheme:
         observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
-    def _solve(self, system: LinearSystem) -> Solution:
+    def _solve(self, system: LinearSystem, idle: list[FreePart]) -> Solution:
         stiffness = system.stiffness()
+        for part in idle:  # nothing pulls at it: held anyhow it stays where it is
+            stiffness[system.pattern.diagonal[part.blocks]] += np.eye(3) * float(np.abs(stiffness).max())
         self.report("linear solution")
         solution = system.solve(stiffness, self.options)
         self.linear_solver = solution.linear_solver

@@ -175,7 +175,11 @@ def _equilibrium(
         if outcome.stage.status is not Status.STABLE:
             break
     site.held = [(forces, released) for forces, released in site.held if released < 1]
-    return placed(outcome.stage, part, scheme.moved)
+    stage = placed(outcome.stage, part, scheme.moved)
+    if site.water is not None and site.water.table and not stage.water.any():
+        dry = "no block lies below the water table: check its level and unit"
+        stage = replace(stage, notes=(*stage.notes, dry))
+    return stage
 
 
 def displacement_at(blocks: Blocks, displacement: FloatArray, bolts: BoltForces) -> FloatArray:
