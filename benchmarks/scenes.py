@@ -30,15 +30,18 @@ class Scene:
         Of every joint.
     gravity_direction : float [degrees]
         From the x axis.
+    surface : sequence of (x, y) [m]
+        The ground, from left to right, where the scene has one.
     """
 
     corners: np.ndarray
     held: np.ndarray
     friction: float
     gravity_direction: float
+    surface: tuple[tuple[float, float], ...] = ()
 
-    def model(self) -> bsm.Model:
-        """Return the model: rigid blocks, Mohr-Coulomb joints without cohesion, from zero stress."""
+    def model(self, k0: float | None = None) -> bsm.Model:
+        """Return the model: rigid blocks, joints without cohesion; from zero stress, or with `k0` in situ."""
         law = bsm.MohrCoulomb(friction=self.friction)
         return bsm.Model(
             blocks=bsm.Blocks.from_polygons(list(self.corners), rock="rock"),
@@ -47,6 +50,7 @@ class Scene:
             default_joint="joint",
             supports=[bsm.Fixed(blocks=self.held)],
             gravity_direction=self.gravity_direction,
+            in_situ=None if k0 is None else bsm.InSitu(surface=self.surface, k0=k0),
         )
 
 
@@ -90,7 +94,8 @@ def jointed_slope(n: int, friction: float = 35.0) -> Scene:
     ground = np.where(x > 0, 0.0, np.minimum(height, -slope * x))
     kept = (y < ground) & (x > left - ring) & (x < right + ring) & (y > bottom - ring)
     inside = (x > left) & (x < right) & (y > bottom)
-    return Scene(corners[kept], np.flatnonzero(~inside[kept]), friction, -90.0)
+    surface = ((left, height), (-height / slope, height), (0.0, 0.0), (right, 0.0))
+    return Scene(corners[kept], np.flatnonzero(~inside[kept]), friction, -90.0, surface)
 
 
 SCENES = {"wall": tilted_wall, "slope": jointed_slope}

@@ -61,6 +61,17 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"{hint} (known: {listed})"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun.
+
+    Examples
+    --------
+    >>> counted(1, "block"), counted(0, "block")
+    ('1 block', '0 blocks')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def listing(ids: Iterable[int], most: int = 8) -> str:
     """Return ``"3, 4, 17, ... (120 in all)"``: the first few of many numbers."""
     numbers = [int(i) for i in ids]

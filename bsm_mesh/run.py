@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results, StepRecord
+from bsm_mesh.results.records import Results, StageResult, StepRecord
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.stages import Reporter, Scheme
 
-Observer = Callable[[StepRecord], None]
+Observer: TypeAlias = Callable[[StepRecord], None]
+Snapshot: TypeAlias = Callable[[StepRecord, Callable[[], Results]], None]
 
 
 def run(
@@ -20,6 +21,7 @@ def run(
     options: Options | None = None,
     observer: Observer | None = None,
     report: Reporter = lambda text: None,
+    snapshot: Snapshot = lambda record, results: None,
 ) -> Results:
     """Return the results of a model.
 
@@ -33,6 +35,10 @@ def run(
         Gets the `StepRecord` of every accepted step.
     report : callable, optional
         Told what is being done, a few words each.
+    snapshot : callable, optional
+        Gets the `StepRecord` of every accepted step and a function that returns the results as they stand there: one
+        stage, not yet in equilibrium. To be called at once, if at all: it costs something and is good until the next
+        step only.
 
     Raises
     ------
@@ -40,7 +46,6 @@ def run(
         If the model cannot be analysed: a part free to move, overlapping blocks, rigid rocks without a joint.
     """
     options = options or Options()
-    watch: Observer = observer or (lambda record: None)
     from bsm_mesh.solve.stages import solve_stages  # compiled code: not before it is needed
 
     scheme: Scheme
@@ -52,13 +57,21 @@ def run(
         from bsm_mesh.solve.nonlinear import ContinuationScheme
 
         scheme = ContinuationScheme(model, options, report)
-    stages = solve_stages(model, scheme, report, watch)
-    return Results(
-        blocks=model.blocks,
-        joint_names=tuple(joint.name for joint in model.joints),
-        stages=stages,
-        scheme=options.scheme,
-        linear_solver=scheme.linear_solver,
-        model_digest=model.digest,
-        title=model.title,
-    )
+
+    def results(stages: tuple[StageResult, ...]) -> Results:
+        return Results(
+            blocks=model.blocks,
+            joint_names=tuple(joint.name for joint in model.joints),
+            stages=stages,
+            scheme=options.scheme,
+            linear_solver=scheme.linear_solver,
+            model_digest=model.digest,
+            title=model.title,
+        )
+
+    def watch(record: StepRecord, stage: Callable[[], StageResult]) -> None:
+        if observer is not None:
+            observer(record)
+        snapshot(record, lambda: results((stage(),)))
+
+    return results(solve_stages(model, scheme, report, watch))

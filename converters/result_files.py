@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,27 +14,84 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
-from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
+from converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 
 SERIES = ("blocks", "contacts", "supports")
+WATER = "water"
 
 
-def write_series(results: Results, folder: Path) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts and supports; return all files.
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """A snapshot between the ends of stages.
 
-    PVD time is the number of the stage. Every file is written whole or not at all.
+    Attributes
+    ----------
+    time : int
+        Accepted steps since the run began.
+    stage, step : int
+        Number of the stage, and of the step within it, from 0.
+    """
+
+    time: int
+    stage: int
+    step: int
+
+    def file(self, kind: str) -> str:
+        """Return the name of the file of a kind."""
+        return f"{kind}_{self.stage:04d}_{self.step:05d}.vtu"
+
+
+def write_series(results: Results, folder: Path, instants: Sequence[Instant] | None = None) -> list[Path]:
+    """Write one VTU a stage and one PVD for each of blocks, contacts, supports and water tables; return all.
+
+    PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
+    of steps since the run began. Other snapshots in the folder are removed. Every file is written whole or not at all.
     """
     files: list[Path] = []
-    for kind in SERIES:
-        entries = []
+    taken = np.cumsum([len(stage.steps) for stage in results.stages])
+    times = np.arange(len(results.stages)) if instants is None else taken
+    between = [instant for instant in instants or () if instant.time not in taken]
+    for kind in (*SERIES, WATER):
+        ends = []
         for number, stage in enumerate(results.stages):
+            if kind == WATER and not len(stage.water_table):
+                continue
             name = f"{kind}_{number:04d}.vtu"
             write_vtu(folder / name, _GRIDS[kind](results, stage))
-            entries.append((float(number), name))
+            ends.append((float(times[number]), name))
             files.append(folder / name)
-        write_pvd(folder / f"{kind}.pvd", entries)
-        files.append(folder / f"{kind}.pvd")
+        if ends:
+            write_pvd(folder / f"{kind}.pvd", sorted([*(_entries(kind, between) if kind in SERIES else []), *ends]))
+            files.append(folder / f"{kind}.pvd")
+        else:  # of a former run
+            (folder / f"{kind}.pvd").unlink(missing_ok=True)
+    remove_snapshots(folder, keep=between)
     return files
+
+
+def write_snapshot(results: Results, folder: Path, instant: Instant) -> None:
+    """Write blocks, contacts and supports as they stand at an instant of the run."""
+    for kind in SERIES:
+        write_vtu(folder / instant.file(kind), _GRIDS[kind](results, results.stages[-1]))
+
+
+def list_snapshots(folder: Path, instants: Sequence[Instant]) -> None:
+    """Write the PVD files of snapshots alone: what ParaView can show while the run goes on."""
+    for kind in SERIES:
+        write_pvd(folder / f"{kind}.pvd", _entries(kind, instants))
+
+
+def remove_snapshots(folder: Path, keep: Sequence[Instant] = ()) -> None:
+    """Remove the snapshots in a folder but those of some instants."""
+    kept = {instant.file(kind) for kind in SERIES for instant in keep}
+    for kind in SERIES:
+        for path in folder.glob(f"{kind}_[0-9][0-9][0-9][0-9]_[0-9][0-9][0-9][0-9][0-9].vtu"):
+            if path.name not in kept:
+                path.unlink(missing_ok=True)
+
+
+def _entries(kind: str, instants: Sequence[Instant]) -> list[tuple[float, str]]:
+    return [(float(instant.time), instant.file(kind)) for instant in instants]
 
 
 def block_grid(results: Results, stage: StageResult) -> Grid:
@@ -148,13 +207,46 @@ def support_grid(results: Results, stage: StageResult) -> Grid:
     return _vertices(supports.point, cells, {})
 
 
-_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid}
+def water_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the water table over the model, a line a straight piece."""
+    count = len(stage.water_table)
+    return Grid(
+        points=stage.water_table.reshape(-1, 2),
+        offsets=2 * np.arange(count + 1),
+        connectivity=np.arange(2 * count),
+        cell_type=LINE,
+        cell_data={"piece": np.arange(count, dtype=np.int32)},
+    )
+
+
+_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid, WATER: water_grid}
 
 
 def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
-    """Return the grids of blocks, contacts and supports of a stage."""
-    blocks, contacts, supports = (read_vtu(read_pvd(folder / f"{kind}.pvd")[stage][1]) for kind in SERIES)
+    """Return the grids of blocks, contacts and supports of a stage at its end."""
+    blocks, contacts, supports = (read_vtu(stage_file(folder, kind, stage)) for kind in SERIES)
     return blocks, contacts, supports
+
+
+def stage_file(folder: Path, kind: str, stage: int) -> Path:
+    """Return the file of blocks, contacts or supports at the end of a stage; -1 is the last.
+
+    Raises
+    ------
+    ModelError
+        If the PVD file is missing, or does not list it.
+    """
+    ends = [path for _, path in read_pvd(folder / f"{kind}.pvd") if path.stem.count("_") == 1]
+    if not -1 <= stage < len(ends):
+        raise ModelError(f"{folder / kind}.pvd: does not list stage {stage}; run the model again")
+    return ends[stage]
+
+
+def read_water_table(folder: Path, stage: int) -> FloatArray:
+    """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
+    listed = read_pvd(folder / f"{WATER}.pvd") if (folder / f"{WATER}.pvd").is_file() else []
+    file = next((path for _, path in listed if path.stem == f"{WATER}_{stage:04d}"), None)
+    return np.zeros((0, 2, 2)) if file is None else read_vtu(file).points.reshape(-1, 2, 2)
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:

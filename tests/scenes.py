@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.model.polygons import polygon_moments
 
 LINEAR = bsm.Options(scheme="linear")
 SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
@@ -66,6 +67,38 @@ def gmsh_triangles(width: float, height: float, size: float) -> np.ndarray:
         return xyz.reshape(-1, 3)[:, :2][place[corners]]
     finally:
         gmsh.finalize()
+
+
+def voronoi(
+    width: float, height: float, count: int, rounds: int = 30, circle: tuple[tuple[float, float], float] | None = None
+) -> list[np.ndarray]:
+    """Return about equal Voronoi cells of a rectangle (Lloyd).
+
+    Mirrored seeds make its sides edges of cells; seeds mirrored in a circle (centre, radius) give edges along it.
+    """
+    from scipy.spatial import Voronoi
+
+    seeds = np.random.default_rng(1).uniform(size=(count, 2)) * (width, height)
+    for number in range(rounds + 1):
+        if circle and number > rounds // 2:
+            seeds = _mirrored_in(np.array(circle[0]), circle[1], seeds, 1.2 * np.sqrt(width * height / count))
+        x, y = seeds.T
+        sides = [(-x, y), (2 * width - x, y), (x, -y), (x, 2 * height - y)]
+        found = Voronoi(np.concatenate([seeds, *(np.column_stack(pair) for pair in sides)]))
+        cells = [found.vertices[found.regions[found.point_region[k]]] for k in range(len(seeds))]
+        cells = [c[np.argsort(np.arctan2(*(c - c.mean(axis=0)).T[::-1]))] for c in cells]
+        offsets = np.cumsum([0, *map(len, cells)])
+        seeds = polygon_moments(np.concatenate(cells), offsets).centroid
+    return [np.clip(c, 0, (width, height)) for c in cells]
+
+
+def _mirrored_in(centre: np.ndarray, radius: float, seeds: np.ndarray, band: float) -> np.ndarray:
+    """Return the seeds outside the circle and the mirror images of those within `band` of it, as far inside."""
+    distance = np.hypot(*(seeds - centre).T)
+    outside, near = seeds[distance > radius], (distance > radius) & (distance < radius + band)
+    inward = (2 * radius / distance[near] - 1)[:, None] * (seeds[near] - centre)
+    deep = seeds[distance < radius - band]
+    return np.concatenate([outside, centre + inward, deep])
 
 
 def framed(blocks: bsm.Blocks, width: float, height: float) -> bsm.Blocks:

@@ -13,23 +13,31 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
 from bsm_mesh.app.model_file import (
+    InSituTable,
     JointTable,
     LoadTable,
     MeshTable,
     ModelFile,
     RockTable,
+    StageTable,
     SupportTable,
+    WaterTable,
     read_model_file,
 )
 from bsm_mesh.app.units import convert
-from bsm_mesh.errors import MeshWarning, ModelError, raise_faults
+from bsm_mesh.errors import MeshWarning, ModelError, counted, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
-from bsm_mesh.model.loads import Load, PointLoad, Pressure, Traction
+from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage, blocks_in
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
+from bsm_mesh.model.water import Water
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
@@ -99,41 +107,36 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         faults, [partial(_supports, table, f"[[support]] number {k + 1}") for k, table in enumerate(file.support)]
     )
     loads = _collect(faults, [partial(_load, table, f"[[load]] number {k + 1}") for k, table in enumerate(file.load)])
+    ground = _collect(faults, [] if file.in_situ is None else [partial(_in_situ, file.in_situ)])
+    water = _collect(faults, [] if file.water is None else [partial(_water, file.water, "[water]")])
+    stages = _collect(faults, [partial(_stage, table) for table in file.stage])
     options = _collect(faults, [partial(Options, **file.solver.model_dump())])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
     blocks, mesh_report = _blocks(file.mesh, file.groups, path)
     with _placed(path.name):
-        model = _model(file, blocks, rocks, joints, supports, loads)
+        model = Model(
+            blocks=blocks,
+            rocks=tuple(rocks),
+            joints=tuple(joints),
+            default_joint=file.mesh.default_joint,
+            supports=tuple(support for group in supports for support in group),
+            loads=tuple(loads),
+            gravity_direction=file.gravity.direction,
+            contact_points=file.mesh.contact_points,
+            in_situ=ground[0] if ground else None,
+            water=water[0] if water else None,
+            stages=tuple(stages),
+            title=file.title,
+        )
     return LoadedModel(
         path=path,
         file=file,
         model=model,
         options=options[0],
-        notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks)),
+        notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks, stages)),
         mesh_lines=tuple(mesh_report.lines()[1:]),
         dangling=_dangling(mesh_report),
-    )
-
-
-def _model(
-    file: ModelFile,
-    blocks: Blocks,
-    rocks: list[Rock],
-    joints: list[Joint],
-    supports: list[list[Support]],
-    loads: list[Load],
-) -> Model:
-    return Model(
-        blocks=blocks,
-        rocks=tuple(rocks),
-        joints=tuple(joints),
-        default_joint=file.mesh.default_joint,
-        supports=tuple(support for group in supports for support in group),
-        loads=tuple(loads),
-        gravity_direction=file.gravity.direction,
-        contact_points=file.mesh.contact_points,
-        title=file.title,
     )
 
 
@@ -148,8 +151,15 @@ def _dangling(report: MeshReport) -> dict[str, int]:
     return found
 
 
-def _unused_excavations(blocks: Blocks) -> list[str]:
-    return [f"excavation '{name}' ({len(ids)} blocks) is left in place" for name, ids in blocks.excavations.items()]
+def _unused_excavations(blocks: Blocks, stages: list[Stage]) -> list[str]:
+    gone = np.zeros(blocks.count, dtype=bool)
+    for region in (region for stage in stages for region in stage.excavate):
+        gone |= blocks_in(region, blocks)
+    return [
+        f"excavation '{name}' ({counted(len(ids), 'block')}) is left in place: no stage excavates it"
+        for name, ids in blocks.excavations.items()
+        if not gone[ids].any()
+    ]
 
 
 @contextmanager
@@ -234,13 +244,37 @@ def _load(table: LoadTable, place: str) -> Load:
     given = table.model_dump(exclude_none=True)
     if set(given) == {"boundary", "pressure"}:
         return Pressure(**given)
+    if set(given) == {"boundary", "in_situ"} and table.in_situ:
+        return InSituTraction(boundary=given["boundary"])
     if set(given) == {"boundary", "traction"}:
         return Traction(**given)
     if set(given) == {"block", "point", "force"}:
         return PointLoad(**given)
     raise ModelError(
-        f"{place}: give boundary with pressure, boundary with traction, or block with point and force; "
+        f"{place}: give boundary with pressure, traction or in_situ = true, or block with point and force; "
         f"given: {', '.join(sorted(given)) or 'nothing'}"
+    )
+
+
+def _in_situ(table: InSituTable) -> InSitu:
+    return InSitu(**{key: value for key, value in table.model_dump().items() if value is not None})
+
+
+def _water(table: WaterTable, place: str) -> Water:
+    with _placed(place):
+        return Water(**table.model_dump())
+
+
+def _stage(table: StageTable) -> Stage:
+    place = f"stage '{table.name}'"
+    return Stage(
+        name=table.name,
+        excavate=tuple(table.excavate),
+        fill=tuple(table.fill),
+        relaxation=tuple(table.relaxation),
+        pressure=table.pressure,
+        water=None if table.water is None else _water(table.water, place),
+        loads=tuple(_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
     )
 
 

@@ -153,11 +153,16 @@ def limit(model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path 
 
 @cli.command()
 @click.argument("out", type=click.Path(path_type=Path))
-def plot(out: Path) -> None:
-    """Draw PNG pictures of the results in OUT."""
+@click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
+@click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
+def plot(out: Path, animate: bool, step: int | None) -> None:
+    """Draw PNG pictures of the results in OUT.
+
+    --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
+    """
     from bsm_mesh.app.plot import draw_in_subprocess
 
-    for path in draw_in_subprocess(out):
+    for path in draw_in_subprocess(out, animate=animate, step=step):
         click.echo(path)
 
 

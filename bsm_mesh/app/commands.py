@@ -18,8 +18,9 @@ from bsm_mesh.app.build import (
     stdout_to_stderr,
 )
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results, summary
-from bsm_mesh.app.tables import engineering, print_table, result_rows
+from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.run import run
@@ -38,9 +39,10 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
         folder = output or loaded.output_folder
         refuse_folder(folder)
         model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
-        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        snapshots = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else None
+        results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
         progress.report(f"writing {folder}")
-        save_results(results, folder, model_file)
+        save_results(results, folder, model_file, snapshots.instants if snapshots else None)
         drawn = []
         if pictures:
             from bsm_mesh.app.plot import draw_in_subprocess
@@ -57,8 +59,16 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
 def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
     for note in notes:
         click.echo(f"mesh: {note}", err=True)
-    print_table(results.title or "Results", ("", ""), result_rows(results))
-    click.echo(f"written to {folder}: blocks.pvd, contacts.pvd, supports.pvd, history.csv, summary.json, model.toml")
+    title = results.title or "Results"
+    if len(results.stages) > 1:
+        print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
+        title = f"{title}: after stage {results.stages[-1].name}"
+    print_table(title, ("", ""), result_rows(results))
+    for stage in results.stages:
+        for remark in stage.notes:
+            click.echo(f"stage {stage.name}: {remark}")
+    series = "blocks.pvd, contacts.pvd, supports.pvd" + (", water.pvd" if (folder / "water.pvd").exists() else "")
+    click.echo(f"written to {folder}: {series}, history.csv, summary.json, model.toml")
     click.echo(
         "open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView"
     )

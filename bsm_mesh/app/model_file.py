@@ -8,24 +8,39 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, StrictInt, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    StrictInt,
+    ValidationError,
+    WithJsonSchema,
+)
 
 from bsm_mesh.app.units import (
     Angle,
     Force,
     Length,
+    Level,
     LinearStress,
     LinearStressPair,
+    Lines,
     Number,
     Point,
+    Region,
     Stiffness,
     Stress,
     UnitWeight,
+    convert,
 )
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.in_situ import STRESS_RATIOS, InSituMethod
 from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.model import ContactPoints
+from bsm_mesh.model.water import WATER, Head
 from bsm_mesh.solve.options import LinearSolverName, Scheme
 
 PLAIN_WORDS = {  # for pydantic's names of faults
@@ -134,9 +149,10 @@ class SupportTable(Table):
 
 
 class LoadTable(Table):
-    """A load: on a boundary (pressure or traction), or a force on a block at a point."""
+    """A load: on a boundary (pressure, traction or the in-situ stress), or a force on a block at a point."""
 
     boundary: str | None = None
+    in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
     pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
     traction: LinearStressPair | None = None
     block: StrictInt | None = None
@@ -148,6 +164,63 @@ class GravityTable(Table):
     """Gravity."""
 
     direction: Angle = -90.0
+
+
+def _stress_ratio(value: object) -> object:
+    if isinstance(value, str) and value in STRESS_RATIOS:
+        return value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value
+    if isinstance(value, dict) and value and set(value) <= {"a", "b", "c"}:
+        return {key: convert(part, "m" if key == "a" else "1/m" if key == "c" else "") for key, part in value.items()}
+    names = ", ".join(f'"{name}"' for name in STRESS_RATIOS)
+    raise ValueError(f"must be a number, {{a, b, c}} for K = a / h + b + c h at the depth h, or one of {names}")
+
+
+StressRatio = Annotated[
+    Any,
+    PlainValidator(_stress_ratio),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"enum": list(STRESS_RATIOS)}, {"type": "object"}]}),
+]
+
+
+class StressTable(Table):
+    """Components of the total stress, tension positive."""
+
+    xx: LinearStress = 0.0
+    yy: LinearStress = 0.0
+    xy: LinearStress = 0.0
+
+
+class InSituTable(Table):
+    """The ground's stress before anything is dug: a surface with k0, or a stress."""
+
+    method: InSituMethod = "direct"
+    surface: Level | None = Field(default=None, description="level of the ground, or its line from left to right")
+    surcharge: Stress = 0.0
+    k0: StressRatio = Field(default=1.0, description="horizontal over vertical total stress")
+    stress: StressTable | None = None
+
+
+class WaterTable(Table):
+    """Groundwater."""
+
+    table: Lines = Field(default=(), description="the water table from left to right, or several tables")
+    unit_weight: UnitWeight = WATER
+    head: Head = Field(default="vertical", description="parallel: seepage parallel to the table")
+    joint_pressure: dict[str, Stress] = Field(default_factory=dict, description="pressure in all faces of a joint")
+
+
+class StageTable(Table):
+    """A stage: what is taken away, put back and changed."""
+
+    name: str
+    excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")
+    fill: list[Region] = Field(default_factory=list, description="blocks taken away before")
+    relaxation: list[Number] = Field(default=[1.0], description="parts of the former forces released, one by one")
+    pressure: Stress = Field(default=0.0, description="on newly excavated faces, into the blocks")
+    water: WaterTable | None = None
+    load: list[LoadTable] = Field(default_factory=list)
 
 
 class SolverTable(Table):
@@ -168,6 +241,9 @@ class OutputTable(Table):
     """Where results go."""
 
     folder: PathText = Field(default="out", description="relative to the model file")
+    snapshots: Literal["stages", "steps"] = Field(
+        default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
+    )
 
 
 class ModelFile(Table):
@@ -181,6 +257,9 @@ class ModelFile(Table):
     support: list[SupportTable] = Field(default_factory=list)
     load: list[LoadTable] = Field(default_factory=list)
     gravity: GravityTable = Field(default_factory=GravityTable)
+    in_situ: InSituTable | None = None
+    water: WaterTable | None = None
+    stage: list[StageTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)
     output: OutputTable = Field(default_factory=OutputTable)
 

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.headings import heading, pictures_folder
 from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, counted
 
 if TYPE_CHECKING:
     from converters.vtk_files import Grid
@@ -40,12 +41,15 @@ class Scene:
         Diagonal of the model.
     joints : (k, 2, 2) float64 [m]
         Both ends of every jointed face.
+    water : (k, 2, 2) float64 [m]
+        Both ends of the straight pieces of the water table.
     """
 
     grid: Any
     title: str
     size: float
     joints: FloatArray
+    water: FloatArray
 
     @property
     def outlines(self) -> bool:
@@ -58,22 +62,19 @@ def draw_pictures(folder: Path) -> list[Path]:
     import pyvista
 
     pyvista.OFF_SCREEN = True
+    from converters.result_files import read_water_table
     from converters.vtk_files import read_pvd, read_vtu
 
     told = read_summary(folder)
-    stage = told["stages"][-1]
     file = read_pvd(folder / "blocks.pvd")[-1][1]
     read_vtu(file, needs=("displacement", "sigma_1", "stress"))
     grid = pyvista.read(file)
     contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
-    title = f"{told['title'] or 'bsm-mesh'}: stage {stage['name']}, {stage['status']}"
-    scene = Scene(grid=grid, title=title, size=float(grid.length), joints=joint_traces(contacts))
-    target = folder / "pictures"
-    try:
-        target.mkdir(exist_ok=True)
-        return [_save(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
-    except OSError as error:
-        raise ModelError(f"{target}: cannot be written: {error.strerror or error}") from error
+    water = read_water_table(folder, len(told["stages"]) - 1)
+    size = float(grid.length)
+    scene = Scene(grid=grid, title=heading(told), size=size, joints=joint_traces(contacts), water=water)
+    with pictures_folder(folder) as target:
+        return [save_picture(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
 
 
 def joint_traces(contacts: Grid) -> FloatArray:
@@ -86,7 +87,7 @@ def joint_traces(contacts: Grid) -> FloatArray:
     return traces
 
 
-def _save(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
+def save_picture(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
     """Draw one picture and write it whole or not at all."""
     import pyvista
 
@@ -95,6 +96,9 @@ def _save(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
     plotter = pyvista.Plotter(off_screen=True, window_size=(WIDTH, int(WIDTH * aspect * 0.86) + 150))
     plotter.set_background("white")
     caption = draw(plotter, scene)
+    if len(scene.water):
+        _add_lines(plotter, scene.water, 0.012 * scene.size, "#1f6fd0", 3.0)
+        caption = f"{caption}; water table in blue"
     height = plotter.window_size[1]
     plotter.add_text(f"{scene.title}\n{caption}", position=(20, height - 64), font_size=11, color="black")
     plotter.enable_parallel_projection()
@@ -181,7 +185,7 @@ def draw_arrows(plotter: Any, scene: Scene) -> str:
             lighting=False,
             scalar_bar_args=_scalar_bar(f"displacement, {unit}"),
         )
-    return f"displacement, greatest {engineering(greatest, 'm')}, {len(chosen)} of {grid.n_cells} blocks"
+    return f"displacement, greatest {engineering(greatest, 'm')}, {len(chosen)} of {counted(grid.n_cells, 'block')}"
 
 
 def draw_principal_stresses(plotter: Any, scene: Scene) -> str:
@@ -226,6 +230,13 @@ def draw_deformation(plotter: Any, scene: Scene) -> str:
 
 def draw_final_position(plotter: Any, scene: Scene) -> str:
     """Blocks where they are at the end, true to scale, those that come down shaded (as Wang Fig. 4.19)."""
+    count = add_position(plotter, scene)
+    told = f", {count} {'block that comes' if count == 1 else 'blocks that come'} down in red" if count else ""
+    return f"final position, true to scale, over the original outlines (grey){told}"
+
+
+def add_position(plotter: Any, scene: Scene) -> int:
+    """Draw blocks where they are over where they were, and return how many come down; those are red."""
     grid = scene.grid
     moved = grid.copy()
     moved.points = grid.points + grid.point_data["displacement"]
@@ -237,9 +248,7 @@ def draw_final_position(plotter: Any, scene: Scene) -> str:
         if chosen.any():
             part = moved.extract_cells(np.flatnonzero(chosen))
             plotter.add_mesh(part, color=colour, show_edges=scene.outlines, edge_color="#33475b", lighting=False)
-    count = int(unstable.sum())
-    told = f", {count} blocks that come down in red" if count else ""
-    return f"final position, true to scale, over the original outlines (grey){told}"
+    return int(unstable.sum())
 
 
 PICTURES: dict[str, Callable[[Any, Scene], str]] = {
@@ -283,13 +292,16 @@ def _add_paper(plotter: Any, scene: Scene) -> None:
 
 def _add_joints(plotter: Any, scene: Scene) -> None:
     """Draw the joints as thin dark lines over the blocks, where there are some."""
+    if len(scene.joints):
+        _add_lines(plotter, scene.joints, 0.006 * scene.size, "#111111", 1.6)
+
+
+def _add_lines(plotter: Any, lines: FloatArray, height: float, colour: str, width: float) -> None:
+    """Draw lines (k, 2, 2) at a height above the blocks."""
     import pyvista
 
-    if len(scene.joints):
-        points = np.zeros((2 * len(scene.joints), 3))
-        points[:, :2] = scene.joints.reshape(-1, 2)
-        points[:, 2] = 0.006 * scene.size
-        plotter.add_mesh(pyvista.line_segments_from_points(points), color="#111111", line_width=1.6, lighting=False)
+    points = np.column_stack([lines.reshape(-1, 2), np.full(2 * len(lines), height)])
+    plotter.add_mesh(pyvista.line_segments_from_points(points), color=colour, line_width=width, lighting=False)
 
 
 def _outline(grid: Any) -> Any:

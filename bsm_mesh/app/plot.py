@@ -17,8 +17,17 @@ CURE = (
 )
 
 
-def draw_in_subprocess(folder: Path) -> list[Path]:
+def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None = None) -> list[Path]:
     """Draw the pictures of a results folder into ``pictures/`` and return their paths.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of a run.
+    animate : bool
+        Draw the movement as a GIF instead.
+    step : int, optional
+        Draw the position at the last snapshot of no more than so many steps instead.
 
     Raises
     ------
@@ -26,7 +35,11 @@ def draw_in_subprocess(folder: Path) -> list[Path]:
         If the folder holds no results, or the renderer fails or dies.
     """
     read_summary(folder)
+    if animate and step is not None:
+        raise ModelError("plot: give --animate or --step, not both")
     command = [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)]
+    if animate or step is not None:
+        command = [sys.executable, "-m", "bsm_mesh.app.animation", str(folder), "" if step is None else str(step)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=_environment())
     if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
         raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")

@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, listing, nearest
+from bsm_mesh.errors import ModelError, counted, listing, nearest
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.overlap import polygons_of
@@ -250,12 +250,12 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("narrow gaps between blocks", f"{report['gaps'] or 'none'}{_place(gap_at)}"),
         ("area covered twice", f"{report['overlap_area']:.3g} m2"),
     ]
-    rows += [(f"rock {name}", f"{count} blocks") for name, count in report["rocks"].items()]
+    rows += [(f"rock {name}", counted(count, "block")) for name, count in report["rocks"].items()]
     rows += [(f"joint {name}", f"{length:.4g} m") for name, length in report["joint_lengths"].items()]
     rows += [("unjointed faces", f"{report['unjointed_length']:.4g} m")]
-    rows += [(f"dangling {name}", f"{count} pieces") for name, count in report["dangling_joints"].items()]
-    rows += [(f"boundary {name}", f"{count} edges") for name, count in report["boundaries"].items()]
-    rows += [(f"excavation {name}", f"{count} blocks") for name, count in report["excavations"].items()]
+    rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
+    rows += [(f"boundary {name}", counted(count, "edge")) for name, count in report["boundaries"].items()]
+    rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
     for key, meaning in _meanings(report["thresholds"]).items():
         rows.append((meaning, (listing(report[key], 5) or "none") + _place(report["first_at"].get(key))))
     return rows

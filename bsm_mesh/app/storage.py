@@ -5,10 +5,11 @@ from __future__ import annotations
 import csv
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
+
+if TYPE_CHECKING:
+    from converters.result_files import Instant
 
 SCHEMA_VERSION = 1
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
@@ -33,7 +37,9 @@ def refuse_folder(folder: Path) -> None:
         raise ModelError(f"cannot write results to {folder}: {there} is not writable; choose another folder")
 
 
-def save_results(results: Results, folder: Path, model_file: str | None = None) -> Path:
+def save_results(
+    results: Results, folder: Path, model_file: str | None = None, instants: Sequence[Instant] | None = None
+) -> Path:
     """Write all files of a run into `folder`, made if need be; ``summary.json`` last, as the mark of a complete run.
 
     Parameters
@@ -44,6 +50,8 @@ def save_results(results: Results, folder: Path, model_file: str | None = None) 
         Where to.
     model_file : str, optional
         Content of ``model.toml``, the model as run.
+    instants : sequence of Instant, optional
+        Snapshots that are in the folder already.
 
     Raises
     ------
@@ -55,7 +63,7 @@ def save_results(results: Results, folder: Path, model_file: str | None = None) 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "summary.json").unlink(missing_ok=True)  # while the files change the run is not complete
-        write_series(results, folder)
+        write_series(results, folder, instants)
         _write_history(results, folder / "history.csv")
         if model_file is not None:
             write_text(folder / "model.toml", model_file)
@@ -187,7 +195,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord], count: int) -> StageResult:
-    from converters.result_files import contacts_of_grid, read_stage_grids, supports_of_grid
+    from converters.result_files import contacts_of_grid, read_stage_grids, read_water_table, supports_of_grid
 
     blocks, contacts, supports = read_stage_grids(folder, number)
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
@@ -211,6 +219,7 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
         loads=whole(cells["load"]),
         reactions=whole(cells["reaction"]),
         water=whole(cells["water"]),
+        water_table=read_water_table(folder, number),
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),

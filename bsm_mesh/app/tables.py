@@ -55,16 +55,19 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     """Return what ``run`` prints: the verdict and the numbers that a reader asks for first."""
     stage = results.stages[-1]
     sigma_1, sigma_3 = principal_stresses(stage.stress)
+    lift = vector(stage.water[:, :2].sum(axis=0), "N/m")
+    water = [("of these by the water (x, y)", lift)] if len(stage.water_table) or stage.water.any() else []
     rows = [
         ("verdict", results.status.value),
         ("why", stage.reason),
         ("scheme", f"{results.scheme} ({results.linear_solver})"),
-        ("blocks", f"{results.blocks.count}"),
+        ("blocks", f"{int(stage.present.sum())}"),
         ("contacts", f"{len(stage.contacts.length)}"),
         ("greatest displacement", engineering(stage.max_displacement, "m")),
         ("most compressive stress (sigma_1)", engineering(float(sigma_1.min()), "Pa")),
         ("most tensile stress (sigma_3)", engineering(float(sigma_3.max()), "Pa")),
         ("sum of loads (x, y)", vector(stage.total_load, "N/m")),
+        *water,
         ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
         ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
         ("time of the solution", f"{stage.seconds:.3g} s"),
@@ -81,3 +84,21 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     if results.unstable_blocks.size:
         rows.insert(2, ("blocks that come down", ", ".join(map(str, results.unstable_blocks[:12]))))
     return rows
+
+
+STAGE_HEADER = ("stage", "verdict", "blocks", "start residual", "moved", "in all")
+
+
+def stage_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of every stage."""
+    return [
+        (
+            stage.name,
+            stage.status.value,
+            str(int(stage.present.sum())),
+            f"{stage.start_residual:.1e}",
+            engineering(stage.max_stage_displacement, "m"),
+            engineering(stage.max_displacement, "m"),
+        )
+        for stage in results.stages
+    ]

@@ -149,6 +149,56 @@ LinearStressPair = Annotated[
 ]
 
 
+def _line(value: object) -> Any:
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError("needs points [[x, y], ...] in m")
+    read = []
+    for point in value:
+        if not isinstance(point, list | tuple) or len(point) != 2:
+            raise ValueError("needs points [[x, y], ...] in m")
+        read.append((convert(point[0], "m"), convert(point[1], "m")))
+    return tuple(read)
+
+
+def _lines(value: object) -> Any:
+    """Return one line or several as several."""
+    if not isinstance(value, list | tuple):
+        raise ValueError("needs points [[x, y], ...] in m, or several such lists")
+    if not value:
+        return ()
+    first = value[0]
+    several = isinstance(first, list | tuple) and len(first) > 0 and isinstance(first[0], list | tuple)
+    return tuple(_line(line) for line in (value if several else [value]))
+
+
+def _level(value: object) -> Any:
+    return _line(value) if isinstance(value, list | tuple) else convert(value, "m")
+
+
+_POINTS = {"type": "array", "items": {"type": "array", "items": _schema("m"), "minItems": 2, "maxItems": 2}}
+Lines = Annotated[
+    Any, PlainValidator(_lines), WithJsonSchema({"anyOf": [_POINTS, {"type": "array", "items": _POINTS}]})
+]
+Level = Annotated[Any, PlainValidator(_level), WithJsonSchema({"anyOf": [*_schema("m")["anyOf"], _POINTS]})]
+
+
+def _region(value: object) -> Any:
+    if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
+        return value
+    try:
+        points = _line(value)
+    except ValueError:
+        points = ()
+    if len(points) < 3:
+        raise ValueError("must be the name of an excavation group, a block's number, or a polygon [[x, y], ...] in m")
+    return points
+
+
+Region = Annotated[
+    Any, PlainValidator(_region), WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "integer"}, _POINTS]})
+]
+
+
 def _plain(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < GREATEST:
         raise ValueError("must be a plain finite number, without quotes")

@@ -192,6 +192,11 @@ class Blocks:
         """Edges that no edge of another block matches from end to end: the outline of the body, lips of gaps."""
         return np.flatnonzero(self.edge_table.unpaired()).astype(np.int32)
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Least and greatest x of the corners [m]."""
+        return float(self.vertices[:, 0].min()), float(self.vertices[:, 0].max())
+
     def polygon(self, block: int) -> FloatArray:
         """Return the corners of one block, (k, 2) [m]."""
         return self.vertices[self.offsets[block] : self.offsets[block + 1]]

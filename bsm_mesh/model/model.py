@@ -182,7 +182,7 @@ def _water_faults(place: str, water: Water, blocks: Blocks, joint_names: Sequenc
     for name in water.joint_pressure:
         if name not in joint_names:
             yield f"{place}: joint_pressure: there is no joint '{name}'{nearest(name, joint_names)}"
-    left, right = float(blocks.vertices[:, 0].min()), float(blocks.vertices[:, 0].max())
+    left, right = blocks.extent
     for line in water.table:
         if len(line) > 1 and (line[-1][0] < left or line[0][0] > right):
             yield (

@@ -18,6 +18,7 @@ from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.polygons import owner_of_corner
 
 SMALLEST_SHARE = 1e-6  # of the smaller block's area: less is rounding at a corner on a neighbour's edge
+GRID = 1e-10  # of the smallest block's size: to what overlaps are rounded
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -114,9 +115,11 @@ def _shared_areas(vertices: FloatArray, offsets: IntArray, blocks: LongArray, ri
     left, right = left[~twice], right[~twice]
     entered = ~shapely.touches(outlines[left], outlines[right])
     left, right = left[entered], right[entered]
-    shared = shapely.intersection(outlines[left], outlines[right])
-    area = shapely.area(shared)
     smaller = np.minimum(shapely.area(outlines[left]), shapely.area(outlines[right]))
+    # Snapped to a grid: where edges differ by rounding alone GEOS has returned a whole triangle as the shared area.
+    grid = GRID * float(np.sqrt(smaller.min(initial=np.inf)))
+    shared = shapely.intersection(outlines[left], outlines[right], grid_size=grid if np.isfinite(grid) else None)
+    area = shapely.area(shared)
     real = area > SMALLEST_SHARE * smaller
     centre = shapely.centroid(shared[real])
     pairs = np.sort(np.stack([blocks[left[real]], blocks[right[real]]], axis=1), axis=1)

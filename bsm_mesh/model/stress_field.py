@@ -94,7 +94,12 @@ class StressField:
         return np.full(len(x), float(surface))
 
     def end_forces(
-        self, start: FloatArray, end: FloatArray, normal: FloatArray, blocks: tuple[IntArray, ...], wet: FloatArray
+        self,
+        start: FloatArray,
+        end: FloatArray,
+        normal: FloatArray,
+        blocks: tuple[IntArray, ...],
+        joint: IntArray | None = None,
     ) -> FloatArray:
         """Return the forces at both ends of faces, (k, 2 ends, 2) [N/m], with resultant and moment of the traction.
 
@@ -109,8 +114,8 @@ class StressField:
             Outward unit normals; the force is that on the block they point out of.
         blocks : tuple of (k,) int
             The blocks on either side; where they differ (at a vertical interface) the mean is taken.
-        wet : (k,) float64 [Pa]
-            Water pressure given along the face, nan where the table governs.
+        joint : (k,) int, optional
+            Number of each face's joint, which may have a water pressure of its own; outer faces have none.
         """
         samples = []
         for points in (start, (start + end) / 2, end):
@@ -121,7 +126,7 @@ class StressField:
         first, middle, last = samples
         length = np.hypot(*(end - start).T)[:, None]
         forces = np.stack([length * (first + 2 * middle) / 6, length * (2 * middle + last) / 6], axis=1)
-        water: FloatArray = self.water.on_faces(start, end, wet)
+        water: FloatArray = self.water.on_faces(start, end, joint)
         effective: FloatArray = forces + water[:, :, None] * normal[:, None, :]
         return effective
 
@@ -130,8 +135,7 @@ class StressField:
         blocks = self.model.blocks
         start, along = blocks.vertices[edges], blocks.edge_vectors[edges]
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
-        wet = self.water.given[edges]
-        return self.end_forces(start, start + along, normal, (blocks.owner[edges],), wet)
+        return self.end_forces(start, start + along, normal, (blocks.owner[edges],))
 
     def equivalent_tractions(self, edges: IntArray) -> FloatArray:
         """Return tractions at both ends of outer edges, (k, 2 ends, 2) [Pa], which run linearly between them."""

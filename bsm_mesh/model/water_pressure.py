@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numba as nb
 import numpy as np
 
@@ -14,7 +16,6 @@ from bsm_mesh.model.water import Water
 def end_forces(
     start: FloatArray,
     end: FloatArray,
-    given: FloatArray,
     breaks: FloatArray,
     level: FloatArray,
     slope: FloatArray,
@@ -30,8 +31,6 @@ def end_forces(
     ----------
     start, end : (k, 2) float64 [m]
         Ends of the faces.
-    given : (k,) float64 [Pa]
-        Pressure all along the face; nan: that of the table.
     breaks, level, slope, factor : float64
         As in `WaterSurface`.
     unit_weight : float [N/m3]
@@ -42,9 +41,6 @@ def end_forces(
         x0, y0 = start[k, 0], start[k, 1]
         dx, dy = end[k, 0] - x0, end[k, 1] - y0
         length = np.hypot(dx, dy)
-        if not np.isnan(given[k]):
-            forces[k, 0] = forces[k, 1] = length * given[k] / 2
-            continue
         low, high = min(x0, x0 + dx), max(x0, x0 + dx)
         first = np.searchsorted(breaks, low, side="right")
         last = max(first, np.searchsorted(breaks, high, side="left"))
@@ -76,20 +72,23 @@ def end_forces(
 
 
 @nb.njit(cache=True)
-def add_water_forces(
-    vertices: FloatArray, offsets: FloatArray, centroid: FloatArray, ends: FloatArray, total: FloatArray
+def add_face_forces(
+    block: IntArray, start: FloatArray, end: FloatArray, centroid: FloatArray, ends: FloatArray, total: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Add force and moment of the water on all edges, from `end_forces`, to `total` (n, 3) (Wang Eqs. 6.6, 6.7)."""
-    for b in range(offsets.size - 1):
-        for e in range(offsets[b], offsets[b + 1]):
-            f = e + 1 if e + 1 < offsets[b + 1] else offsets[b]
-            dx, dy = vertices[f, 0] - vertices[e, 0], vertices[f, 1] - vertices[e, 1]
-            length = np.hypot(dx, dy)
-            for corner, size in ((e, ends[e, 0]), (f, ends[e, 1])):
-                fx, fy = -size * dy / length, size * dx / length  # inwards
-                total[b, 0] += fx
-                total[b, 1] += fy
-                total[b, 2] += (vertices[corner, 0] - centroid[b, 0]) * fy - (vertices[corner, 1] - centroid[b, 1]) * fx
+    """Add force and moment of pressures on faces of blocks, from their `end_forces`, to `total` (n, 3).
+
+    The block lies to the left of each face; the pressure acts into it (Wang Eqs. 6.6, 6.7).
+    """
+    for k in range(block.size):
+        b = block[k]
+        dx, dy = end[k, 0] - start[k, 0], end[k, 1] - start[k, 1]
+        length = np.hypot(dx, dy)
+        for side in range(2):
+            x, y = (end[k, 0], end[k, 1]) if side else (start[k, 0], start[k, 1])
+            fx, fy = -ends[k, side] * dy / length, ends[k, side] * dx / length
+            total[b, 0] += fx
+            total[b, 1] += fy
+            total[b, 2] += (x - centroid[b, 0]) * fy - (y - centroid[b, 1]) * fx
 
 
 class WaterLoad:
@@ -105,67 +104,76 @@ class WaterLoad:
         self.water = model.water or Water()
         self.blocks = model.blocks
         self.surface = self.water.surface()
-        self.joint_names = [joint.name for joint in model.joints]
-        self.given = _given_pressures(model, self.water)
-        self.acts = bool(np.isfinite(self.surface.level).any() or not np.isnan(self.given).all())
+        names = [joint.name for joint in model.joints]
+        self.of_joint = np.full(len(names) + 1, np.nan)  # the last: rock
+        for name, pressure in self.water.joint_pressure.items():
+            self.of_joint[names.index(name)] = pressure
+        self.patches = _patches(model, self.of_joint) if self.water.joint_pressure else None
+        self.acts = bool(np.isfinite(self.surface.level).any() or self.patches is not None)
 
-    def on_faces(self, start: FloatArray, end: FloatArray, given: FloatArray | None = None) -> FloatArray:
-        """Return the pressure forces at both ends of faces, (k, 2) [N/m]; `given` as in `end_forces`."""
+    def on_faces(self, start: FloatArray, end: FloatArray, joint: IntArray | None = None) -> FloatArray:
+        """Return the pressure forces at both ends of faces, (k, 2) [N/m].
+
+        Without `joint` (k,), the number of each face's joint (-1: rock), all have the table's pressure.
+        """
         s = self.surface
-        given = np.full(len(start), np.nan) if given is None else given
-        forces: FloatArray = end_forces(start, end, given, s.breaks, s.level, s.slope, s.factor, self.water.unit_weight)
-        return forces
-
-    def on_edges(self, vertices: FloatArray) -> FloatArray:
-        """Return the pressure forces at both ends of every edge, the corners being at `vertices`, (n_vertices, 2)."""
-        return self.on_faces(vertices, vertices[self.blocks.following], self.given)
+        forces: FloatArray = end_forces(start, end, s.breaks, s.level, s.slope, s.factor, self.water.unit_weight)
+        if joint is None:
+            return forces
+        given = self.of_joint[joint][:, None] * np.hypot(*(end - start).T)[:, None] / 2
+        return np.where(np.isnan(given), forces, given)
 
     def on_blocks(self, vertices: FloatArray, centroid: FloatArray) -> FloatArray:
-        """Return force and moment about the centroid on every block, (n, 3)."""
+        """Return force and moment about the centroid on every block, (n, 3), the corners being at `vertices`."""
         total = np.zeros((self.blocks.count, 3))
         if self.acts:
-            add_water_forces(vertices, self.blocks.offsets, centroid, self.on_edges(vertices), total)
+            for block, start, end, ends in self._pressed(vertices):
+                add_face_forces(block, start, end, centroid, ends, total)
         return total
 
     def point_forces(self, vertices: FloatArray) -> tuple[tuple[IntArray, FloatArray, FloatArray], ...]:
-        """Return block, point and force at both ends of every edge, as average stresses need them; none if dry."""
+        """Return block, point and force at the ends of all faces, as average stresses need them; none if dry."""
         if not self.acts:
             return ()
-        along = vertices[self.blocks.following] - vertices
-        inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
-        force = self.on_edges(vertices)[:, :, None] * inward[:, None, :]
-        ends = np.stack([vertices, vertices[self.blocks.following]], axis=1)
-        return ((np.repeat(self.blocks.owner, 2), ends.reshape(-1, 2), force.reshape(-1, 2)),)
+        found = []
+        for block, start, end, ends in self._pressed(vertices):
+            along = end - start
+            inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+            points = np.stack([start, end], axis=1).reshape(-1, 2)
+            found.append((np.repeat(block, 2), points, (ends[:, :, None] * inward[:, None, :]).reshape(-1, 2)))
+        return tuple(found)
 
     def pressure(self, points: FloatArray, joint: IntArray) -> FloatArray:
         """Return the pressure at points (k, 2) [m] of faces with a joint (k,), (k,) [Pa]."""
         piece = np.searchsorted(self.surface.breaks, points[:, 0])
-        head = self.surface.at(points[:, 0]) - points[:, 1]
-        found: FloatArray = self.water.unit_weight * self.surface.factor[piece] * np.maximum(head, 0.0)
-        for name, pressure in self.water.joint_pressure.items():
-            found[joint == self.joint_names.index(name)] = pressure
-        return found
+        head = np.maximum(self.surface.at(points[:, 0]) - points[:, 1], 0.0)
+        given: FloatArray = self.of_joint[joint]
+        return np.where(np.isnan(given), self.water.unit_weight * self.surface.factor[piece] * head, given)
+
+    def _pressed(self, vertices: FloatArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray]]:
+        """Return block, start, end and end forces of all edges under the table, then of what joints make different."""
+        following = vertices[self.blocks.following]
+        yield self.blocks.owner, vertices, following, self.on_faces(vertices, following)
+        if self.patches is not None:
+            edge, part, pressure = self.patches
+            along = following[edge] - vertices[edge]
+            start, end = (vertices[edge] + part[:, k, None] * along for k in range(2))
+            instead = (pressure * np.hypot(*(end - start).T) / 2)[:, None] - self.on_faces(start, end)
+            yield self.blocks.owner[edge], start, end, instead
 
 
-def _given_pressures(model: Model, water: Water) -> FloatArray:
-    """Return the pressure given for every edge's joint, nan where none is, (n_vertices,) [Pa]."""
-    given = np.full(len(model.blocks.vertices), np.nan)
-    if not water.joint_pressure:
-        return given
-    names = joint_of_edges(model)
-    for name, pressure in water.joint_pressure.items():
-        given[names == [joint.name for joint in model.joints].index(name)] = pressure
-    return given
-
-
-def joint_of_edges(model: Model) -> IntArray:
-    """Return the joint's number of every edge between two blocks, -1 for rock and outer edges, (n_vertices,)."""
+def _patches(model: Model, of_joint: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return edge, the two ends over the edge's length (k, 2), and pressure of both sides of faces with one given."""
     from bsm_mesh.model.face_stiffness import face_joints
     from bsm_mesh.model.faces import find_faces
 
-    faces = find_faces(model.blocks)
-    joint = face_joints(model, faces)
-    of_edge = np.full(len(model.blocks.vertices), -1)
-    for edges in (faces.edge_a, faces.edge_b):
-        of_edge[edges] = np.maximum(of_edge[edges], joint)
-    return of_edge
+    faces, blocks = find_faces(model.blocks), model.blocks
+    pressure = of_joint[face_joints(model, faces)]
+    chosen = np.flatnonzero(~np.isnan(pressure))
+    edge = np.concatenate([faces.edge_b[chosen], faces.edge_a[chosen]])
+    start = np.concatenate([faces.start[chosen], faces.end[chosen]])
+    end = np.concatenate([faces.end[chosen], faces.start[chosen]])
+    along = blocks.edge_vectors[edge]
+    square = (along**2).sum(axis=1)
+    part = np.stack([((at - blocks.vertices[edge]) * along).sum(axis=1) / square for at in (start, end)], axis=1)
+    return edge, part, np.tile(pressure[chosen], 2)

@@ -160,6 +160,8 @@ class StageResult:
         Weight, loads and water, and support forces on every block: Fx, Fy, moment about the centroid.
     water : (n, 3) float64 [N/m, N/m, N]
         The water's part of `loads`.
+    water_table : (k, 2, 2) float64 [m]
+        Both ends of the straight pieces of the water table over the model; none where there is no water.
     contacts : ContactForces
         Forces in the contacts.
     supports : SupportForces
@@ -188,6 +190,7 @@ class StageResult:
     loads: FloatArray
     reactions: FloatArray
     water: FloatArray
+    water_table: FloatArray
     contacts: ContactForces
     supports: SupportForces
     unstable_blocks: IntArray

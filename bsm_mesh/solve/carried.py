@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
@@ -23,14 +25,11 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     A contact's closure under the field is taken as having happened before: its offset is what the field's pressure
     would close it by.
     """
-    blocks = model.blocks
-    outlines, catalogue = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool)), JointCatalogue(model)
-    position = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
-    band = BAND * outlines.size
-    found = gather_contacts(model, outlines, catalogue, History.none(), position, band, first=True)
+    outlines, catalogue, position, found = _as_given(model)
     normal, shear = _field_forces(model, found)
-    history = _history(found, evaluate(found, catalogue.laws, position), position, normal, shear)
-    set_up = gather_contacts(model, outlines, catalogue, history, position, band, first=True)
+    at = evaluate(found, catalogue.laws, position)
+    history = _history(found, at, position, np.flatnonzero(found.touching), normal, shear)
+    set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=True)
     at = evaluate(set_up, catalogue.laws, position)
     point = position[set_up.candidates.block_a, :2] + at.arm_a
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
@@ -38,6 +37,43 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     peak = np.where(at.bearing, at.strength, np.inf)  # what tension parts is told as that
     rows = (point, pressure, set_up.old_shear, peak, set_up.tension)
     return history, beyond_strength(*(values[touching] for values in rows))
+
+
+def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArray, moved: FloatArray) -> History:
+    """Return a history to which the contacts of blocks that come (n,) with those there (n,) are added, bearing nothing.
+
+    They touch where they did when all blocks were given, whatever the others have moved by since.
+    """
+    _, catalogue, position, found = _as_given(model)
+    c = found.candidates
+    new = (comes[c.block_a] & there[c.block_b]) | (comes[c.block_b] & there[c.block_a])
+    chosen = np.flatnonzero(found.touching & new)
+    position = position + moved
+    at = evaluate(found, catalogue.laws, position)
+    nothing = np.zeros(found.count)
+    parts = (
+        history,
+        replace(_history(found, at, position, chosen, nothing, nothing), failed=np.ones(len(chosen), bool)),
+    )
+    pair, key = (np.concatenate([getattr(part.active, name) for part in parts]) for name in ("pair", "key"))
+    active = ActiveContacts(
+        pair=pair,
+        key=key,
+        **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
+    )
+    names = ("shear", "along", "first_along", "offset", "failed")
+    joined = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
+    return _rows(joined, np.argsort(pair, kind="stable"), pair, key)
+
+
+def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, MovingContacts]:
+    """Return outlines, laws, positions and contacts of the blocks as they were given."""
+    blocks = model.blocks
+    outlines, catalogue = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool)), JointCatalogue(model)
+    position = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
+    band = BAND * outlines.size
+    found = gather_contacts(model, outlines, catalogue, History.none(), position, band, first=True)
+    return outlines, catalogue, position, found
 
 
 def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, FloatArray]:
@@ -54,7 +90,7 @@ def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, Floa
     n = np.stack([direction[:, 1], -direction[:, 0]], axis=1)
     field = StressField(model)
     sides = (c.block_a[on_face], c.block_b[on_face])
-    force = field.end_forces(start, end, n, sides, field.water.given[edge])[:, 0]
+    force = field.end_forces(start, end, n, sides, found.properties.joint[on_face])[:, 0]
     normal, shear = np.zeros(found.count), np.zeros(found.count)
     normal[on_face] = (force * n).sum(axis=1)
     shear[on_face] = (force * direction).sum(axis=1)
@@ -62,18 +98,22 @@ def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, Floa
 
 
 def _history(
-    found: MovingContacts, at: Evaluation, position: FloatArray, normal: FloatArray, shear: FloatArray
+    found: MovingContacts,
+    at: Evaluation,
+    position: FloatArray,
+    kept: IntArray,
+    normal: FloatArray,
+    shear: FloatArray,
 ) -> History:
-    c = found.candidates
-    kept = np.flatnonzero(found.touching)
-    edge = found.along[kept]
+    """Return the memory of some contacts that bear given forces, (m,) each, where the blocks are now."""
+    c, tangent = found.candidates, at.tangent[kept]
     return History(
         active=ActiveContacts(
             pair=c.pair[kept],
             key=c.key[kept],
             pressure=np.maximum(-normal[kept], np.finfo(float).tiny),
-            point=position[c.block_a[kept], :2] + found.corner[kept],
-            normal=np.stack([edge[:, 1], -edge[:, 0]], axis=1),
+            point=position[c.block_a[kept], :2] + at.arm_a[kept],
+            normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
         ),
         shear=shear[kept],
         along=at.along[kept],

@@ -23,7 +23,7 @@ def in_situ_contacts(model: Model, contacts: ContactTable) -> tuple[FloatArray, 
     if model.contact_points == "gauss":  # from the Gauss points back to the ends
         beyond = (second - first) * GAUSS / (1 - 2 * GAUSS)
         first, second = first - beyond, second + beyond
-    ends = field.end_forces(first, second, contacts.normal[::2], blocks, field.water.given[contacts.edge[::2]])
+    ends = field.end_forces(first, second, contacts.normal[::2], blocks, contacts.joint[::2])
     if model.contact_points == "gauss":
         ends = _to_gauss_points(ends)
     force = ends.reshape(-1, 2)

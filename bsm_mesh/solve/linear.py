@@ -75,8 +75,8 @@ class LinearScheme:
         """Return the supports for a stage: prescribed displacements belong to the first."""
         return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget what the contacts of blocks that do not stay bore."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget what the contacts of blocks that do not stay bore; those of blocks that come bear nothing yet."""
         gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
         for values in (self.normal_force, self.shear_force, self.opening, self.slip):
             values[gone] = 0.0
@@ -101,7 +101,7 @@ class LinearScheme:
         contacts = _contacts_of(part, self.contacts, chosen)
         self.report("assembly")
         system = LinearSystem(part.model, contacts, self.normal_force[chosen], self.shear_force[chosen])
-        free = system.free_parts(part.block)
+        free = system.free_parts(part.block if number else None)
         if free and number == 0:
             raise ModelError([part.text for part in free])
         start = system.at_start(self.linear_solver)
@@ -114,7 +114,7 @@ class LinearScheme:
         self.moved[part.block] += solution.displacement
         forces = self._contact_forces(part, contacts, chosen)
         outcome = _outcome(system, start, solution, forces, bars_before, self.options.tolerance, free, began)
-        observer(outcome.stage.steps[0])
+        observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
     def _solve(self, system: LinearSystem) -> Solution:
@@ -209,6 +209,7 @@ def _outcome(
         loads=system.loads,
         reactions=reactions,
         water=water.on_blocks(blocks.vertices, centroid),
+        water_table=water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         unstable_blocks=np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(

@@ -35,7 +35,7 @@ def free_parts(
     blocks: Blocks, constraints: Constraints, pattern: BlockPattern, names: IntArray | None = None
 ) -> list[FreePart]:
     """Return every connected part that its supports leave free to move; `names` (n,) number blocks in sentences."""
-    names = np.arange(blocks.count) if names is None else names
+    all_there, names = names is None, np.arange(blocks.count) if names is None else names
     part = connected_parts(pattern)
     count = int(part.max()) + 1
     bars = constraints.bars
@@ -48,7 +48,7 @@ def free_parts(
         members = np.flatnonzero(part == p)
         motion = _free_motion(constraints, part[bars.block] == p) if with_bars[p] else "move in any direction"
         if motion:
-            whole = count == 1 and len(members) == blocks.count
+            whole = all_there and count == 1 and len(members) == blocks.count
             who = "the model" if whole else f"block {listing(names[members])} at {_place(blocks, members[0])}"
             held = "no support holds it" if not with_bars[p] else "its supports do not hold it"
             cure = (

@@ -234,17 +234,10 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
     )
 
 
-def tangent_stiffness(
-    contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int, softness: float
-) -> FloatArray:
-    """Return the blocks of the tangent.
-
-    `softness` is the part of their stiffness that open contacts, and of their shear stiffness that sliding ones,
-    keep in the tangent (not in the forces): without it the matrix is near singular while contacts open and slide.
-    """
-    anchored = ~np.isnan(contacts.old_along)
-    normal = np.where(at.bearing, contacts.normal_stiffness, softness * contacts.normal_stiffness * contacts.touching)
-    shear = np.where(at.sticking, contacts.shear_stiffness, softness * contacts.shear_stiffness * anchored)
+def tangent_stiffness(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
+    """Return the blocks of the tangent."""
+    normal = np.where(at.bearing, contacts.normal_stiffness, 0.0)
+    shear = np.where(at.sticking, contacts.shear_stiffness, 0.0)
     by_gap = -at.by_pressure * contacts.normal_stiffness * at.bearing
     data: FloatArray = fill_tangent(
         places, n_places, at.tangent, at.arm_a, at.arm_b, normal, by_gap, shear, at.pressure, at.shear
@@ -255,7 +248,7 @@ def tangent_stiffness(
 def first_tangent(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
     """Return the tangent with every touching contact closed and sticking: where a step from rest begins."""
     closed = replace(at, bearing=contacts.touching, sticking=contacts.touching, by_pressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, closed, places, n_places, 0.0)
+    return tangent_stiffness(contacts, closed, places, n_places)
 
 
 def elastic_tangent(
@@ -264,7 +257,7 @@ def elastic_tangent(
     """Return the stiffest tangent there can be: every contact that bears or nearly touches closed and sticking."""
     near = contacts.touching & (at.gap <= TOUCHING * size)
     closed = replace(at, bearing=at.bearing | near, sticking=at.bearing | near, by_pressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, closed, places, n_places, 0.0)
+    return tangent_stiffness(contacts, closed, places, n_places)
 
 
 def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.compiled import is_compiled
+from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MOST_UTILISATION
 from bsm_mesh.model.loads import PointForces
@@ -15,15 +18,17 @@ from bsm_mesh.model.parts import Part
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
-from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole
+from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole, with_filled
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
 from bsm_mesh.solve.moving import History, commit, turned
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
 from bsm_mesh.solve.stages import Observer, Outcome, Reporter
 from bsm_mesh.solve.wang import WangIteration
+
+COMPILING = "once on this machine; takes about half a minute"
 
 
 class ContinuationScheme:
@@ -68,10 +73,12 @@ class ContinuationScheme:
         """Return the supports for a stage; what they have moved shows in the blocks' positions."""
         return bars
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay; blocks that come touch their neighbours without force."""
         self.history = between(self.history, stays)
         self.moved[~stays] = 0.0
+        if comes.any():
+            self.history = with_filled(self.history, self.model, comes, stays | comes, self.moved)
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -80,38 +87,43 @@ class ContinuationScheme:
 
     def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
         """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
-        self.report(self.options.scheme)
+        known = is_compiled(fill_tangent)
+        self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
         centroid = part.model.blocks.moments.centroid
         position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
         start = Start(position=position, history=in_part(self.history, part), intact=number == 0)
         kind = WangIteration if self.options.scheme == "wang" else Continuation
-        engine = kind(part.model, self.options, observer, start)
+
+        def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
+            observer(record, lambda: _outcome(engine, motion(), bars_before).stage)
+
+        engine = kind(part.model, self.options, watch, start)
         motion = engine.run()
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
-        self.moved[part.block] = motion.position - engine.start
-        history, _ = commit(motion.contacts, motion.at, motion.position, engine.outlines.size)
+        self.moved[part.block] = motion.position - engine.moving.start
+        history, _ = commit(motion.contacts, motion.at, motion.position, engine.moving.outlines.size)
         self.history = in_whole(history, part)
         return _outcome(engine, motion, bars_before)
 
 
 def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
-    model = engine.model
+    model = engine.moving.model
     unbalanced = motion.loads + motion.at.forces
     reactions = motion.constraints.reactions(unbalanced)
     bars = motion.constraints.bars
-    arm = engine.bar_arms(motion.position)
+    arm = engine.moving.bar_arms(motion.position)
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
     supports = support_forces(bars, motion.position[bars.block, :2] + arm, size)
-    contacts = _contact_forces(motion, engine.water)
-    block, point, force = engine.point_forces_at(motion.position)
-    corners = corner_positions(engine.outlines, motion.position)
+    contacts = _contact_forces(motion, engine.moving.water)
+    block, point, force = engine.moving.point_forces_at(motion.position)
+    corners = corner_positions(engine.moving.outlines, motion.position)
     stress, effective = total_and_effective_stress(
         model.blocks,
         motion.position[:, :2],
         contacts,
         (PointForces(block=block, point=point, force=force), supports),
-        engine.water.point_forces(corners),
+        engine.moving.water.point_forces(corners),
     )
     displacement = motion.position - engine.begin.position
     stage = StageResult(
@@ -119,14 +131,15 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> O
         status=motion.status,
         reason=motion.reason,
         present=np.ones(model.blocks.count, dtype=bool),
-        displacement=motion.position - engine.start,
+        displacement=motion.position - engine.moving.start,
         stage_displacement=displacement,
         origin=np.zeros_like(displacement),
         stress=stress,
         stress_effective=effective,
         loads=motion.loads,
         reactions=reactions,
-        water=engine.water_at(motion.position),
+        water=engine.moving.water_at(motion.position),
+        water_table=engine.moving.water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         unstable_blocks=motion.unstable_blocks,

@@ -22,7 +22,7 @@ from bsm_mesh.model.water import Water
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 
 Reporter = Callable[[str], None]
-Observer = Callable[[StepRecord], None]
+Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # every step, and what gives the stage as it stands
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,8 +46,8 @@ class Scheme(Protocol):
     def stage_bars(self, bars: Bars, number: int) -> Bars:
         """Return the supports for a stage."""
 
-    def change(self, stays: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay (n,)."""
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget the contacts of blocks that do not stay (n,), and put in those that come (n,), bearing nothing."""
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -110,7 +110,7 @@ def _begin(model: Model, scheme: Scheme, site: _Site, stage: Stage, now: BoolArr
     """Take away and put back the blocks of a stage, and add its loads."""
     stays, leaves = site.present & now, site.present & ~now
     site.held.append((_forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
-    scheme.change(stays)
+    scheme.change(stays, now & ~site.present)
     if stage.pressure:
         site.forces.append(_pressure_on_new_faces(model, stays, leaves, stage.pressure))
     site.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
@@ -135,31 +135,39 @@ def _equilibrium(
     steps: list[StepRecord] = []
     start_residual = None
 
-    def watch(record: StepRecord) -> None:
-        steps.append(replace(record, stage=number, step=len(steps)))
-        observer(steps[-1])
+    def placed(stage: StageResult, part: Part, moved: FloatArray) -> StageResult:
+        return replace(
+            _in_whole(stage, part),
+            name=name,
+            displacement=(moved - site.origin) * site.present[:, None],
+            stage_displacement=(moved - before) * site.present[:, None],
+            origin=site.origin.copy(),
+            start_residual=stage.start_residual if start_residual is None else start_residual,
+            steps=tuple(steps),
+            notes=(*notes, *stage.notes),
+        )
 
     for factor in factors:
         site.held = [(forces, max(released, factor)) for forces, released in site.held]
         bars = scheme.stage_bars(site.bars, number)
         part = part_of(model, site.present, bars, _all_forces(site), site.water)
+
+        def watch(record: StepRecord, stage: Callable[[], StageResult], part: Part = part) -> None:
+            def as_it_stands() -> StageResult:
+                now, moved = stage(), scheme.moved.copy()
+                moved[part.block] = now.displacement
+                return placed(now, part, moved)
+
+            steps.append(replace(record, stage=number, step=len(steps)))
+            observer(steps[-1], as_it_stands)
+
         outcome = scheme.solve(part, number, site.bar_forces[part.bar], watch)
         site.bar_forces[part.bar] = outcome.bar_forces
         start_residual = outcome.stage.start_residual if start_residual is None else start_residual
         if outcome.stage.status is not Status.STABLE:
             break
     site.held = [(forces, released) for forces, released in site.held if released < 1]
-    stage = _in_whole(outcome.stage, part)
-    return replace(
-        stage,
-        name=name,
-        displacement=(scheme.moved - site.origin) * site.present[:, None],
-        stage_displacement=(scheme.moved - before) * site.present[:, None],
-        origin=site.origin.copy(),
-        start_residual=start_residual or 0.0,
-        steps=tuple(steps),
-        notes=(*notes, *stage.notes),
-    )
+    return placed(outcome.stage, part, scheme.moved)
 
 
 def _all_forces(site: _Site) -> PointForces:

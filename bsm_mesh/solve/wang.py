@@ -27,9 +27,11 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.results.records import Status
-from bsm_mesh.solve.continuation import RECENT_STEPS, Continuation, Motion, moved_by
+from bsm_mesh.solve.balance import fall_rate
+from bsm_mesh.solve.continuation import RECENT_STEPS, Continuation, Motion
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, commit
 from bsm_mesh.solve.pattern import BlockPattern
+from bsm_mesh.solve.step import Step, moved_by
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix
 QUIET_CYCLES = 2  # in equilibrium without a failure, running
@@ -41,52 +43,49 @@ class WangIteration(Continuation):
     def run(self) -> Motion:
         """Return where the blocks come to rest, or how they come down."""
         position, quiet = self.begin.position, 0
-        contacts = self._gather(self.begin.history, position, first=self.begin.intact)
-        self.start_residual = self._static_residual(contacts, position)
+        contacts = self.moving.gather(self.begin.history, position, first=self.begin.intact)
+        self.start_residual = self.moving.static_residual(contacts, position)
         closed, sliding = contacts.touching, np.zeros(contacts.count, dtype=bool)
         recent: list[FloatArray] = [position]
         for number in range(self.options.max_steps):
             began = time.perf_counter()
-            counts = self.work.factorizations, self.work.iterations
+            count = self.factors.count
             moved = self._cycle(contacts, position, closed, sliding)
             if moved is None:
                 return self._end(Status.NOT_CONVERGED, "the stiffness matrix is singular", contacts, position)
             position = moved
-            at = self._evaluate(contacts, position)  # (7)
-            history, failures = commit(contacts, at, position, self.outlines.size)  # (8)
+            at = self.moving.evaluate(contacts, position)  # (7)
+            history, failures = commit(contacts, at, position, self.moving.outlines.size)  # (8)
             slid = contacts.candidates.key[at.bearing & ~at.sticking]
             ended, reset = contacts, at
-            contacts = self._gather(history, position, first=False)  # (1)
-            at = self._evaluate(contacts, position)
+            contacts = self.moving.gather(history, position, first=False)  # (1)
+            at = self.moving.evaluate(contacts, position)
             closed, sliding = at.bearing, np.isin(contacts.candidates.key, slid)
-            residual = self._static_residual(contacts, position)
-            self._record(number, residual, position, ended, reset, began, counts)
+            residual = self.moving.static_residual(contacts, position)
+            self._record(number, residual, position, ended, reset, began, count)
             recent = [*recent[-RECENT_STEPS:], position]
-            at_rest = residual < self.options.tolerance and failures == 0 and self._reached(position)
+            at_rest = residual < self.options.tolerance and failures == 0 and self.moving.reached(position)
             quiet = quiet + 1 if at_rest else 0
             if quiet == QUIET_CYCLES:
                 return self._at_rest(contacts, position, at)
             reason, blocks = self._falling(contacts, at, position, recent)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
-        reason = f"the limit of {self.options.max_steps} cycles was reached with residual {residual:.1e}"
-        return self._end(Status.NOT_CONVERGED, reason, contacts, position)
+        return self._end(Status.NOT_CONVERGED, self._out_of("cycles", residual, position), contacts, position)
 
     def _cycle(
         self, contacts: MovingContacts, position: FloatArray, closed: BoolArray, sliding: BoolArray
     ) -> FloatArray | None:
         """Return the position after the elastic movement under the forces out of balance; None if K is singular."""
-        pattern = self._pattern(contacts)
-        supports = self.constraints_at(position)  # (4)
-        position = position + self._given(supports)
-        at = self._evaluate(contacts, position)
-        data = self._elastic_stiffness(pattern, contacts, at, closed, sliding)  # (2)
-        forces = self.loads_at(position) + at.forces  # (3)
-        step = self._correct(pattern, data, supports, self.least_lam, forces)  # (5), Eq. 4.10
-        if step is None:
+        step = Step(self.moving, self.factors, contacts, position, self.least_lam)  # (4)
+        at = step.evaluate(step.start)
+        data = self._elastic_stiffness(step.pattern, contacts, at, closed, sliding)  # (2)
+        forces = step.unbalanced(step.start, at.forces)  # (3)
+        if not step.factorize(data):
             return None
-        size = float(np.abs(step / self.scale).max())
-        return moved_by(position, min(1.0, self.d / size) * step if size > 0 else step)  # (6), Eqs. 4.11, 4.12
+        movement = step.solve(forces)  # (5), Eq. 4.10
+        size = step.movement(movement)
+        return moved_by(step.start, min(1.0, self.moving.d / size) * movement if size > 0 else movement)  # (6)
 
     def _elastic_stiffness(
         self, pattern: BlockPattern, contacts: MovingContacts, at: Evaluation, closed: BoolArray, sliding: BoolArray
@@ -110,7 +109,8 @@ class WangIteration(Continuation):
         return data
 
     def _at_rest(self, contacts: MovingContacts, position: FloatArray, at: Evaluation) -> Motion:
-        if self._balanced(contacts, position, at) > 0:
+        step = Step(self.moving, self.factors, contacts, position, self.least_lam)
+        if fall_rate(step, position, at, self.options.tolerance) > 0:
             reason = "forces balance, but blocks stand on corners from which they would fall: not an answer"
             return self._end(Status.NOT_CONVERGED, reason, contacts, position)
         return self._end(Status.STABLE, "static equilibrium", contacts, position)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
-from bsm_mesh.errors import MOST_SHOWN, ModelError, listing, nearest, raise_faults
+from bsm_mesh.errors import MOST_SHOWN, ModelError, counted, listing, nearest, raise_faults
 from bsm_mesh.model.edges import LongArray
 from converters.meshes.cells import CellGroup, MeshCells
 from converters.meshes.report import Note, NoteKind
@@ -164,7 +164,9 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
     ):
         if sizes:
             names = list(sizes)
-            shown = ", ".join(f"'{name}' ({size} elements)" for name, size in list(sizes.items())[:MOST_SHOWN])
+            shown = ", ".join(
+                f"'{name}' ({counted(size, 'element')})" for name, size in list(sizes.items())[:MOST_SHOWN]
+            )
             more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
             text = (
                 f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
@@ -288,7 +290,9 @@ def _used_only(names: Iterable[str], index: LongArray, placed: BoolArray) -> Roc
 
 
 def _no_rock(cells: MeshCells) -> str:
-    found = [f"{group.name} ({group.elements.size} elements)" for group in cells.groups if group.elements.size]
+    found = [
+        f"{group.name} ({counted(group.elements.size, 'element')})" for group in cells.groups if group.elements.size
+    ]
     values = value_names(cells)
     names = [group.name for group in cells.groups if group.elements.size] or values
     example = f'"{names[0]}" = "rock:granite"' if names else '"*" = "rock:granite"'

@@ -8,6 +8,7 @@ from enum import StrEnum
 from types import MappingProxyType
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.errors import counted
 
 
 class NoteKind(StrEnum):
@@ -102,10 +103,10 @@ class MeshReport:
 
     def lines(self) -> list[str]:
         """Return the report as text, a line a thing."""
-        found = [f"  {name}: {count} {_thing(name)}" for name, count in self.groups.items()]
+        found = [f"  {name}: {counted(count, _thing(name))}" for name, count in self.groups.items()]
         return [
-            f"{self.source}: {self.nodes} nodes, {self.elements} surface elements, {self.pieces} line elements; "
-            f"{self.blocks} blocks",
+            f"{self.source}: {counted(self.nodes, 'node')}, {counted(self.elements, 'surface element')}, "
+            f"{counted(self.pieces, 'line element')}; {counted(self.blocks, 'block')}",
             *found,
             *(f"  note: {note.text}" for note in self.notes),
         ]
@@ -113,7 +114,7 @@ class MeshReport:
 
 def _thing(group: str) -> str:
     kind = group.partition(":")[0]
-    return {"rock": "blocks", "excavation": "blocks", "bolt": "pieces"}.get(kind, "edges")
+    return {"rock": "block", "excavation": "block", "bolt": "piece"}.get(kind, "edge")
 
 
 def places(points: Sequence[FloatArray] | FloatArray, most: int = 3) -> str:

@@ -100,3 +100,12 @@ def test_a_pile_ends_in_a_verdict(model):
         assert stage.unstable_blocks.size > 0
         assert 0 not in stage.unstable_blocks
         assert stage.reason
+
+
+@FEW
+@given(st.one_of(piles(), jointed_banks()))
+def test_the_thesis_iteration_calls_nothing_stable_that_is_not(model):
+    results = bsm.run(model, bsm.Options(scheme="wang", max_steps=300))
+    assert np.isfinite(results.stages[-1].displacement).all()
+    if results.status == "stable":
+        assert results.check().ok, str(results.check())

@@ -76,3 +76,86 @@ def test_an_excavation_that_nothing_excavates_is_told(case: Case) -> None:
     case.change("[rock.gneiss]", '[groups]\n"*" = "rock:gneiss"\n[rock.gneiss]')
     with pytest.warns(MeshWarning, match="excavation '1' \\(4 blocks\\) is left in place"):
         bsm.load("model.toml")
+
+
+GROUND = """
+[in_situ]
+surface = [[0, "2 m"], ["1 m", 2]]
+surcharge = "10 kPa"
+k0 = { a = 3, b = 0.5 }
+
+[water]
+table = [[[0, 1], [1, 1.5]], [["1.2 m", 1], [2, 0.5]]]
+unit_weight = "10 kN/m^3"
+head = "parallel"
+joint_pressure = { J1 = "5 kPa" }
+
+[[stage]]
+name = "dug"
+excavate = ["1", 2, [[0, 1], [1, 1], [1, 2], [0, "2 m"]]]
+relaxation = [0.5, 1]
+pressure = "7 kPa"
+water = { table = [] }
+load = [{ boundary = "top", in_situ = true }]
+
+[[stage]]
+name = "filled"
+fill = [2]
+"""
+
+
+def test_ground_and_stages_in_the_file_and_in_python(case: Case) -> None:
+    text = MODEL.replace('[[load]]\nboundary = "top"\npressure = "1 MPa"\n', "") + GROUND.replace('"1", 2', "2")
+    case.write("model.toml", text)
+    read = bsm.load("model.toml")
+    dry = read.replace(in_situ=None, water=None, stages=())
+    built = dry.replace(
+        in_situ=bsm.InSitu(surface=[(0, 2), (1, 2)], surcharge=10e3, k0={"a": 3, "b": 0.5}),
+        water=bsm.Water(
+            table=[[(0, 1), (1, 1.5)], [(1.2, 1), (2, 0.5)]],
+            unit_weight=10e3,
+            head="parallel",
+            joint_pressure={"J1": 5e3},
+        ),
+        stages=[
+            bsm.Stage(
+                name="dug",
+                excavate=[2, [(0, 1), (1, 1), (1, 2), (0, 2)]],
+                relaxation=[0.5, 1.0],
+                pressure=7e3,
+                water=bsm.Water(),
+                loads=[bsm.InSituTraction(boundary="top")],
+            ),
+            bsm.Stage(name="filled", fill=[2]),
+        ],
+    )
+    assert read == built
+    assert read != dry
+    assert [stage.status for stage in bsm.run(read).stages] == ["stable"] * 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("surface = [[0", "surfaec = [[0", ["[in_situ]", "unknown key 'surfaec'", "did you mean 'surface'"]),
+        ("k0 = {", "k0 = { d = 1,", ["[in_situ] k0", "a / h"]),
+        ('"10 kPa"', '"10 m"', ["[in_situ] surcharge", "does not convert"]),
+        ("table = [[[0, 1]", "table = [[[0]", ["[water] table", "points [[x, y], ...]"]),
+        ('head = "parallel"', 'head = "along"', ["[water] head", "not known"]),
+        ("[1, 1.5]]", "[-1, 1.5]]", ["water: table", "from left to right"]),
+        ("J1 = ", "J2 = ", ["joint_pressure", "no joint 'J2'", "J1"]),
+        ('excavate = ["1"', 'excavate = [1.5, "1"', ["[[stage]] number 1", "excavation group"]),
+        ('["1", 2', '["one", 2', ["stage 'dug'", "no excavation 'one'"]),
+        ("fill = [2]", "fil = [2]", ["[[stage]] number 2", "unknown key 'fil'", "did you mean 'fill'"]),
+        ("relaxation = [0.5, 1]", "relaxation = [1, 0.5]", ["stage 'dug'", "must rise"]),
+        ("in_situ = true", "in_situ = false", ["stage 'dug': load 1", "in_situ = true"]),
+        ("in_situ = true", 'pressur = "1 kPa"', ["[[stage]] number 1, load.0", "did you mean 'pressure'"]),
+    ],
+)
+def test_faults_of_ground_and_stages(case: Case, old: str, new: str, words: list[str]) -> None:
+    text = MODEL + GROUND
+    assert old in text
+    case.write("model.toml", text.replace(old, new).replace('"1", 2', "2"))
+    with pytest.raises(ModelError) as caught:
+        bsm.load("model.toml")
+    assert all(word in str(caught.value) for word in words), str(caught.value)

@@ -72,3 +72,17 @@ def test_a_block_in_a_hole_of_the_others_is_no_overlap() -> None:
 
 def test_a_block_of_another_scale_is_found() -> None:
     assert overlaps(rectangle(0, 0, 1000, 1000), rectangle(400, 400, 0.01, 0.01)).pairs.tolist() == [[0, 1]]
+
+
+def test_triangles_that_differ_by_rounding_share_nothing() -> None:
+    """A corner that one of them has four units in the last place away: GEOS gave a whole triangle as shared area."""
+    corner = "0x1.f8d194d53933dp-1", "0x1.a922d48a490f8p-4"
+    one = [corner, ("0x1.a44f8b1c5484cp-1", "0x1.969aecb9f8585p-3"), ("0x1.a4d9d7bae8842p-1", "0x1.079eabb163860p-7")]
+    other = [
+        corner,
+        ("0x1.a4d9d7bae8842p-1", "0x1.079eabb163864p-7"),
+        ("0x1.f93a92021032dp-1", "-0x1.6375d4d495dd0p-4"),
+    ]
+    vertices = np.array([[float.fromhex(c) for c in point] for point in one + other])
+    found = find_overlaps(vertices, np.array([0, 3, 6], dtype=np.int32), np.arange(6, dtype=np.int32))
+    assert len(found.area) == 0

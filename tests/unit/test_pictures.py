@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from small_case import Case
 
+from bsm_mesh.app.headings import heading
 from bsm_mesh.app.pictures import PICTURES, WIDTH
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.errors import ModelError
@@ -38,6 +39,14 @@ def test_every_picture_shows_something(results: Case) -> None:
         colours = np.unique((255 * middle).astype(int) @ (1 << 16, 1 << 8, 1))
         assert len(colours) > 1
         assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
+
+
+def test_headings() -> None:
+    """A stage is named where there are several."""
+    only, second = {"name": "initial", "status": "stable"}, {"name": "crown", "status": "not_converged"}
+    assert heading({"title": "Tunnel", "stages": [only]}) == "Tunnel: stable"
+    assert heading({"title": "", "stages": [only, second]}) == "bsm-mesh: stage crown, not converged"
+    assert heading({"title": "Tunnel", "stages": [only]}, "on its way") == "Tunnel: on its way"
 
 
 def test_run_with_pictures(results: Case) -> None:

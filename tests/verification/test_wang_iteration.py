@@ -86,7 +86,10 @@ def test_where_nothing_fails_one_cycle_is_the_linear_scheme():
 def test_too_few_cycles_are_told_as_such():
     results = bsm.run(example_2(1e9), wang(max_steps=50))
     assert results.status == "not_converged"
-    assert "50 cycles" in results.stages[-1].reason
+    reason = results.stages[-1].reason
+    assert "50 cycles" in reason
+    assert "set displacement_limit" in reason
+    assert "max_steps" in reason
     assert len(results.stages[-1].steps) == 50
 
 

@@ -1,0 +1,151 @@
+"""Blocks in motion with all that stays the same in a run: loads and supports where they stand, contacts, measures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.search import Outlines, corner_positions
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.solve.constraints import Constraints, constrain_bars
+from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate, gather_contacts, turned
+from bsm_mesh.solve.system import external_loads, reference_weight
+
+STEP = 0.05  # of the block size: step length d
+BAND = 1.5  # of the step length: corners nearer than this to an edge are candidates for contact
+DRIVEN = 0.5  # of the step length: how far supports move blocks in a step
+REACHED = 1e-6  # of the step length: what a prescribed displacement may lack at the end
+
+
+class MovingModel:
+    """A model whose blocks move.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+
+    Attributes
+    ----------
+    start : (n, 3) float64 [m, m, rad]
+        Centroid and rotation of every block as given.
+    d : float [m]
+        Step length.
+    mass : (n, 3) float64 [N/m, N/m, N m]
+        What regularises: weights, and weights times the polar radius of gyration squared.
+    scale : (n, 3) float64
+        Forces times `scale`, and movements over it, compare across axes: moments over radii of gyration.
+    driven : (n,) bool
+        Blocks that only their supports move.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        moments = model.blocks.moments
+        self.start = np.column_stack([moments.centroid, np.zeros(model.blocks.count)])
+        self.bars = bars_of(model.supports, model.blocks)
+        self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
+        at_start = self.constraints_at(self.start, conflicts=True)
+        held = np.zeros(model.blocks.count, dtype=bool)
+        held[at_start.block[at_start.held == 3]] = True
+        self.driven = held.copy()
+        held[np.unique(self.bars.block[self.bars.value != 0])] = False
+        self.outlines = Outlines.of(model.blocks, held)
+        self.catalogue = JointCatalogue(model)
+        self.applied = point_forces_of(model.acting_loads, model.blocks)
+        self.applied_arm = self.applied.point - moments.centroid[self.applied.block]
+        self.water = WaterLoad(model)
+        self.loads = external_loads(model)
+        self.dead = self._dead_forces()
+        self.reference = reference_weight(model, self.loads)
+        weight = np.maximum(model.weights, 1e-3 * self.reference)
+        self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
+        self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
+        self.d = STEP * self.outlines.size
+
+    def _dead_forces(self) -> FloatArray:
+        """Return weights and the forces of loads, which keep their direction, (n, 2)."""
+        total = self.model.gravity_forces
+        np.add.at(total, self.applied.block, self.applied.force)
+        return total
+
+    def loads_at(self, position: FloatArray) -> FloatArray:
+        """Return weights, loads and water, (n, 3).
+
+        Loads keep their direction and move with their point on the block; the water's pressure is that of where the
+        block is.
+        """
+        if not len(self.applied.block) and not self.water.acts:
+            return self.loads
+        loads = self.water_at(position)
+        loads[:, :2] += self.dead
+        arm = turned(self.applied_arm, position[self.applied.block, 2])
+        force = self.applied.force
+        np.add.at(loads[:, 2], self.applied.block, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
+        return loads
+
+    def water_at(self, position: FloatArray) -> FloatArray:
+        """Return the water's force and moment on every block where it stands, (n, 3)."""
+        return self.water.on_blocks(corner_positions(self.outlines, position), position[:, :2])
+
+    def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return block, point and force of every load as the blocks stand."""
+        arm = turned(self.applied_arm, position[self.applied.block, 2])
+        return self.applied.block, position[self.applied.block, :2] + arm, self.applied.force
+
+    def bar_arms(self, position: FloatArray) -> FloatArray:
+        """Return the arms from centroids to held points as the blocks stand, (n_bars, 2) [m]."""
+        return turned(self.bar_arm, position[self.bars.block, 2])
+
+    def constraints_at(self, position: FloatArray, *, conflicts: bool = False) -> Constraints:
+        """Return the supports' constraints on small movements from a position."""
+        arm = self.bar_arms(position)
+        moved = position[self.bars.block] - self.start[self.bars.block]
+        reached = ((moved[:, :2] + arm - self.bar_arm) * self.bars.direction).sum(axis=1)
+        reached = np.where(self.bars.holds_rotation, moved[:, 2], reached)
+        return constrain_bars(self.model, self.bars, arm, self.bars.value - reached, conflicts=conflicts)
+
+    def given(self, supports: Constraints) -> FloatArray:
+        """Return the part of the prescribed displacements that is applied in one step.
+
+        It is less than blocks fall in a step, so that those on a support that sinks keep up with it.
+        """
+        size = float(np.abs(supports.given / self.scale).max())
+        return supports.given * min(1.0, DRIVEN * self.d / size) if size > 0 else supports.given
+
+    def reached(self, position: FloatArray) -> bool:
+        """Return whether the prescribed displacements are applied in full."""
+        return float(np.abs(self.constraints_at(position).given / self.scale).max()) <= REACHED * self.d
+
+    def gather(self, history: History, position: FloatArray, *, first: bool) -> MovingContacts:
+        """Return the contacts near a position with their history; `first`: touching ones are intact."""
+        return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
+
+    def evaluate(self, contacts: MovingContacts, position: FloatArray) -> Evaluation:
+        """Return the contact forces at a position."""
+        return evaluate(contacts, self.catalogue.laws, position)
+
+    def free(self, forces: FloatArray, supports: Constraints) -> FloatArray:
+        """Return forces as accelerations see them: held axes out, moments over the radius of gyration."""
+        free = supports.free_part(forces)
+        plain = np.ones(len(forces), dtype=bool)
+        plain[supports.block] = False
+        free[plain] *= self.scale[plain]
+        return free
+
+    def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
+        """Return the greatest force out of balance over the reference weight."""
+        at = self.evaluate(contacts, position)
+        supports = self.constraints_at(position)
+        return float(np.abs(self.free(self.loads_at(position) + at.forces, supports)).max()) / self.weight(at)
+
+    def weight(self, at: Evaluation) -> float:
+        """Return the reference weight [N/m]; without weights and loads the mean contact force."""
+        if self.reference > 0:
+            return self.reference
+        forces = at.pressure[at.bearing]
+        return float(forces.mean()) if forces.size and forces.mean() > 0 else 1.0

@@ -1,0 +1,159 @@
+"""The equations of one step, ``loads + contact forces - lam M (q - q_n) = 0``, and their linear algebra."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
+from bsm_mesh.solve.moving import Evaluation, MovingContacts
+from bsm_mesh.solve.moving_model import MovingModel
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.pattern import BlockPattern, constrain, whole_pattern
+
+
+class Factors:
+    """The linear solver of a run; a pattern's analysis is kept while the pattern stays the same.
+
+    Parameters
+    ----------
+    moving : MovingModel
+        The blocks.
+    options : Options
+        Name and threads of the linear solver.
+
+    Attributes
+    ----------
+    name : str
+        Name of the linear solver, once it was used.
+    count : int
+        Factorizations so far.
+    """
+
+    def __init__(self, moving: MovingModel, options: Options) -> None:
+        self.options, self.blocks = options, moving.model.blocks
+        self.name, self.count = "", 0
+        self._solver: LinearSolver | None = None
+        self._pattern: BlockPattern | None = None
+
+    def pattern_of(self, contacts: MovingContacts) -> BlockPattern:
+        """Return the pattern of the candidates, and make ready to factorize it."""
+        c, old = contacts.candidates, self._pattern
+        pattern = whole_pattern(self.blocks.count, c.block_a, c.block_b)
+        same = (
+            old is not None
+            and len(old.column) == len(pattern.column)
+            and np.array_equal(old.row_start, pattern.row_start)
+            and np.array_equal(old.column, pattern.column)
+        )
+        if not same:
+            self.close()
+            centroid = self.blocks.moments.centroid
+            self._solver = make_linear_solver(self.options.linear_solver, pattern, centroid, self.options.threads)
+            self.name, self._pattern = self._solver.name, pattern
+        return pattern
+
+    def factorize(self, data: FloatArray) -> bool:
+        """Factorize the blocks (n_places, 3, 3); False where the matrix is singular."""
+        assert self._solver is not None
+        self.count += 1
+        try:
+            self._solver.factorize(data)
+        except SingularMatrixError:
+            return False
+        return True
+
+    def solve(self, right_side: FloatArray) -> FloatArray:
+        """Return the solution (n, 3) with the last factors."""
+        assert self._solver is not None
+        return self._solver.solve(right_side)
+
+    def close(self) -> None:
+        """Give the factors' memory back."""
+        if self._solver is not None:
+            self._solver.close()
+            self._solver = None
+
+
+class Step:
+    """A step from an accepted position with given contacts and regularisation.
+
+    Parameters
+    ----------
+    moving : MovingModel
+        The blocks.
+    factors : Factors
+        The linear solver.
+    contacts : MovingContacts
+        Contacts at the accepted position.
+    anchor : (n, 3) float64 [m, m, rad]
+        The accepted position q_n.
+    lam : float [1/m]
+        Regularisation.
+
+    Attributes
+    ----------
+    start : (n, 3) float64
+        The accepted position with what the supports move in this step.
+    driven : bool
+        Whether they move anything.
+    """
+
+    def __init__(
+        self, moving: MovingModel, factors: Factors, contacts: MovingContacts, anchor: FloatArray, lam: float
+    ) -> None:
+        self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
+        self.supports = moving.constraints_at(anchor)
+        given = moving.given(self.supports)
+        self.start, self.driven = anchor + given, bool(given.any())
+        self.pattern = factors.pattern_of(contacts)
+
+    def evaluate(self, position: FloatArray) -> Evaluation:
+        """Return the contact forces at a position."""
+        return self.moving.evaluate(self.contacts, position)
+
+    def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
+        """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""
+        forces = self.moving.loads_at(position) + contact_forces
+        forces -= self.lam * self.moving.mass * (position - self.anchor)
+        return forces
+
+    def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
+        """Return greatest component and 2-norm of forces out of balance over a weight."""
+        free = self.moving.free(forces, self.supports)
+        return float(np.abs(free).max()) / weight, float(np.linalg.norm(free)) / weight
+
+    def norm_at(self, position: FloatArray) -> float:
+        """Return the 2-norm of the forces out of balance at a position [N/m]."""
+        return self.sizes(self.unbalanced(position, self.evaluate(position).forces), 1.0)[1]
+
+    def movement(self, step: FloatArray) -> float:
+        """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""
+        return float(np.abs(step / self.moving.scale).max())
+
+    def factorize(self, data: FloatArray) -> bool:
+        """Factorize tangent blocks with the regularisation, supports eliminated; False where that is singular."""
+        pattern, support = self.pattern, self.supports
+        data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.moving.mass.T
+        constrain(
+            pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
+        )
+        return self.factors.factorize(data)
+
+    def solve(self, forces: FloatArray) -> FloatArray:
+        """Return the movement (n, 3) under forces with the last factors."""
+        return self.supports.expand(self.factors.solve(self.supports.free_part(forces)))
+
+
+def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
+    """Return positions after finite turns about the instant centres of a step (n, 3): the exponential map of SE(2).
+
+    A block that turns about a stiff corner so keeps the corner in place; added up plainly, translation and rotation
+    would move it by the square of the angle, and the line search would cut every step to that.
+    """
+    u, v, turn = step.T
+    sinc = np.sinc(turn / np.pi)
+    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))  # (1 - cos) / turn
+    moved: FloatArray = position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
+    return moved

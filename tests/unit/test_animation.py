@@ -1,0 +1,91 @@
+"""The movement of a run as a GIF and as the position at a step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from small_case import Case
+
+pytest.importorskip("gmsh")
+
+PUSHED = """\
+title = "Pushed"
+[mesh]
+geometry = "pushed_block"
+[mesh.parameters]
+gap = 2.5
+separation = 2.0
+[rock.rock]
+unit_weight = "26 kN/m^3"
+[joint.joint]
+normal_stiffness = "1 GPa/m"
+shear_stiffness = "1 GPa/m"
+law = "mohr_coulomb"
+friction = 30.0
+[[support]]
+blocks = [0, 2]
+fix = "all"
+[[load]]
+block = 1
+point = [0.0, 0.3]
+force = ["30 kN/m", 0.0]
+[solver]
+scheme = "continuation"
+[output]
+snapshots = "steps"
+"""
+RED = (217, 119, 107)  # of blocks that come down
+
+
+@pytest.fixture
+def moved(case: Case) -> Case:
+    case.write("model.toml", PUSHED)
+    assert case.run("run", "model.toml", "-q").code == 0
+    return case
+
+
+def places(frame: np.ndarray) -> np.ndarray:
+    """Return where the pixels of blocks that come down are, (k, 2): row and column."""
+    return np.argwhere(np.abs(frame.astype(int) - RED).max(axis=2) < 40)
+
+
+def test_the_movement_as_a_gif(moved: Case) -> None:
+    outcome = moved.run("plot", "out", "--animate")
+    assert outcome.code == 0, outcome.err
+    assert outcome.out.split() == [str(Path("out/pictures/movement.gif"))]
+    assert sorted(outcome.new) == ["out/pictures", "out/pictures/movement.gif"]
+    with Image.open(moved.folder / "out/pictures/movement.gif") as gif:
+        frames = []
+        for number in range(gif.n_frames):
+            gif.seek(number)
+            frames.append(np.asarray(gif.convert("RGB")))
+    assert 20 < len(frames) <= 60
+    columns = [places(frame)[:, 1].mean() for frame in frames]
+    assert columns[-1] > columns[0] + 100  # pixels, to the right
+    assert (np.diff(columns) > -2).all()
+    rows = [places(frame)[:, 0].mean() for frame in frames]
+    assert rows[-1] > rows[0] + 10  # and down
+
+
+def test_the_position_at_a_step(moved: Case) -> None:
+    early, late = (moved.run("plot", "out", "--step", step) for step in ("5", "99999"))
+    assert early.code == late.code == 0
+    assert early.out.split() == [str(Path("out/pictures/position_00005.png"))]
+    one, two = (np.asarray(Image.open(moved.folder / run.out.strip()).convert("RGB")) for run in (early, late))
+    assert not len(places(one))  # it was not yet known which blocks come down
+    assert len(places(two)) > 1000
+
+
+def test_without_snapshots_there_is_no_movement(case: Case) -> None:
+    assert case.run("run", "model.toml", "-q").code == 0
+    for option in (["--animate"], ["--step", "3"]):
+        case.refuses("plot", "out", *option, says=["out: holds no snapshots", 'snapshots = "steps"', "[output]"])
+    case.refuses("plot", "out", "--animate", "--step", "3", says=["plot: give --animate or --step, not both"])
+
+
+def test_an_unknown_word_for_snapshots(case: Case) -> None:
+    case.write("model.toml", PUSHED.replace('"steps"', '"step"'))
+    case.refuses("run", "model.toml", says=["[output]", "snapshots", "'steps'"])

@@ -1,0 +1,110 @@
+"""The in-situ field as it is given: what is refused, and what is said of a field that the joints cannot bear."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import LINEAR, framed, grid
+
+import bsm_mesh as bsm
+from bsm_mesh.model.stress_field import StressField
+
+GAMMA = 25e3
+
+
+def model(in_situ, **more):
+    return bsm.Model(
+        blocks=framed(bsm.Blocks.from_polygons(grid(3, 3), rock="rock"), 3, 3),
+        rocks=[bsm.Rock("rock", unit_weight=GAMMA, young=1e9, poisson=0.2)],
+        supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
+        in_situ=in_situ,
+        **more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, ["method = 'direct' needs the field", "surface"]),
+        ({"method": "gravitational", "surface": 0.0}, ["'gravitational' is unknown", "did you mean 'gravity'"]),
+        ({"surface": 3.0, "stress": {"xx": -1.0}}, ["surface and stress both"]),
+        ({"surface": 3.0, "k0": "hergett"}, ["'hergett' is unknown", "did you mean 'herget'"]),
+        ({"surface": 3.0, "k0": {"a": 1, "d": 2}}, ["K = a / h + b + c h"]),
+        ({"surface": 3.0, "k0": {"a": np.inf}}, ["k0 a", "finite"]),
+        ({"surface": 3.0, "k0": [1, 2]}, ["k0 = [1, 2]"]),
+        ({"surface": [(1, 2), (0, 3)]}, ["from left to right"]),
+        ({"surface": "ground"}, ["surface = 'ground'"]),
+        ({"surface": 3.0, "surcharge": "much"}, ["surcharge", "finite number"]),
+        ({"stress": {"xz": -1.0}}, ["no component 'xz'"]),
+        ({"stress": {"xx": [1, 2]}}, ["stress xx", "three [c, a_x, a_y]"]),
+        ({"stress": {"xx": 1.0}, "surcharge": 1.0}, ["a given stress has it already"]),
+    ],
+)
+def test_what_is_no_field(given, words):
+    with pytest.raises(bsm.ModelError) as caught:
+        bsm.InSitu(**given)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_a_surface_needs_gravity_straight_down():
+    with pytest.raises(bsm.ModelError, match=r"gravity\.direction is -80"):
+        model(bsm.InSitu(surface=3.0), gravity_direction=-80.0)
+
+
+def test_tractions_need_a_field_and_a_boundary():
+    with pytest.raises(bsm.ModelError, match="needs the field"):
+        model(bsm.InSitu(method="gravity"), loads=[bsm.InSituTraction(boundary="top")])
+    with pytest.raises(bsm.ModelError, match="no boundary 'topp'"):
+        model(bsm.InSitu(surface=3.0), loads=[bsm.InSituTraction(boundary="topp")])
+
+
+@pytest.mark.parametrize(
+    ("k0", "ratio"),
+    [
+        (0.5, lambda h: 0.5),
+        ("herget", lambda h: 267 / h + 1.25),  # Wang Eq. 4.15
+        ("brown_hoek_upper", lambda h: 1500 / h + 0.5),  # Eq. 4.16
+        ("brown_hoek_lower", lambda h: 100 / h + 0.3),  # Eq. 4.17
+        ({"b": 0.4, "c": 0.01}, lambda h: 0.4 + 0.01 * h),
+    ],
+)
+def test_ratios_of_horizontal_to_vertical_stress(k0, ratio):
+    field = StressField(model(bsm.InSitu(surface=40.0, k0=k0)))
+    y = np.linspace(0, 3, 7)
+    xx, yy, xy = field.at(np.column_stack([np.ones(7), y]), np.ones(7, dtype=int)).T
+    assert_allclose(yy, -GAMMA * (40 - y))
+    assert_allclose(xx, ratio(40 - y) * yy)
+    assert not xy.any()
+
+
+def test_derived_tractions_are_those_of_the_field():
+    given = model(bsm.InSitu(surface=10.0, surcharge=5e3, k0=2.0), loads=[bsm.InSituTraction(boundary="right")])
+    (load,) = given.acting_loads
+    ends = given.blocks.vertices[
+        [given.blocks.boundaries["right"], given.blocks.following[given.blocks.boundaries["right"]]]
+    ]
+    expected = -2.0 * (GAMMA * (10 - ends[:, :, 1].T) + 5e3)
+    assert_allclose(load.values[:, :, 0], expected, rtol=1e-12)
+    assert_allclose(load.values[:, :, 1], 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("scheme", ["linear", "continuation"])
+def test_a_field_beyond_the_strength_of_the_joints_is_said(scheme):
+    joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=20.0))
+    shear = {"xx": -1e6, "yy": -1e6, "xy": 0.5e6}
+    loads = [bsm.InSituTraction(boundary=side) for side in ("right", "top", "left")]
+    given = model(bsm.InSitu(stress=shear), joints=[joint], default_joint="J", loads=loads)
+    given = given.replace(rocks=[bsm.Rock("rock")], supports=[bsm.Fixed(boundary="bottom")])
+    stage = bsm.run(given, bsm.Options(scheme=scheme, max_steps=20)).stages[0]
+    (note,) = stage.notes
+    assert "beyond the strength of 24 of 24 contacts (24 in shear, 0 in tension" in note
+    assert (stage.start_residual > 0.1) == (scheme == "continuation")
+
+
+def test_the_start_says_how_far_it_was_from_equilibrium():
+    """No tractions on the right: the field is not in equilibrium, and the blocks move until they are."""
+    stage = bsm.run(model(bsm.InSitu(surface=3.0, k0=1.0)), LINEAR).stages[0]
+    assert stage.start_residual > 0.1
+    assert stage.residual < 1e-10
+    assert stage.max_displacement > 1e-6

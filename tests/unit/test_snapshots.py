@@ -1,0 +1,149 @@
+"""Snapshots of a movement: what is written, how many, and what pictures make of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import rectangle
+
+import bsm_mesh as bsm
+from bsm_mesh.app.snapshots import SnapshotWriter
+from bsm_mesh.app.storage import save_results
+from bsm_mesh.errors import ModelError
+from bsm_mesh.results import Results
+from bsm_mesh.results.check import block_residuals
+from bsm_mesh.results.records import StepRecord
+from converters.result_files import corner_displacement
+from converters.vtk_files import read_pvd, read_vtu
+
+MOVING = bsm.Options(scheme="continuation")
+
+
+def pushed() -> bsm.Model:
+    """Return a block that is pushed over 0.5 m to a wall."""
+    polygons = [rectangle(0, -1, 4, 0), rectangle(0.5, 0, 1.5, 1), rectangle(2, 0, 3, 1)]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 2])],
+        loads=[bsm.PointLoad(block=1, point=(0.5, 0.3), force=(30e3, 0))],
+    )
+
+
+def run_with_snapshots(folder: Path) -> tuple[Results, SnapshotWriter]:
+    writer = SnapshotWriter(folder)
+    results = bsm.run(pushed(), MOVING, snapshot=writer)
+    save_results(results, folder, instants=writer.instants)
+    return results, writer
+
+
+def test_every_step_is_in_the_series(tmp_path: Path) -> None:
+    results, _ = run_with_snapshots(tmp_path)
+    steps = results.stages[0].steps
+    for kind in ("blocks", "contacts", "supports"):
+        entries = read_pvd(tmp_path / f"{kind}.pvd")
+        assert [time for time, _ in entries] == list(range(1, len(steps) + 1))
+        assert sorted(tmp_path.glob(f"{kind}_*.vtu")) == sorted(path for _, path in entries)
+        arrays = [set(read_vtu(path).cell_data) for _, path in entries]
+        assert arrays.count(arrays[0]) == len(arrays)
+    for (_, file), step in zip(read_pvd(tmp_path / "blocks.pvd"), steps, strict=True):
+        moved = np.linalg.norm(read_vtu(file).cell_data["displacement"], axis=1).max()
+        assert moved == pytest.approx(step.max_displacement, abs=1e-12)
+    assert steps[-1].max_displacement == pytest.approx(0.5, abs=1e-3)
+
+
+def test_results_come_back_from_among_snapshots(tmp_path: Path) -> None:
+    results, _ = run_with_snapshots(tmp_path)
+    back = Results.load(tmp_path)
+    np.testing.assert_array_equal(back.stages[0].displacement, results.stages[0].displacement)
+    np.testing.assert_array_equal(back.stages[0].contacts.normal_force, results.stages[0].contacts.normal_force)
+    assert back.status == "stable"
+
+
+def test_a_snapshot_is_the_state_of_its_step() -> None:
+    """Its forces leave out of balance what the record says."""
+    model, seen = pushed(), []
+
+    def look(record: StepRecord, results: object) -> None:
+        now = results()  # type: ignore[operator]
+        (stage,) = now.stages
+        seen.append(record.step)
+        assert stage.status == "not_converged"
+        assert len(stage.steps) == record.step + 1
+        out = np.abs(block_residuals(now, stage)).max() / stage.reference_weight
+        assert out == pytest.approx(record.residual, rel=1e-6, abs=1e-9)
+
+    results = bsm.run(model, MOVING, snapshot=look)
+    assert seen == [step.step for step in results.stages[0].steps]
+
+
+def test_looking_changes_nothing() -> None:
+    plain = bsm.run(pushed(), MOVING).stages[0]
+    watched = bsm.run(pushed(), MOVING, snapshot=lambda record, results: results()).stages[0]
+    np.testing.assert_array_equal(plain.displacement, watched.displacement)
+
+
+@pytest.mark.parametrize("most", [4, 5, 8])
+def test_their_number_is_bounded_and_they_stay_evenly_spread(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    monkeypatch.setattr("bsm_mesh.app.snapshots.MOST_SNAPSHOTS", most)
+    results, writer = run_with_snapshots(tmp_path)
+    count = len(results.stages[0].steps)
+    assert count > most
+    times = [time for time, _ in read_pvd(tmp_path / "blocks.pvd")]
+    assert times[-1] == count
+    assert most // 2 <= len(writer.instants) < most
+    assert len(set(np.diff([instant.time for instant in writer.instants]))) == 1
+    assert len(list(tmp_path.glob("contacts_*.vtu"))) == len(times)
+
+
+def test_a_run_without_snapshots_removes_those_of_an_earlier_one(tmp_path: Path) -> None:
+    run_with_snapshots(tmp_path)
+    bsm.run(pushed(), MOVING).save(tmp_path)
+    assert [(time, path.name) for time, path in read_pvd(tmp_path / "blocks.pvd")] == [(0, "blocks_0000.vtu")]
+    assert len(list(tmp_path.glob("*.vtu"))) == 3
+
+
+def test_an_interrupted_run_leaves_its_movement(tmp_path: Path) -> None:
+    run_with_snapshots(tmp_path)
+    writer = SnapshotWriter(tmp_path)
+
+    def stop(record: StepRecord) -> None:
+        if record.step == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        bsm.run(pushed(), MOVING, stop, snapshot=writer)
+    entries = read_pvd(tmp_path / "blocks.pvd")
+    assert [time for time, _ in entries] == [1, 2, 3]
+    for _, path in entries:
+        grid = read_vtu(path)
+        moved = np.column_stack([grid.cell_data["displacement"][:, :2], grid.cell_data["rotation"]])
+        corners = grid.point_data["displacement"][:, :2]
+        np.testing.assert_allclose(corners, corner_displacement(pushed().blocks, moved), atol=1e-15)
+    with pytest.raises(ModelError, match=r"no summary\.json"):
+        Results.load(tmp_path)
+
+
+def test_stages_follow_each_other_in_time(tmp_path: Path) -> None:
+    """Block 2 is taken away: the block that leant on it slides on and off the base."""
+    wall = replace(pushed().blocks, excavations={"wall": np.array([2], np.int32)})
+    model = pushed().replace(blocks=wall, stages=(bsm.Stage(name="taken away", excavate=("wall",)),))
+    writer = SnapshotWriter(tmp_path)
+    results = bsm.run(model, MOVING, snapshot=writer)
+    save_results(results, tmp_path, instants=writer.instants)
+    first, second = (len(stage.steps) for stage in results.stages)
+    entries = dict(read_pvd(tmp_path / "blocks.pvd"))
+    assert max(entries) == first + second
+    assert entries[first].name == "blocks_0000.vtu"
+    assert entries[first + second].name == "blocks_0001.vtu"
+    assert entries[first + 1].name == "blocks_0001_00000.vtu"
+    x = [read_vtu(path).cell_data["displacement"][1, 0] for _, path in sorted(entries.items())]
+    assert (np.diff(x) > -1e-3).all()
+    assert list(Results.load(tmp_path).stages[1].displacement[1]) == list(results.stages[1].displacement[1])

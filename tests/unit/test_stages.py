@@ -1,0 +1,174 @@
+"""Stages as they are given: what is refused, what groups, numbers and polygons mean, and stages that cannot stand."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scenes import LINEAR, grid
+
+import bsm_mesh as bsm
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.parts import part_of
+from bsm_mesh.model.stages import presence
+from bsm_mesh.model.supports import bars_of
+
+CONTINUATION = bsm.Options(scheme="continuation")
+SOUTH = ((-1, -1), (9, -1), (9, 1), (-1, 1))  # the lowest row
+
+
+def tower(stages=(), columns=2, rows=3, **more):
+    """Return columns of unit blocks on a fixed bottom; group "top" is the uppermost row."""
+    blocks = bsm.Blocks.from_polygons(grid(columns, rows), rock="rock")
+    blocks = blocks.with_boundary("bottom", lambda x, y: y < 1e-9).with_boundary("top", lambda x, y: y > rows - 1e-9)
+    blocks = dataclasses.replace(blocks, excavations={"top": np.arange(columns * (rows - 1), columns * rows)})
+    settings = {"joints": [bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9)], "default_joint": "J", **more}
+    return bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        supports=[bsm.Fixed(boundary="bottom")],
+        stages=stages,
+        **settings,
+    )
+
+
+@pytest.mark.parametrize(
+    ("stages", "words"),
+    [
+        ([bsm.Stage(name="a", excavate=["tpo"])], ["stage 'a'", "no excavation 'tpo'", "did you mean 'top'"]),
+        ([bsm.Stage(name="a", excavate=[6])], ["no block 6", "0 to 5"]),
+        ([bsm.Stage(name="a", excavate=[((5, 5), (6, 5), (6, 6))])], ["no block has its centroid", "(5, 5)"]),
+        ([bsm.Stage(name="a", excavate=["top"]), bsm.Stage(name="b", excavate=["top"])], ["'b'", "gone already"]),
+        ([bsm.Stage(name="a", fill=["top"])], ["stage 'a'", "fill", "there already"]),
+        ([bsm.Stage(name="a", excavate=range(6))], ["leaves no block", "excavate less"]),
+        ([bsm.Stage(name="a"), bsm.Stage(name="a")], ["'a' is defined more than once", "rename"]),
+        ([bsm.Stage(name="a", loads=[bsm.Pressure(boundary="tops", pressure=1.0)])], ["stage 'a'", "'tops'", "'top'"]),
+        ([bsm.Stage(name="a", loads=[bsm.InSituTraction(boundary="top")])], ["needs the field", "[in_situ]"]),
+        ([bsm.Stage(name="a", water=bsm.Water(table=[(50, 0), (60, 1)]))], ["stage 'a'", "outside the model", "50 m"]),
+        ([bsm.Stage(name="a", water=bsm.Water(joint_pressure={"K": 1.0}))], ["no joint 'K'"]),
+    ],
+)
+def test_what_does_not_fit_the_model(stages, words):
+    with pytest.raises(bsm.ModelError) as caught:
+        tower(stages)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"name": ""}, ["name", "non-empty"]),
+        ({"name": "initial"}, ["before the first stage", "choose another"]),
+        ({"name": "a", "excavate": [1.5]}, ["stage 'a'", "1.5", "polygon"]),
+        ({"name": "a", "excavate": [((0, 0), (1, 0))]}, ["3 points"]),
+        ({"name": "a", "excavate": [((0, 0), (1, 0), (1, np.nan))]}, ["polygon point", "nan"]),
+        ({"name": "a", "relaxation": [0.5, 0.5]}, ["must rise", "[0.5, 1.0]"]),
+        ({"name": "a", "relaxation": [1.5]}, ["relaxation", "1 or less"]),
+        ({"name": "a", "relaxation": []}, ["must rise"]),
+        ({"name": "a", "pressure": "high"}, ["pressure", "not a finite number"]),
+    ],
+)
+def test_what_is_no_stage(given, words):
+    with pytest.raises(bsm.ModelError) as caught:
+        bsm.Stage(**given)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_regions():
+    blocks = tower().blocks
+    stages = [
+        bsm.Stage(name="a", excavate=["top"]),
+        bsm.Stage(name="b", excavate=[3, ((-1, 0), (1, 0), (1, 3), (-1, 3))]),  # the left column, its top gone
+        bsm.Stage(name="c", fill=[4]),
+    ]
+    here = [np.flatnonzero(now).tolist() for now in presence(stages, blocks)]
+    assert here == [[0, 1, 2, 3, 4, 5], [0, 1, 2, 3], [1], [1, 4]]
+
+
+def test_a_part_keeps_joints_boundaries_supports_and_loads():
+    model = tower(
+        loads=[bsm.Pressure(boundary="top", pressure=7.0), bsm.PointLoad(block=2, point=(0.5, 1.5), force=(3, 0))]
+    )
+    present = np.array([True, True, False, True, True, True])
+    bars, forces = bars_of(model.supports, model.blocks), point_forces_of(model.loads, model.blocks)
+    part = part_of(model, present, bars, forces, None)
+    assert part.block.tolist() == [0, 1, 3, 4, 5]
+    assert_array_equal(part.model.blocks.vertices, model.blocks.vertices[part.corner])
+    assert part.corner[part.model.blocks.boundaries["top"]].tolist() == model.blocks.boundaries["top"].tolist()
+    assert part.bar.tolist() == list(range(len(bars.block)))
+    found = point_forces_of(part.model.loads, part.model.blocks)
+    assert part.block[found.block].tolist() == [4, 4, 5, 5]
+    assert_allclose(found.force.sum(axis=0), [0, -14.0])
+    assert_allclose(part.in_whole(np.ones(5)), [1, 1, 0, 1, 1, 1])
+
+
+@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+def test_loads_of_stages_stay(options):
+    stages = [
+        bsm.Stage(name="a", loads=[bsm.Pressure(boundary="top", pressure=1e3)]),
+        bsm.Stage(name="b", loads=[bsm.PointLoad(block=5, point=(1.5, 2.5), force=(0, -500.0))]),
+        bsm.Stage(name="c"),
+    ]
+    results = bsm.run(tower(stages), options)
+    weight = 6 * 25e3
+    assert_allclose([stage.total_load[1] for stage in results.stages], [-weight, -weight - 2e3, *[-weight - 2.5e3] * 2])
+    assert_allclose(
+        [stage.total_reaction[1] for stage in results.stages], [weight, weight + 2e3, *[weight + 2.5e3] * 2]
+    )
+    assert results.check().ok
+
+
+@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+def test_prescribed_displacements_are_applied_once(options):
+    support = bsm.PrescribedDisplacement(boundary="bottom", direction=90, displacement=2e-3)
+    model = tower([bsm.Stage(name="a"), bsm.Stage(name="b", excavate=["top"])])
+    model = model.replace(supports=[support, bsm.Roller(boundary="bottom", direction=0)])
+    last = bsm.run(model, options).stages[-1]
+    assert_allclose(last.displacement[:2, 1], 2e-3, rtol=1e-9)
+
+
+def test_a_stage_that_takes_the_support_away_is_unstable():
+    """Both schemes name the blocks that are left without it, and the run ends."""
+    stages = [bsm.Stage(name="under", excavate=[SOUTH]), bsm.Stage(name="never")]
+    linear = bsm.run(tower(stages), LINEAR)
+    assert [stage.name for stage in linear.stages] == ["initial", "under"]
+    assert linear.status == "unstable"
+    assert linear.unstable_blocks.tolist() == [2, 3, 4, 5]
+    assert "block 2, 3, 4, 5 at" in linear.stages[-1].reason
+    assert "no support holds it" in linear.stages[-1].reason
+    falling = bsm.run(tower(stages), CONTINUATION)
+    assert falling.status == "unstable"
+    assert falling.unstable_blocks.tolist() == [2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+def test_a_stage_that_isolates_a_block(options):
+    results = bsm.run(tower([bsm.Stage(name="gap", excavate=[2, 3])], columns=2), options)
+    assert results.status == "unstable"
+    assert results.unstable_blocks.tolist() == [4, 5]
+
+
+def test_a_free_part_at_the_start_is_still_refused():
+    with pytest.raises(bsm.ModelError, match="free to move"):
+        bsm.run(tower().replace(supports=()), LINEAR)
+
+
+@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+def test_results_of_stages_are_read_back(options, tmp_path):
+    stages = [bsm.Stage(name="dug", excavate=["top"]), bsm.Stage(name="wet", water=bsm.Water(table=[(0, 1.5)]))]
+    in_situ = bsm.InSitu(method="gravity")
+    results = bsm.run(tower(stages, in_situ=in_situ), options)
+    found = bsm.Results.load(results.save(tmp_path / "out"))
+    assert len(found.stages) == 3
+    for one, other in zip(results.stages, found.stages, strict=True):
+        for field in dataclasses.fields(one):
+            value, read = getattr(one, field.name), getattr(other, field.name)
+            if isinstance(value, np.ndarray):
+                assert_array_equal(read, value, err_msg=field.name)
+            elif not dataclasses.is_dataclass(value):
+                assert read == value, field.name
+        assert_array_equal(other.contacts.water_pressure, one.contacts.water_pressure)
+    assert found.check().ok
+    assert found.stages[1].present.tolist() == [True] * 4 + [False] * 2
