@@ -80,6 +80,20 @@ def test_nearly_parallel_joints(engine: Engine, offset: float) -> None:
     assert all(a.bounding + a.coincident > a.in_rock - 1e-3 for a in cut.accounts)
 
 
+def test_joints_nearly_through_one_point_leave_no_edge_without_length() -> None:
+    """Three lines, the third past the crossing of the others by less than the tolerance of 1.4e-5 m."""
+    generator = np.random.default_rng(4)
+    for angles, gap in zip(generator.uniform(0, 180, (150, 3)), generator.normal(0, 5e-6, 150), strict=True):
+        lines = []
+        for angle, off in zip(np.radians(angles), (0.0, 0.0, gap), strict=True):
+            along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+            lines.append(np.array([3.1, 4.2]) + off * across + np.outer([-20, 20], along))
+        cut = cut_blocks(rock(*lines))
+        ends = cut.points[np.concatenate(list(cut.joints.values()))]
+        assert np.hypot(*(ends[:, 1] - ends[:, 0]).T).min() > 0.04e-6 * np.hypot(10, 10)
+        assert areas(cut).sum() == pytest.approx(100, rel=AREA)
+
+
 def test_joints_tangent_to_a_tunnel_and_across_its_border(engine: Engine) -> None:
     regions = [
         Region(outline=box(-10, -10, 10, 10), rock="gneiss"),
