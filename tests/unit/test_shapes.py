@@ -110,6 +110,21 @@ def test_what_is_intact_is_not_cut() -> None:
         cut_blocks(RockMass(regions=regions, boundaries={"top": [(0, 20), (1, 20)]}))
 
 
+def test_a_zone_drawn_beyond_the_frame_keeps_to_it() -> None:
+    regions = [
+        Region(outline=box(0, 0, 10, 10), rock="gneiss"),
+        Opening(outline=box(4, 0, 6, 5), boundary="shaft"),
+        Region(outline=band([(-5, 2), (15, 2)], 1.0), rock="shear_zone", border="wall", clipped=True),
+    ]
+    cut = cut_blocks(RockMass(regions=regions))
+    assert areas(cut)[cut.rock == 1].sum() == pytest.approx(8)
+    assert areas(cut).sum() == pytest.approx(90, rel=1e-12)
+    assert lengths(cut, dict(cut.joints)) == pytest.approx({"wall": 16})
+    assert lengths(cut, dict(cut.boundaries))["left"] == pytest.approx(10)
+    beyond = cut_blocks(RockMass(regions=[*regions[:2], Region(outline=regions[2].outline, rock="shear_zone")]))
+    assert areas(beyond).sum() == pytest.approx(90 + 10 + 2)
+
+
 def test_random_spacings_have_the_moments_asked_for() -> None:
     generator = np.random.default_rng(5)
     for law, deviation in ((Normal(2, 0.3), 0.3), (Lognormal(2, 0.8), 0.8), (Exponential(2), 0.95 * 2)):
