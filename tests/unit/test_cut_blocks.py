@@ -150,6 +150,13 @@ def test_dead_ends_kept_extended_and_cut(engine: Engine) -> None:
     assert longer.accounts[2].bounding == pytest.approx(6)
 
 
+def test_two_ends_in_line_reach_for_each_other_once(engine: Engine) -> None:
+    cut = cut_blocks(rock([(-1, 5), (4, 5)], [(6, 5), (11, 5)], dead_ends="extend"), engine)
+    assert cut.count == 2
+    assert sum(a.extended for a in cut.accounts) == pytest.approx(2)
+    assert sum(a.coincident for a in cut.accounts) == pytest.approx(0, abs=1e-4)
+
+
 def test_the_same_seed_gives_the_same_blocks() -> None:
     joints = [JointSet(name="J1", dip=30, spacing=0.7, scatter=3, persistence=0.7, bridge=0.4, ends="t_ended")]
     joints.append(JointSet(name="J2", dip=100, spacing=0.9, scatter=3))

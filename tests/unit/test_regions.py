@@ -114,6 +114,21 @@ def test_coarse_and_fine_elements_give_the_same_blocks(tmp_path: Path, size: flo
     assert elements.count > 4 * fine.count
 
 
+def test_triangles_of_a_block_that_sees_not_all_of_its_outline_meet_those_beside_it(tmp_path: Path) -> None:
+    joints = [
+        Fault(name="U", lines=[[(2, 11), (2, 2), (8, 2), (8, 11)]]),
+        Fault(name="F", lines=[[(2, y), (8, y)] for y in (3, 4, 5.5, 7)]),
+    ]
+    cut = cut_blocks(RockMass(regions=[Region(outline=box(0, 0, 10, 10), rock="gneiss")], joints=joints))
+    path = write_blocks(cut, tmp_path / "a.msh")
+    elements, _ = read_mesh(path)
+    outer = elements.edge_table.unpaired()
+    assert np.hypot(*elements.edge_vectors[outer].T).sum() == pytest.approx(40)
+    blocks, report = read_mesh(path, blocks="regions")
+    assert (blocks.count, report.notes) == (6, ())
+    assert max(np.diff(blocks.offsets)) == 8
+
+
 def test_a_users_own_gmsh_script_gives_blocks(tmp_path: Path) -> None:
     with gmsh_session("own") as gmsh:
         occ = gmsh.model.occ
