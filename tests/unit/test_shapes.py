@@ -134,6 +134,16 @@ def test_random_spacings_have_the_moments_asked_for() -> None:
         assert drawn.min() >= 0.05 * 2
 
 
+def test_en_echelon_joints_stand_half_a_period_apart() -> None:
+    joints = JointSet(name="J", dip=0, spacing=1, persistence=0.6, bridge=2.0, ends="en_echelon", start=(0, 0))
+    traces = joints.traces(np.zeros(2), np.full(2, 20.0), 1)
+    begins = [np.sort(traces[np.abs(traces[:, 0, 1] - y) < 1e-9, 0, 0]) for y in (8, 9, 10)]
+    np.testing.assert_allclose(np.diff(begins[0]), 5.0)  # a bridge of 2 m is 0.4 of the period
+    np.testing.assert_allclose((begins[1][0] - begins[0][0]) % 5, 2.5)
+    np.testing.assert_allclose((begins[2][0] - begins[0][0]) % 5, 0, atol=1e-9)
+    np.testing.assert_allclose(traces[:, 1, 0] - traces[:, 0, 0], 3.0)
+
+
 def test_a_set_has_the_density_asked_for() -> None:
     low, high = np.zeros(2), np.full(2, 200.0)
     for spacing in (2.0, Lognormal(2.0, 0.5)):
