@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.model import (
     Blocks,
+    Bolt,
     EdgeTractions,
     Filling,
     Fixed,
@@ -35,6 +36,7 @@ from bsm_mesh.model import (
     Stage,
     Traction,
     Water,
+    bolt_patterns,
     library,
 )
 from bsm_mesh.results import Results
@@ -73,6 +75,7 @@ def load(path: str | os.PathLike[str]) -> Model:
 
 __all__ = [
     "Blocks",
+    "Bolt",
     "EdgeTractions",
     "Filling",
     "Fixed",
@@ -95,6 +98,7 @@ __all__ = [
     "Stage",
     "Traction",
     "Water",
+    "bolt_patterns",
     "library",
     "limit_analysis",
     "load",

@@ -12,12 +12,14 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
+from converters.bolt_files import bolt_grid, bolts_of_grid, write_bolt_table
 from converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 
 SERIES = ("blocks", "contacts", "supports")
-WATER = "water"
+WATER, BOLTS = "water", "bolts"  # written where there are any
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +44,7 @@ class Instant:
 
 
 def write_series(results: Results, folder: Path, instants: Sequence[Instant] | None = None) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts, supports and water tables; return all.
+    """Write one VTU a stage and one PVD for each of blocks, contacts, supports, water tables and bolts; return all.
 
     PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
     of steps since the run began. Other snapshots in the folder are removed. Every file is written whole or not at all.
@@ -51,10 +53,10 @@ def write_series(results: Results, folder: Path, instants: Sequence[Instant] | N
     taken = np.cumsum([len(stage.steps) for stage in results.stages])
     times = np.arange(len(results.stages)) if instants is None else taken
     between = [instant for instant in instants or () if instant.time not in taken]
-    for kind in (*SERIES, WATER):
+    for kind in (*SERIES, WATER, BOLTS):
         ends = []
         for number, stage in enumerate(results.stages):
-            if kind == WATER and not len(stage.water_table):
+            if (kind == WATER and not len(stage.water_table)) or (kind == BOLTS and not stage.bolts.count):
                 continue
             name = f"{kind}_{number:04d}.vtu"
             write_vtu(folder / name, _GRIDS[kind](results, stage))
@@ -66,6 +68,12 @@ def write_series(results: Results, folder: Path, instants: Sequence[Instant] | N
         else:  # of a former run
             (folder / f"{kind}.pvd").unlink(missing_ok=True)
     remove_snapshots(folder, keep=between)
+    table = folder / "bolts.csv"
+    if results.stages[0].bolts.count:
+        write_bolt_table(results, table)
+        files.append(table)
+    else:
+        table.unlink(missing_ok=True)
     return files
 
 
@@ -219,7 +227,13 @@ def water_grid(results: Results, stage: StageResult) -> Grid:
     )
 
 
-_GRIDS = {"blocks": block_grid, "contacts": contact_grid, "supports": support_grid, WATER: water_grid}
+_GRIDS = {
+    "blocks": block_grid,
+    "contacts": contact_grid,
+    "supports": support_grid,
+    WATER: water_grid,
+    BOLTS: bolt_grid,
+}
 
 
 def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
@@ -228,8 +242,13 @@ def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
     return blocks, contacts, supports
 
 
+def read_bolts(folder: Path, stage: int) -> BoltForces:
+    """Return the bolts at the end of a stage."""
+    return bolts_of_grid(read_vtu(stage_file(folder, BOLTS, stage)))
+
+
 def stage_file(folder: Path, kind: str, stage: int) -> Path:
-    """Return the file of blocks, contacts or supports at the end of a stage; -1 is the last.
+    """Return the file of blocks, contacts, supports or bolts at the end of a stage; -1 is the last.
 
     Raises
     ------

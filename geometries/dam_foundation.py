@@ -37,14 +37,22 @@ def build(
     ----------
     path : str or path-like
         The file to write, ``.msh``.
-    height, base, crest : float
-        Height of the dam and its widths below and above [m]; its upstream face is vertical.
-    upstream, downstream, under : int
-        Blocks in a bed upstream of the dam, downstream of it, and under it.
+    height : float
+        Height of the dam [m]; its upstream face is vertical.
+    base : float
+        Width of the dam on the rock [m].
+    crest : float
+        Width of the dam above [m].
+    upstream : int
+        Blocks in a bed upstream of the dam.
+    downstream : int
+        Blocks in a bed downstream of the dam.
+    under : int
+        Blocks in a bed under the dam.
     beds : int
         Number of beds.
     thickness : float
-        Of a bed [m].
+        Thickness of a bed [m].
     dip : float
         Dip of the cross joints to the right, downstream [degrees]: a block pushed that way may ride up.
     **unknown

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from bsm_mesh.app.build_bolts import make_bolts, unused_curves
 from bsm_mesh.app.model_file import (
     InSituTable,
     JointTable,
@@ -114,6 +115,14 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
     blocks, mesh_report = _blocks(file.mesh, file.groups, path)
+    bolts = _collect(
+        faults,
+        [
+            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, path.parent)
+            for k, table in enumerate(file.bolt)
+        ],
+    )
+    raise_faults([f"{path.name}: {fault}" for fault in faults])
     with _placed(path.name):
         model = Model(
             blocks=blocks,
@@ -122,6 +131,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
             default_joint=file.mesh.default_joint,
             supports=tuple(support for group in supports for support in group),
             loads=tuple(loads),
+            bolts=tuple(bolt for group in bolts for bolt in group),
             gravity_direction=file.gravity.direction,
             contact_points=file.mesh.contact_points,
             in_situ=ground[0] if ground else None,
@@ -134,7 +144,11 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         file=file,
         model=model,
         options=options[0],
-        notes=(*(note.text for note in mesh_report.notes), *_unused_excavations(blocks, stages)),
+        notes=(
+            *(note.text for note in mesh_report.notes),
+            *_unused_excavations(blocks, stages),
+            *unused_curves(mesh_report.bolts, file.bolt),
+        ),
         mesh_lines=tuple(mesh_report.lines()[1:]),
         dangling=_dangling(mesh_report),
     )

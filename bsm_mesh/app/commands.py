@@ -68,6 +68,7 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         for remark in stage.notes:
             click.echo(f"stage {stage.name}: {remark}")
     series = "blocks.pvd, contacts.pvd, supports.pvd" + (", water.pvd" if (folder / "water.pvd").exists() else "")
+    series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
     click.echo(f"written to {folder}: {series}, history.csv, summary.json, model.toml")
     click.echo(
         "open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView"
@@ -103,6 +104,9 @@ def model_as_run(loaded: LoadedModel, folder: Path) -> str:
         name = content["mesh"].get(key)
         if name is not None and (key == "file" or name.endswith(".py")):
             content["mesh"][key] = Path(os.path.relpath(loaded.path.parent / name, folder)).as_posix()
+    for bolt in content["bolt"]:
+        if "table" in bolt:
+            bolt["table"] = Path(os.path.relpath(loaded.path.parent / bolt["table"], folder)).as_posix()
     content["output"]["folder"] = "."
     return AS_RUN + tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
 

@@ -22,6 +22,8 @@ from pydantic import (
 from bsm_mesh.app.units import (
     Angle,
     Force,
+    ForceOfOne,
+    ForcePerLength,
     Length,
     Level,
     LinearStress,
@@ -37,6 +39,7 @@ from bsm_mesh.app.units import (
 )
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.bolts import BoltKind
 from bsm_mesh.model.in_situ import STRESS_RATIOS, InSituMethod
 from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.model import ContactPoints
@@ -160,6 +163,57 @@ class LoadTable(Table):
     force: Force | None = None
 
 
+class RadialTable(Table):
+    """Bolts that point away from a centre, their heads on a circle."""
+
+    centre: Point
+    radius: Length
+    length: Length
+    count: StrictInt
+    first: Angle = Field(default=0.0, description="direction of the first bolt")
+    last: Angle = Field(default=180.0, description="direction of the last bolt")
+
+
+class RowTable(Table):
+    """Bolts in a row along a boundary, into the rock."""
+
+    boundary: str
+    length: Length
+    interval: Length = Field(description="distance of the heads along the boundary")
+    offset: Length | None = Field(default=None, description="of the first head; default: half an interval")
+    direction: Angle | None = Field(default=None, description="of all bolts; default: normal to the boundary")
+
+
+class BoltTable(Table):
+    """A bolt (start and end) or many (one of radial, row, curve, table); forces are those of one bolt."""
+
+    start: Point | None = Field(default=None, description="head")
+    end: Point | None = Field(default=None, description="tip")
+    radial: RadialTable | None = None
+    row: RowTable | None = None
+    curve: str | None = Field(default=None, description='NAME of the mesh group "bolt:NAME"')
+    table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
+    name: str = ""
+    kind: BoltKind = "grouted"
+    diameter: Length | None = None
+    young: Stress = 200e9
+    yield_strength: Stress | None = Field(default=None, description="of the steel; default: unlimited")
+    pretension: ForceOfOne = 0.0
+    anchor_capacity: ForceOfOne | None = Field(default=None, description="end_anchored only; default: unlimited")
+    spacing: Length = Field(default=1.0, description="out of the plane")
+    stage: str | None = Field(default=None, description="stage that installs it; default: there from the start")
+    bond_strength: ForcePerLength | None = Field(default=None, description="grouted only; default: unlimited")
+    hole_diameter: Length | None = None
+    bond_steel_grout: Stress | None = None
+    bond_grout_rock: Stress | None = None
+    bond_stiffness: Stress | None = Field(default=None, description="per length of bolt, in N/m2; default: rigid")
+    bearing_stiffness: Stress | None = Field(
+        default=None, description="dowel action: of the grout, N/m2; default: none"
+    )
+    bearing_strength: Stress | None = Field(default=None, description="of grout or rock; default: unlimited shear")
+    plate: ForceOfOne = Field(default=0.0, description="capacity of a face plate at the head; grouted only")
+
+
 class GravityTable(Table):
     """Gravity."""
 
@@ -256,6 +310,7 @@ class ModelFile(Table):
     joint: dict[str, JointTable] = Field(default_factory=dict)
     support: list[SupportTable] = Field(default_factory=list)
     load: list[LoadTable] = Field(default_factory=list)
+    bolt: list[BoltTable] = Field(default_factory=list)
     gravity: GravityTable = Field(default_factory=GravityTable)
     in_situ: InSituTable | None = None
     water: WaterTable | None = None

@@ -43,6 +43,8 @@ class Scene:
         Both ends of every jointed face.
     water : (k, 2, 2) float64 [m]
         Both ends of the straight pieces of the water table.
+    bolts : pyvista.UnstructuredGrid or None
+        The bolts with their forces, if there are any.
     """
 
     grid: Any
@@ -50,6 +52,7 @@ class Scene:
     size: float
     joints: FloatArray
     water: FloatArray
+    bolts: Any = None
 
     @property
     def outlines(self) -> bool:
@@ -71,10 +74,29 @@ def draw_pictures(folder: Path) -> list[Path]:
     grid = pyvista.read(file)
     contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
     water = read_water_table(folder, len(told["stages"]) - 1)
-    size = float(grid.length)
-    scene = Scene(grid=grid, title=heading(told), size=size, joints=joint_traces(contacts), water=water)
+    size, title = float(grid.length), heading(told)
+    bolts = _bolts(folder) if "bolts" in told["stages"][-1] else None
+    scene = Scene(grid=grid, title=title, size=size, joints=joint_traces(contacts), water=water, bolts=bolts)
     with pictures_folder(folder) as target:
-        return [save_picture(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+        drawn = [save_picture(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
+        if bolts is not None:
+            from bsm_mesh.app.bolt_pictures import draw_bolt_forces, draw_bolts
+
+            drawn.append(save_picture(scene, draw_bolts, target / "bolts.png"))
+            drawn.append(draw_bolt_forces(folder, title, target / "bolt_forces.png"))
+        return drawn
+
+
+def _bolts(folder: Path) -> Any:
+    """Return the bolts that are there at the end of the last stage."""
+    import pyvista
+
+    from converters.vtk_files import read_pvd, read_vtu
+
+    file = read_pvd(folder / "bolts.pvd")[-1][1]
+    read_vtu(file, needs=("axial_force", "alive"))
+    bolts = pyvista.read(file)
+    return bolts.extract_cells(np.flatnonzero(bolts.cell_data["alive"]))
 
 
 def joint_traces(contacts: Grid) -> FloatArray:
@@ -248,6 +270,10 @@ def add_position(plotter: Any, scene: Scene) -> int:
         if chosen.any():
             part = moved.extract_cells(np.flatnonzero(chosen))
             plotter.add_mesh(part, color=colour, show_edges=scene.outlines, edge_color="#33475b", lighting=False)
+    if scene.bolts is not None and scene.bolts.n_cells:
+        bolts = scene.bolts.copy()
+        bolts.points = bolts.points + bolts.point_data["displacement"] + (0, 0, 0.01 * scene.size)
+        plotter.add_mesh(bolts, color="#1b5e20", line_width=5, lighting=False)
     return int(unstable.sum())
 
 

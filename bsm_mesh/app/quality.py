@@ -13,9 +13,11 @@ from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, counted, listing, nearest
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
+from bsm_mesh.model.bolt_layout import BoltLayout
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.overlap import polygons_of
 from bsm_mesh.model.polygons import convex_polygons
+from bsm_mesh.model.stages import presence
 
 if TYPE_CHECKING:
     from bsm_mesh.contact.table import ContactTable
@@ -121,8 +123,14 @@ def quality_summary(
         "unjointed_length": float(contacts.length[contacts.joint < 0].sum()),
         "boundaries": {name: len(edges) for name, edges in blocks.boundaries.items()},
         "excavations": {name: len(ids) for name, ids in blocks.excavations.items()},
+        "stages": {
+            stage.name: int(there.sum())
+            for stage, there in zip(model.stages, presence(model.stages, blocks)[1:], strict=True)
+        },
         "supported_blocks": len(system.constraints.block),
         "stiffness_ratio": float(stiffness.max() / stiffness.min()) if contacts.count else 1.0,
+        "bolts": len(model.bolts),
+        "bolts_in_one_block": _in_one_block(system.bolts.layout),
         "parts": int(part.max()) + 1,
         "t_intersections": _t_intersections(blocks),
         "gaps": gaps,
@@ -172,6 +180,14 @@ def _aspects(polygons: Any) -> FloatArray:
 def _counts(names: tuple[str, ...], index: Any) -> dict[str, int]:
     counts = np.bincount(index, minlength=len(names))
     return {name: int(count) for name, count in zip(names, counts, strict=True)}
+
+
+def _in_one_block(layout: BoltLayout) -> int:
+    """Return how many bolts lie in a single block."""
+    starts = layout.node_start[:-1]
+    if not len(starts):
+        return 0
+    return int((np.minimum.reduceat(layout.block, starts) == np.maximum.reduceat(layout.block, starts)).sum())
 
 
 def _parts(blocks: Blocks, contacts: ContactTable) -> IntArray:
@@ -256,6 +272,10 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
     rows += [(f"boundary {name}", counted(count, "edge")) for name, count in report["boundaries"].items()]
     rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
+    rows += [(f"stage {name}", counted(count, "block")) for name, count in report["stages"].items()]
+    if report["bolts"]:
+        alone = f", {report['bolts_in_one_block']} of them in a single block, bearing nothing"
+        rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
     for key, meaning in _meanings(report["thresholds"]).items():
         rows.append((meaning, (listing(report[key], 5) or "none") + _place(report["first_at"].get(key))))
     return rows

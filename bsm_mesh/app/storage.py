@@ -15,6 +15,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
 
@@ -119,12 +120,32 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
         "most_tensile_stress": float(sigma_3.max()),
         "unstable_blocks": stage.unstable_blocks.tolist(),
         "contacts": len(stage.contacts.length),
+        **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
         "total_load": stage.total_load.tolist(),
         "total_water": stage.water[:, :2].sum(axis=0).tolist(),
+        "uplifted_blocks": stage.uplifted_blocks.tolist(),
         "total_reaction": stage.total_reaction.tolist(),
         "notes": list(stage.notes),
         "seconds": stage.seconds,
     }
+
+
+def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
+    bolts = stage.bolts
+    used = np.zeros(bolts.count)
+    np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
+    return [
+        {
+            "name": name,
+            "status": BoltStatus(int(bolts.status[k])).name.lower(),
+            "greatest_force": float(greatest[k]),
+            "utilisation": float(used[k]),
+            "head_force": float(head[k]),
+            "support_pressure": None if np.isnan(pressure[k]) else float(pressure[k]),
+        }
+        for k, name in enumerate(bolts.names)
+    ]
 
 
 def _write_history(results: Results, path: Path) -> None:
@@ -195,7 +216,13 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord], count: int) -> StageResult:
-    from converters.result_files import contacts_of_grid, read_stage_grids, read_water_table, supports_of_grid
+    from converters.result_files import (
+        contacts_of_grid,
+        read_bolts,
+        read_stage_grids,
+        read_water_table,
+        supports_of_grid,
+    )
 
     blocks, contacts, supports = read_stage_grids(folder, number)
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
@@ -222,6 +249,7 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
         water_table=read_water_table(folder, number),
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
+        bolts=read_bolts(folder, number) if "bolts" in told else BoltForces.none(),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
         start_residual=told["start_residual"],
         residual=told["residual"],

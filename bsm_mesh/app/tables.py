@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.stress import principal_stresses
 
@@ -51,12 +54,33 @@ def vector(components: Iterable[float], unit: str) -> str:
     return ", ".join(engineering(c if abs(c) > 1e-9 * greatest else 0.0, unit) for c in parts)
 
 
+def _greatest_bolt_force(bolts: BoltForces) -> str:
+    worst = int(bolts.greatest_force.argmax())
+    used = float(bolts.utilisation.max(initial=0.0))
+    return f"{engineering(float(bolts.greatest_force[worst]), 'N')} ({bolts.names[worst]}); utilisation {used:.3g}"
+
+
+def _bolt_counts(bolts: BoltForces) -> str:
+    """Return how many bolts are in each state, and the first few at a limit by name."""
+    told = []
+    for status in BoltStatus:
+        mine = np.flatnonzero(bolts.status == status)
+        limited = status in (BoltStatus.SLIPPING, BoltStatus.YIELDING)
+        names = ", ".join(bolts.names[k] for k in mine[:6]) + (", ..." if len(mine) > 6 else "")
+        if mine.size:
+            told.append(f"{len(mine)} {status.name.lower()}" + (f" ({names})" if limited else ""))
+    return ", ".join(told)
+
+
 def result_rows(results: Results) -> list[tuple[str, str]]:
     """Return what ``run`` prints: the verdict and the numbers that a reader asks for first."""
     stage = results.stages[-1]
     sigma_1, sigma_3 = principal_stresses(stage.stress)
     lift = vector(stage.water[:, :2].sum(axis=0), "N/m")
     water = [("of these by the water (x, y)", lift)] if len(stage.water_table) or stage.water.any() else []
+    lifted = stage.uplifted_blocks
+    if lifted.size:
+        water.append(("blocks that water lifts", ", ".join(map(str, lifted[:12]))))
     rows = [
         ("verdict", results.status.value),
         ("why", stage.reason),
@@ -78,6 +102,9 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
         unit = "cycles" if results.scheme == "wang" else "steps"
         rows.insert(4, (f"{unit}, factorizations", f"{len(stage.steps)}, {spent}"))
         rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
+    if stage.bolts.count:
+        rows.append(("greatest force in a bolt", _greatest_bolt_force(stage.bolts)))
+        rows.append(("bolts", _bolt_counts(stage.bolts)))
     overstressed = int((stage.contacts.utilisation > 1).sum())
     if overstressed and results.scheme == "linear":
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))

@@ -14,6 +14,7 @@ EXAMPLES = {
     "N/m^3": "26 kN/m^3",
     "m": "25 mm",
     "N/m": "120 kN/m",
+    "N": "100 kN",
     "degree": "35 deg",
 }
 GREATEST = 1e30  # in SI units; nothing in rock is greater, and products of such numbers are still finite
@@ -213,3 +214,5 @@ Stiffness = quantity("Pa/m")
 UnitWeight = quantity("N/m^3")
 Length = quantity("m")
 Angle = quantity("degree")
+ForceOfOne = quantity("N")
+ForcePerLength = quantity("N/m")

@@ -1,6 +1,7 @@
-"""What is given: blocks, rocks, joints, supports, loads, and the model that holds them."""
+"""What is given: blocks, rocks, joints, supports, loads, bolts, and the model that holds them."""
 
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
@@ -12,6 +13,7 @@ from bsm_mesh.model.water import Water
 
 __all__ = [
     "Blocks",
+    "Bolt",
     "EdgeTractions",
     "Filling",
     "Fixed",

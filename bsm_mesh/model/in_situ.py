@@ -36,7 +36,8 @@ class InSitu:
         on (the thesis's way). Displacements count from the end of either.
     surface : float or sequence of (x, y) or None [m]
         Level of the ground, or its line from left to right, level beyond its ends. The vertical stress at a point is
-        the weight of the ground above it, of all rocks on the way, plus `surcharge`.
+        the weight of the ground above it, of all rocks on the way, plus `surcharge`; openings in the mesh count as
+        filled, blocks above the surface weigh nothing here.
     surcharge : float [Pa]
         Pressure on the surface, compression positive. It describes the field only and loads nothing.
     k0 : float, str or mapping

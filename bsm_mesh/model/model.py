@@ -13,6 +13,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, digest
 from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_layout import called, pass_blocks
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.loads import ActingLoad, EdgeTractions, InSituTraction, Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
@@ -43,6 +45,8 @@ class Model:
         `Fixed`, `Roller`, `NormalRoller`, `PrescribedDisplacement`.
     loads : tuple of load
         `PointLoad`, `Pressure`, `Traction`, `EdgeTractions`, `InSituTraction`.
+    bolts : tuple of Bolt
+        Rockbolts.
     gravity_direction : float [degrees]
         Direction in which the unit weights pull, from the x axis; -90 is down.
     contact_points : {"ends", "gauss"}
@@ -68,6 +72,7 @@ class Model:
     default_joint: str | None = None
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
+    bolts: tuple[Bolt, ...] = ()
     gravity_direction: float = -90.0
     contact_points: ContactPoints = "ends"
     in_situ: InSitu | None = None
@@ -76,7 +81,7 @@ class Model:
     title: str = field(default="", metadata={"digest": False})
 
     def __post_init__(self) -> None:
-        for name in ("rocks", "joints", "supports", "loads", "stages"):
+        for name in ("rocks", "joints", "supports", "loads", "bolts", "stages"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         raise_faults(_faults(self))
 
@@ -163,8 +168,24 @@ def _faults(model: Model) -> list[str]:
     for number, load in enumerate(model.loads):
         faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
     faults.extend(_ground_faults(model, joint_names))
-    faults.extend(_stage_faults(model, joint_names))
-    return faults
+    stage_faults = list(_stage_faults(model, joint_names))
+    return [*faults, *stage_faults, *([] if stage_faults else _bolt_faults(model))]
+
+
+def _bolt_faults(model: Model) -> Sequence[str]:
+    names = [stage.name for stage in model.stages]
+    unknown = [
+        f"{called(model.bolts, k)}: there is no stage '{bolt.stage}'{nearest(bolt.stage, names)}"
+        for k, bolt in enumerate(model.bolts)
+        if bolt.stage is not None and bolt.stage not in names
+    ]
+    if unknown or not model.bolts:
+        return unknown
+    try:
+        pass_blocks(model.bolts, model.blocks, model.stages)
+    except ModelError as error:
+        return error.faults
+    return []
 
 
 def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:

@@ -1,5 +1,6 @@
 """What came out of a run."""
 
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import (
     ContactForces,
     ContactStatus,
@@ -10,4 +11,14 @@ from bsm_mesh.results.records import (
     SupportForces,
 )
 
-__all__ = ["ContactForces", "ContactStatus", "Results", "StageResult", "Status", "StepRecord", "SupportForces"]
+__all__ = [
+    "BoltForces",
+    "BoltStatus",
+    "ContactForces",
+    "ContactStatus",
+    "Results",
+    "StageResult",
+    "Status",
+    "StepRecord",
+    "SupportForces",
+]

@@ -107,6 +107,10 @@ def block_residuals(results: Results, stage: StageResult) -> FloatArray:
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         for column, part in enumerate((force[:, 0], force[:, 1], moment)):
             total[:, column] += sign * np.bincount(block, part, minlength=len(total))
+    block, point, force = stage.bolts.on_blocks()
+    arm = point - centroid[block]
+    moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+    np.add.at(total, block, np.column_stack([force, moment]))
     total[:, 2] /= results.blocks.moments.gyration
     total[~stage.present] = 0.0
     return total

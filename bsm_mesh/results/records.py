@@ -8,8 +8,11 @@ from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.bolts import BoltForces
 
 if TYPE_CHECKING:
     from bsm_mesh.results.check import Check
@@ -166,6 +169,8 @@ class StageResult:
         Forces in the contacts.
     supports : SupportForces
         Forces at the supports.
+    bolts : BoltForces
+        Forces in the bolts.
     unstable_blocks : (k,) int32
         Blocks that come down; empty where the stage is stable.
     start_residual, residual : float
@@ -193,6 +198,7 @@ class StageResult:
     water_table: FloatArray
     contacts: ContactForces
     supports: SupportForces
+    bolts: BoltForces
     unstable_blocks: IntArray
     start_residual: float
     residual: float
@@ -216,6 +222,13 @@ class StageResult:
         """Sum of support forces, (2,) [N/m]."""
         total: FloatArray = self.reactions[self.present, :2].sum(axis=0)
         return total
+
+    @property
+    def uplifted_blocks(self) -> IntArray:
+        """Blocks on which the water pushes up more than weight and loads push down, (k,)."""
+        lifted = (self.water[:, 1] > 0) & (self.loads[:, 1] > 1e-9 * self.water[:, 1])
+        found: IntArray = np.flatnonzero(lifted & self.present).astype(np.int32)
+        return found
 
     @property
     def max_displacement(self) -> float:

@@ -25,7 +25,7 @@ def fall_rate(step: Step, position: FloatArray, at: Evaluation, tolerance: float
         return 0.0
     pattern = static.pattern
     data = elastic_tangent(step.contacts, at, pattern.place, len(pattern.column), moving.outlines.size)
-    if not static.factorize(data):
+    if not static.factorize(data, position):
         return 0.0
     vector = np.random.default_rng(0).normal(size=position.shape) * moving.scale
     lowest = 0.0

@@ -42,7 +42,8 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
 def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArray, moved: FloatArray) -> History:
     """Return a history to which the contacts of blocks that come (n,) with those there (n,) are added, bearing nothing.
 
-    They touch where they did when all blocks were given, whatever the others have moved by since.
+    They touch where they did when all blocks were given, whatever the others have moved by since. As all contacts that
+    arise later they have no cohesion and no tension; only faces of unlimited strength hold as before.
     """
     _, catalogue, position, found = _as_given(model)
     c = found.candidates
@@ -53,7 +54,10 @@ def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArr
     nothing = np.zeros(found.count)
     parts = (
         history,
-        replace(_history(found, at, position, chosen, nothing, nothing), failed=np.ones(len(chosen), bool)),
+        replace(
+            _history(found, at, position, chosen, nothing, nothing),
+            failed=np.isfinite(found.properties.tension[chosen]),
+        ),
     )
     pair, key = (np.concatenate([getattr(part.active, name) for part in parts]) for name in ("pair", "key"))
     active = ActiveContacts(

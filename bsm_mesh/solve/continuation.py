@@ -1,6 +1,6 @@
 """Equilibrium by pseudo-time continuation: implicit static steps with a mass-like regularisation that fades.
 
-Each step solves ``loads + contact forces - lam * M (q - q_n) = 0`` for the position q, with total contact laws,
+Each step solves ``loads + bolts + contacts - lam * M (q - q_n) = 0`` for the position q, with total contact laws,
 exact rotations, and ``M = diag(W, W, W I/A)`` anchored at the accepted position. Where little moves, lam falls
 by four a step and the end is static equilibrium; where blocks run away it stays, and they are followed.
 
@@ -10,7 +10,7 @@ The step, numbered as in the loop:
 2. the step's equations, at the start with the least lam first: by Newton's method, and where too many contacts
    change for it, by the interior point method and Newton's from there;
 3. a step that is not solved or moves too far is taken again with a greater lam;
-4. accepted: history is committed; lam is adapted to the movement;
+4. accepted: history and bolts are committed; lam is adapted to the movement;
 5. verdict.
 """
 
@@ -28,6 +28,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.balance import fall_rate
+from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, commit
@@ -47,11 +48,12 @@ RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the grea
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Start:
-    """Where the continuation starts: positions (n, 3), what contacts remember, whether untouched ones are intact."""
+    """Where the continuation starts: positions (n, 3), what contacts and bolts remember, whether all are intact."""
 
     position: FloatArray
     history: History
     intact: bool
+    bolts: InstalledBolts
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -63,6 +65,8 @@ class Motion:
     position: FloatArray
     contacts: MovingContacts
     at: Evaluation
+    bolts: InstalledBolts
+    bolts_at: BoltEvaluation
     constraints: Constraints
     loads: FloatArray
     unstable_blocks: IntArray
@@ -96,9 +100,11 @@ class Continuation:
         start: Start | None = None,
     ) -> None:
         self.options, self.observer = options, observer
-        self.moving = MovingModel(model)
+        self.moving = MovingModel(model) if start is None else MovingModel(model, start.bolts, start.position)
         self.factors = Factors(self.moving, options)
-        self.begin = start or Start(position=self.moving.start, history=History.none(), intact=True)
+        self.begin = start or Start(
+            position=self.moving.start, history=History.none(), intact=True, bolts=self.moving.bolts
+        )
         self.start_residual = 0.0
         self.limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
         self.least_lam = LEAST_LAM / self.moving.d
@@ -124,6 +130,7 @@ class Continuation:
             greatest = float(np.abs((found.position - position) / moving.scale).max())
             position, at = found.position, found.at
             history, changed = commit(contacts, at, position, moving.outlines.size)  # (4)
+            moving.bolts = moving.bolts.commit(moving.bolts.evaluate(position))
             residual = moving.static_residual(contacts, position)
             self._record(number, residual, position, contacts, at, began, count)
             recent = [*recent[-RECENT_STEPS:], position]
@@ -173,6 +180,9 @@ class Continuation:
     def _at_once(self, step: Step) -> Found:
         """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
         tolerance = 0.5 * self.options.tolerance
+        rest = newton(step, step.start, tolerance, most=0)
+        if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
+            return rest
         elastic = elastic_position(step)
         if step.norm_at(elastic) <= QUICK * step.norm_at(step.start):
             found = newton(step, elastic, tolerance, contraction=QUICK)
@@ -196,7 +206,7 @@ class Continuation:
         self, contacts: MovingContacts, at: Evaluation, position: FloatArray, recent: list[FloatArray]
     ) -> tuple[str, IntArray]:
         """Return why and which blocks come down; an empty reason if none does."""
-        moving, supported = self.moving, self._supported(contacts, at)
+        moving, supported = self.moving, self._supported(contacts, at, position)
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.begin.position)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
@@ -212,10 +222,11 @@ class Continuation:
         lately = np.abs((recent[-1] - recent[0]) / moving.scale).max(axis=1) * ~moving.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
 
-    def _supported(self, contacts: MovingContacts, at: Evaluation) -> BoolArray:
-        """Return which blocks a chain of bearing contacts joins to a support, (n,): others fall, if together."""
-        c, n = contacts.candidates, self.moving.model.blocks.count
-        ends = (c.block_a[at.bearing], c.block_b[at.bearing])
+    def _supported(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> BoolArray:
+        """Return which blocks a chain of bearing contacts and bolts joins to a support, (n,); others fall."""
+        c, n, bolts = contacts.candidates, self.moving.model.blocks.count, self.moving.bolts
+        near, far = bolts.holding_pairs(bolts.evaluate(position))
+        ends = (np.concatenate([c.block_a[at.bearing], near]), np.concatenate([c.block_b[at.bearing], far]))
         _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
         held: BoolArray = np.isin(part, part[self.moving.bars.block])
         return held
@@ -270,6 +281,8 @@ class Continuation:
             position=position,
             contacts=contacts,
             at=at,
+            bolts=self.moving.bolts,
+            bolts_at=self.moving.bolts.evaluate(position),
             constraints=self.moving.constraints_at(position),
             loads=self.moving.loads_at(position),
             unstable_blocks=np.zeros(0, dtype=np.int32) if unstable is None else unstable,

@@ -91,7 +91,7 @@ class _Problem:
         self.anchored = anchored
         self.middle_stiffness = float(np.median(contacts.normal_stiffness)) if contacts.count else 1.0
         self.now = np.zeros((4, contacts.count))
-        self.forces = np.zeros(0)
+        self.forces, self.position = np.zeros(0), step.start
 
     def typical_product(self, elastic: FloatArray) -> float:
         """Return the median of pressure squared over stiffness at a position: what the barrier starts from."""
@@ -119,7 +119,7 @@ class _Problem:
 
     def look(self, position: FloatArray, state: FloatArray) -> None:
         """Set gaps, trial shears and strengths at a position, and the forces out of balance."""
-        c = self.step.contacts
+        c, self.position = self.step.contacts, position
         gap, along, *self.frame = self._relative(position)
         self.now[0], self.now[1] = gap - c.offset, self._trial(along)
         self.now[2], self.now[3] = strength_of(c, self.laws, state[0])
@@ -162,7 +162,7 @@ class _Problem:
         pattern = self.step.pattern
         stiffness = (condensed[0], condensed[1], condensed[2])
         data = fill_tangent(pattern.place, len(pattern.column), *self.frame, *stiffness, state[0], state[1])
-        return self.step.factorize(data)
+        return self.step.factorize(data, self.position)
 
     def _relative(self, position: FloatArray) -> tuple[FloatArray, ...]:
         c = self.step.contacts

@@ -21,9 +21,11 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.strength import contact_strength
 from bsm_mesh.contact.table import ContactTable, initial_contacts
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.loads import Load
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
+from bsm_mesh.solve.dowels import Dowels
 from bsm_mesh.solve.system import external_loads
 
 INFEASIBLE, UNBOUNDED = 2, 3  # of scipy.optimize.linprog
@@ -50,6 +52,8 @@ class LimitAnalysis:
         The contacts that they belong to.
     unlimited : int
         How many of them bear any force: joints without a law, faces of rock without strength.
+    bolt_force : (n_elements,) float64 [N]
+        Tension of the bolts' elements in that field, of one bolt each; bolts that name a stage are not there.
     """
 
     admissible: bool
@@ -59,6 +63,7 @@ class LimitAnalysis:
     shear_force: FloatArray
     contacts: ContactTable
     unlimited: int
+    bolt_force: FloatArray
 
     def __str__(self) -> str:
         """Return what is proved, in words."""
@@ -124,6 +129,7 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
         Width of the last interval.
     """
     sense = -1.0 if clockwise else 1.0
+    model = model.replace(loads=model.acting_loads, in_situ=None, stages=())  # a ground surface is not tilted
 
     def stands(tilt: float) -> bool:
         turned = model.replace(gravity_direction=model.gravity_direction + sense * tilt)
@@ -148,15 +154,19 @@ class _Optimum:
 
 
 class _Program:
-    """Equilibrium and strength of a model's contacts and supports, as the matrices of a linear program.
+    """Equilibrium and strength of a model's contacts, supports and bolts, as the matrices of a linear program.
 
-    The unknowns are pressure and shear of every contact, the forces in the bars, and the factor.
+    The unknowns are pressure and shear of every contact, the forces in the bars, the tensions of the bolts' elements
+    and their shears across joints over their spacing, and the factor.
     """
 
     def __init__(self, model: Model) -> None:
         self.blocks = model.blocks
         self.contacts = initial_contacts(model)
         self.bars = bars_of(model.supports, model.blocks)
+        self.bolts = lay_out_bolts([bolt for bolt in model.bolts if bolt.stage is None], model.blocks)
+        self.dowels = Dowels.of(self.bolts, model.blocks.moments.centroid)
+        self.crossing = model.blocks.moments.centroid[self.dowels.near] + self.dowels.arm_near
         strength = contact_strength(model, self.contacts)
         self.tension = strength.tension
         # The convex hull: with tension the strength itself, friction only under pressure, would not be convex.
@@ -233,8 +243,25 @@ class _Program:
             normal_force=-optimum.forces[:m],
             shear_force=optimum.forces[m : 2 * m],
             contacts=self.contacts,
+            bolt_force=optimum.forces[self._first_bolt : self._first_dowel]
+            * self.bolts.spacing[self.bolts.bolt_of_element],
             unlimited=int((np.isinf(self.lines[1]).all(axis=1) & np.isinf(self.tension)).sum()),
         )
+
+    @property
+    def _first_bolt(self) -> int:
+        """Column of the first element of a bolt."""
+        return 2 * self.contacts.count + len(self.bars.block)
+
+    @property
+    def _unknowns(self) -> int:
+        """Number of the unknown forces."""
+        return self._first_dowel + len(self.dowels.element)
+
+    @property
+    def _first_dowel(self) -> int:
+        """Column of the first shear of a bolt across a joint."""
+        return self._first_bolt + len(self.bolts.first_node)
 
     def _equilibrium(self) -> coo_array:
         """Return the forces and moments that unit pressures, shears and bar forces give the blocks (3n rows)."""
@@ -248,8 +275,16 @@ class _Program:
         parts.append(
             self._columns(2 * c.count, bars.block, bars.point, bars.direction, bars.holds_rotation.astype(np.float64))
         )
+        bolts, first = self.bolts, self.bolts.first_node
+        along = bolts.point[first + 1] - bolts.point[first]
+        along = along / np.hypot(*along.T)[:, None]
+        for node, sign in ((first, 1.0), (first + 1, -1.0)):
+            parts.append(self._columns(self._first_bolt, bolts.block[node], bolts.point[node], sign * along, 0.0))
+        dowels = self.dowels
+        for block, sign in ((dowels.near, 1.0), (dowels.far, -1.0)):
+            parts.append(self._columns(self._first_dowel, block, self.crossing, sign * dowels.across, 0.0))
         row, col, value = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return coo_array((value, (row, col)), shape=(3 * self.blocks.count, 2 * c.count + len(bars.block)))
+        return coo_array((value, (row, col)), shape=(3 * self.blocks.count, self._unknowns))
 
     def _columns(
         self, first: int, block: IntArray, point: FloatArray, direction: FloatArray, moment: FloatArray | float
@@ -261,7 +296,11 @@ class _Program:
         return row.reshape(-1), col, np.column_stack([direction, turn]).reshape(-1)
 
     def _strength(self) -> tuple[csr_array, FloatArray]:
-        """Return the rows ``+-shear - slope * pressure <= intercept`` of all lines that bound something."""
+        """Return the rows that bound something.
+
+        ``+-shear - slope * pressure <= intercept`` of all lines, and ``+-bond force <= capacity`` of the bolts' nodes,
+        the bond force being the tension after the node less that before it.
+        """
         m = self.contacts.count
         rows, cols, values, bounds = [], [], [], []
         start = 0
@@ -275,14 +314,32 @@ class _Program:
                 cols += [chosen, m + chosen]
                 values += [-slope[chosen], np.full(len(chosen), sign)]
                 bounds.append(intercept[chosen])
-        shape = (start, 2 * m + len(self.bars.block))
+        bolts = self.bolts
+        capacity = bolts.capacity / bolts.spacing[bolts.bolt_of_node]
+        row_of = np.full(len(capacity), -1)
+        bounded = np.flatnonzero(np.isfinite(capacity))
+        column = self._first_bolt + np.arange(len(bolts.first_node))
+        for sign in (1.0, -1.0):
+            row_of[bounded] = start + np.arange(len(bounded))
+            start += len(bounded)
+            bounds.append(capacity[bounded])
+            for node, side in ((bolts.first_node, 1.0), (bolts.first_node + 1, -1.0)):
+                there = row_of[node] >= 0
+                rows.append(row_of[node][there])
+                cols.append(column[there])
+                values.append(np.full(int(there.sum()), sign * side))
+        shape = (start, self._unknowns)
         index = (np.concatenate(rows), np.concatenate(cols))
         return csr_array((np.concatenate(values), index), shape=shape), np.concatenate(bounds)
 
     def _bounds(self, scale: float) -> list[tuple[float | None, float | None]]:
-        """Return the bounds of the unknowns: pressure not below minus the tension, all else free."""
+        """Return the bounds: pressures not below minus the tension, bolts between 0 and yield, all else free."""
         pressures = [(None if math.isinf(t) else -t / scale, None) for t in self.tension.tolist()]
-        return [*pressures, *[(None, None)] * (self.contacts.count + len(self.bars.block))]
+        most = (self.bolts.yield_force / self.bolts.spacing)[self.bolts.bolt_of_element] / scale
+        bolts = [(0.0, None if math.isinf(force) else force) for force in most.tolist()]
+        limits = (self.dowels.strength / self.dowels.spacing / scale).tolist()
+        shears = [(None, None) if math.isinf(v) else (-v, v) for v in limits]
+        return [*pressures, *[(None, None)] * (self._first_bolt - len(pressures)), *bolts, *shears]
 
 
 def _mean_force(loads: FloatArray) -> float:

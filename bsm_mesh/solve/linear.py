@@ -16,13 +16,16 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
+from bsm_mesh.solve.bolt_record import bolt_forces
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.in_situ import in_situ_contacts
 from bsm_mesh.solve.mobility import FreePart
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter, beyond_strength
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, beyond_strength, joined
 from bsm_mesh.solve.system import LinearSystem, Solution, relative_residual
 
 MOST_FREE = 3  # parts that are free to move, in the reason for a verdict
@@ -44,6 +47,8 @@ class LinearScheme:
     ----------
     moved : (n, 3) float64 [m, m, rad]
         Displacement of every block since it was given, or placed.
+    bolts : InstalledBolts
+        The bolts; `tension` (n_elements,) [N] is what their elements bear, `bolt_shear` (k,) [N] their crossings.
     linear_solver : str
         Name of the solver used.
 
@@ -61,6 +66,10 @@ class LinearScheme:
         self.normal_force, self.shear_force = np.zeros(m), np.zeros(m)
         self.opening, self.slip = np.zeros(m), np.zeros(m)
         self.moved = np.zeros((model.blocks.count, 3))
+        self.given = np.column_stack([model.blocks.moments.centroid, np.zeros(model.blocks.count)])
+        self.bolts = InstalledBolts.of(model, self.given)
+        at = self.bolts.evaluate(self.given)
+        self.tension, self.bolt_shear = at.tension, at.dowels.force
         self.linear_solver = ""
 
     def set_in_situ(self) -> tuple[str, ...]:
@@ -76,11 +85,21 @@ class LinearScheme:
         return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
 
     def change(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Forget what the contacts of blocks that do not stay bore; those of blocks that come bear nothing yet."""
+        """Forget what the contacts of blocks that do not stay bore, cut their bolts; those that come bear nothing."""
         gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
         for values in (self.normal_force, self.shear_force, self.opening, self.slip):
             values[gone] = 0.0
+        self.bolts = self.bolts.without(~stays)
+        self.tension = self.tension * self.bolts.alive
+        self.bolt_shear = self.bolt_shear * self.bolts.alive[self.bolts.dowels.element]
         self.moved[~stays] = 0.0
+
+    def install(self, number: int) -> None:
+        """Install the bolts of a stage."""
+        installed = self.bolts.install(number, self.given)
+        fresh = installed.alive & ~self.bolts.alive
+        self.tension = np.where(fresh, installed.evaluate(self.given).tension, self.tension)
+        self.bolts = installed
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given: displacements are small."""
@@ -100,25 +119,32 @@ class LinearScheme:
         chosen = np.flatnonzero(part.present[self.contacts.block_a] & part.present[self.contacts.block_b])
         contacts = _contacts_of(part, self.contacts, chosen)
         self.report("assembly")
-        system = LinearSystem(part.model, contacts, self.normal_force[chosen], self.shear_force[chosen])
+        borne = self.normal_force[chosen], self.shear_force[chosen]
+        system = LinearSystem(part.model, contacts, *borne, self.bolts.in_part(part), (self.tension, self.bolt_shear))
         free = system.free_parts(part.block if number else None)
         if free and number == 0:
             raise ModelError([part.text for part in free])
+        idle = [part for part in free if not system.loads[part.blocks].any()]
+        free = [part for part in free if system.loads[part.blocks].any()]
         start = system.at_start(self.linear_solver)
-        solution = start if free else self._solve(system)
+        solution = start if free else self._solve(system, idle)
         self.report("forces and stresses")
         opened, slipped = system.spring_forces(solution.displacement)
         self.opening[chosen] += opened / contacts.normal_stiffness
         self.slip[chosen] += slipped / contacts.shear_stiffness
         self.normal_force[chosen], self.shear_force[chosen] = solution.normal_force, solution.shear_force
         self.moved[part.block] += solution.displacement
+        self.tension, self.bolt_shear = solution.bolts.tension, solution.bolts.dowels.force
         forces = self._contact_forces(part, contacts, chosen)
-        outcome = _outcome(system, start, solution, forces, bars_before, self.options.tolerance, free, began)
+        bolts = bolt_forces(self.model.bolts, self.bolts, solution.bolts)
+        outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, free, began)
         observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
-    def _solve(self, system: LinearSystem) -> Solution:
+    def _solve(self, system: LinearSystem, idle: list[FreePart]) -> Solution:
         stiffness = system.stiffness()
+        for part in idle:  # nothing pulls at it: held anyhow it stays where it is
+            stiffness[system.pattern.diagonal[part.blocks]] += np.eye(3) * float(np.abs(stiffness).max())
         self.report("linear solution")
         solution = system.solve(stiffness, self.options)
         self.linear_solver = solution.linear_solver
@@ -156,6 +182,7 @@ def _outcome(
     start: Solution,
     solution: Solution,
     contacts: ContactForces,
+    bolts: BoltForces,
     bars_before: FloatArray,
     tolerance: float,
     free: list[FreePart],
@@ -181,7 +208,7 @@ def _outcome(
         blocks,
         centroid,
         contacts,
-        (point_forces_of(model.acting_loads, blocks), supports),
+        (joined([point_forces_of(model.acting_loads, blocks), system.bolts.on_blocks(solution.bolts)]), supports),
         water.point_forces(blocks.vertices),
     )
     U = solution.displacement
@@ -212,6 +239,7 @@ def _outcome(
         water_table=water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
+        bolts=bolts,
         unstable_blocks=np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(
             np.int32
         ),

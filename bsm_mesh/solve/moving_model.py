@@ -11,6 +11,7 @@ from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints, constrain_bars
 from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate, gather_contacts, turned
 from bsm_mesh.solve.system import external_loads, reference_weight
@@ -28,6 +29,10 @@ class MovingModel:
     ----------
     model : Model
         What is given.
+    bolts : InstalledBolts, optional
+        Its bolts; where not given the model's own, installed on the blocks as given.
+    position : (n, 3) float64 [m, m, rad], optional
+        Where the blocks are; as given, if not.
 
     Attributes
     ----------
@@ -41,12 +46,15 @@ class MovingModel:
         Forces times `scale`, and movements over it, compare across axes: moments over radii of gyration.
     driven : (n,) bool
         Blocks that only their supports move.
+    bolts : InstalledBolts
+        The bolts with what accepted steps have left in them.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
         self.model = model
         moments = model.blocks.moments
         self.start = np.column_stack([moments.centroid, np.zeros(model.blocks.count)])
+        self.bolts = InstalledBolts.of(model, self.start) if bolts is None else bolts
         self.bars = bars_of(model.supports, model.blocks)
         self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
         at_start = self.constraints_at(self.start, conflicts=True)
@@ -61,7 +69,8 @@ class MovingModel:
         self.water = WaterLoad(model)
         self.loads = external_loads(model)
         self.dead = self._dead_forces()
-        self.reference = reference_weight(model, self.loads)
+        pretension = self.bolts.evaluate(self.start if position is None else position).forces
+        self.reference = reference_weight(model, self.loads, pretension)
         weight = np.maximum(model.weights, 1e-3 * self.reference)
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
@@ -87,6 +96,12 @@ class MovingModel:
         force = self.applied.force
         np.add.at(loads[:, 2], self.applied.block, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
         return loads
+
+    def acting_at(self, position: FloatArray) -> FloatArray:
+        """Return weights, loads, water and bolt forces, (n, 3)."""
+        if not len(self.bolts.alive):
+            return self.loads_at(position)
+        return self.loads_at(position) + self.bolts.evaluate(position).forces
 
     def water_at(self, position: FloatArray) -> FloatArray:
         """Return the water's force and moment on every block where it stands, (n, 3)."""
@@ -141,7 +156,7 @@ class MovingModel:
         """Return the greatest force out of balance over the reference weight."""
         at = self.evaluate(contacts, position)
         supports = self.constraints_at(position)
-        return float(np.abs(self.free(self.loads_at(position) + at.forces, supports)).max()) / self.weight(at)
+        return float(np.abs(self.free(self.acting_at(position) + at.forces, supports)).max()) / self.weight(at)
 
     def weight(self, at: Evaluation) -> float:
         """Return the reference weight [N/m]; without weights and loads the mean contact force."""

@@ -62,7 +62,7 @@ def newton(
         places = step.pattern.place, len(step.pattern.column)
         elastic = from_rest and iteration == 0
         data = first_tangent(step.contacts, at, *places) if elastic else tangent_stiffness(step.contacts, at, *places)
-        if not step.factorize(data):
+        if not step.factorize(data, position):
             break
         correction = step.solve(forces)
         if not np.isfinite(correction).all():
@@ -82,7 +82,8 @@ def elastic_position(step: Step) -> FloatArray:
     """
     at = step.evaluate(step.start)
     forces = step.unbalanced(step.start, at.forces)
-    if not step.factorize(first_tangent(step.contacts, at, step.pattern.place, len(step.pattern.column))):
+    data = first_tangent(step.contacts, at, step.pattern.place, len(step.pattern.column))
+    if not step.factorize(data, step.start):
         return step.start
     movement = step.solve(forces)
     return moved_by(step.start, movement) if np.isfinite(movement).all() else step.start

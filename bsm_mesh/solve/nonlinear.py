@@ -17,15 +17,18 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.check import OVERLAP, unexplained_overlap
 from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
+from bsm_mesh.solve.bolt_record import bolt_forces
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole, with_filled
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
 from bsm_mesh.solve.moving import History, commit, turned
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, joined
 from bsm_mesh.solve.wang import WangIteration
 
 COMPILING = "once on this machine; takes about half a minute"
@@ -49,6 +52,8 @@ class ContinuationScheme:
         Displacement of every block since it was given, or placed.
     history : History
         What the contacts remember, in the numbers of the whole.
+    bolts : InstalledBolts
+        The bolts, in the numbers of the whole.
     linear_solver : str
         Name of the solver used.
 
@@ -62,7 +67,12 @@ class ContinuationScheme:
         self.model, self.options, self.report = model, options, report
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
+        self.bolts = InstalledBolts.of(model, self._position())
         self.linear_solver = ""
+
+    def _position(self) -> FloatArray:
+        centroid = self.model.blocks.moments.centroid
+        return np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved
 
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return what there is to say about it."""
@@ -74,11 +84,16 @@ class ContinuationScheme:
         return bars
 
     def change(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay; blocks that come touch their neighbours without force."""
+        """Forget the contacts of blocks that do not stay, and cut their bolts; those that come touch without force."""
         self.history = between(self.history, stays)
+        self.bolts = self.bolts.without(~stays)
         self.moved[~stays] = 0.0
         if comes.any():
             self.history = with_filled(self.history, self.model, comes, stays | comes, self.moved)
+
+    def install(self, number: int) -> None:
+        """Install the bolts of a stage as the blocks stand."""
+        self.bolts = self.bolts.install(number, self._position())
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -91,11 +106,13 @@ class ContinuationScheme:
         self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
         centroid = part.model.blocks.moments.centroid
         position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
-        start = Start(position=position, history=in_part(self.history, part), intact=number == 0)
+        start = Start(
+            position=position, history=in_part(self.history, part), intact=number == 0, bolts=self.bolts.in_part(part)
+        )
         kind = WangIteration if self.options.scheme == "wang" else Continuation
 
         def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
-            observer(record, lambda: _outcome(engine, motion(), bars_before).stage)
+            observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
 
         engine = kind(part.model, self.options, watch, start)
         motion = engine.run()
@@ -104,12 +121,17 @@ class ContinuationScheme:
         self.moved[part.block] = motion.position - engine.moving.start
         history, _ = commit(motion.contacts, motion.at, motion.position, engine.moving.outlines.size)
         self.history = in_whole(history, part)
-        return _outcome(engine, motion, bars_before)
+        self.bolts = self.bolts.after(motion.bolts)
+        return self._outcome(engine, motion, bars_before)
+
+    def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
+        bolts = bolt_forces(self.model.bolts, self.bolts.after(motion.bolts), motion.bolts_at)
+        return _outcome(engine, motion, bars_before, bolts)
 
 
-def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
+def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolts: BoltForces) -> Outcome:
     model = engine.moving.model
-    unbalanced = motion.loads + motion.at.forces
+    unbalanced = motion.loads + motion.bolts_at.forces + motion.at.forces
     reactions = motion.constraints.reactions(unbalanced)
     bars = motion.constraints.bars
     arm = engine.moving.bar_arms(motion.position)
@@ -122,7 +144,10 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> O
         model.blocks,
         motion.position[:, :2],
         contacts,
-        (PointForces(block=block, point=point, force=force), supports),
+        (
+            joined([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.bolts_at)]),
+            supports,
+        ),
         engine.moving.water.point_forces(corners),
     )
     displacement = motion.position - engine.begin.position
@@ -142,6 +167,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray) -> O
         water_table=engine.moving.water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
+        bolts=bolts,
         unstable_blocks=motion.unstable_blocks,
         start_residual=motion.start_residual,
         residual=motion.residual,

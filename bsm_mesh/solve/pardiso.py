@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import sys
 from functools import cache
 from importlib import metadata
 
@@ -93,7 +94,7 @@ class Pardiso:
 
     def close(self) -> None:
         """Release Pardiso's memory."""
-        if self._analysed:
+        if self._analysed and not sys.is_finalizing():  # then ctypes is gone already, and the memory soon
             self._call(_RELEASE)
             self._analysed = False
         self._data = None

@@ -13,12 +13,14 @@ from typing import Protocol
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part, part_of
 from bsm_mesh.model.stages import Stage, presence
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water import Water
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 
 Reporter = Callable[[str], None]
@@ -47,7 +49,10 @@ class Scheme(Protocol):
         """Return the supports for a stage."""
 
     def change(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay (n,), and put in those that come (n,), bearing nothing."""
+        """Forget contacts of blocks that do not stay (n,), cut their bolts, put in those that come (n,)."""
+
+    def install(self, number: int) -> None:
+        """Install the bolts of a stage as the blocks stand."""
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -102,6 +107,7 @@ def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Obser
             break
         report(f"stage {stage.name}")
         _begin(model, scheme, site, stage, here[number], results[-1].contacts)
+        scheme.install(number)
         results.append(_equilibrium(model, scheme, site, stage.name, number, stage.relaxation, observer, ()))
     return tuple(results)
 
@@ -136,10 +142,12 @@ def _equilibrium(
     start_residual = None
 
     def placed(stage: StageResult, part: Part, moved: FloatArray) -> StageResult:
+        displacement = (moved - site.origin) * site.present[:, None]
         return replace(
             _in_whole(stage, part),
             name=name,
-            displacement=(moved - site.origin) * site.present[:, None],
+            displacement=displacement,
+            bolts=replace(stage.bolts, displacement=displacement_at(model.blocks, displacement, stage.bolts)),
             stage_displacement=(moved - before) * site.present[:, None],
             origin=site.origin.copy(),
             start_residual=stage.start_residual if start_residual is None else start_residual,
@@ -167,7 +175,19 @@ def _equilibrium(
         if outcome.stage.status is not Status.STABLE:
             break
     site.held = [(forces, released) for forces, released in site.held if released < 1]
-    return placed(outcome.stage, part, scheme.moved)
+    stage = placed(outcome.stage, part, scheme.moved)
+    if site.water is not None and site.water.table and not stage.water.any():
+        dry = "no block lies below the water table: check its level and unit"
+        stage = replace(stage, notes=(*stage.notes, dry))
+    return stage
+
+
+def displacement_at(blocks: Blocks, displacement: FloatArray, bolts: BoltForces) -> FloatArray:
+    """Return the displacement of the rock at the bolts' nodes, (n_nodes, 2) [m]."""
+    arm = bolts.original - blocks.moments.centroid[bolts.block]
+    u, v, turn = displacement[bolts.block].T
+    versed, sine = -2 * np.sin(turn / 2) ** 2, np.sin(turn)  # cos(turn) - 1 without loss of digits
+    return np.column_stack([u + versed * arm[:, 0] - sine * arm[:, 1], v + sine * arm[:, 0] + versed * arm[:, 1]])
 
 
 def _all_forces(site: _Site) -> PointForces:

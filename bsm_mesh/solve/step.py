@@ -1,6 +1,8 @@
-"""The equations of one step, ``loads + contact forces - lam M (q - q_n) = 0``, and their linear algebra."""
+"""The equations of one step, ``loads + bolts + contacts - lam M (q - q_n) = 0``, and their linear algebra."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,18 +31,24 @@ class Factors:
         Name of the linear solver, once it was used.
     count : int
         Factorizations so far.
+    bolt_places : (k,) int32
+        Places of the bolts in the last pattern.
     """
 
     def __init__(self, moving: MovingModel, options: Options) -> None:
-        self.options, self.blocks = options, moving.model.blocks
+        self.options, self.moving, self.blocks = options, moving, moving.model.blocks
+        self.bolt_places = np.zeros(0, np.int32)
         self.name, self.count = "", 0
         self._solver: LinearSolver | None = None
         self._pattern: BlockPattern | None = None
 
     def pattern_of(self, contacts: MovingContacts) -> BlockPattern:
-        """Return the pattern of the candidates, and make ready to factorize it."""
+        """Return the pattern of candidates and bolts, and make ready to factorize it; `place` is the candidates'."""
         c, old = contacts.candidates, self._pattern
-        pattern = whole_pattern(self.blocks.count, c.block_a, c.block_b)
+        lower, higher = self.moving.bolts.pairs
+        pairs = np.concatenate([c.block_a, lower]), np.concatenate([c.block_b, higher])
+        pattern = whole_pattern(self.blocks.count, *pairs)
+        pattern = replace(pattern, place=pattern.place[: contacts.count])
         same = (
             old is not None
             and len(old.column) == len(pattern.column)
@@ -52,6 +60,7 @@ class Factors:
             centroid = self.blocks.moments.centroid
             self._solver = make_linear_solver(self.options.linear_solver, pattern, centroid, self.options.threads)
             self.name, self._pattern = self._solver.name, pattern
+            self.bolt_places = self.moving.bolts.places(pattern)
         return pattern
 
     def factorize(self, data: FloatArray) -> bool:
@@ -115,7 +124,7 @@ class Step:
 
     def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
         """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""
-        forces = self.moving.loads_at(position) + contact_forces
+        forces = self.moving.acting_at(position) + contact_forces
         forces -= self.lam * self.moving.mass * (position - self.anchor)
         return forces
 
@@ -132,8 +141,14 @@ class Step:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""
         return float(np.abs(step / self.moving.scale).max())
 
-    def factorize(self, data: FloatArray) -> bool:
-        """Factorize tangent blocks with the regularisation, supports eliminated; False where that is singular."""
+    def factorize(self, data: FloatArray, position: FloatArray) -> bool:
+        """Factorize contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated.
+
+        False where that is singular.
+        """
+        bolts = self.moving.bolts
+        if len(bolts.alive):
+            bolts.add_tangent(bolts.evaluate(position), self.factors.bolt_places, data)
         pattern, support = self.pattern, self.supports
         data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.moving.mass.T
         constrain(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 from bsm_mesh.solve.constraints import build_constraints
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.mobility import FreePart, free_parts
@@ -33,8 +34,10 @@ class Solution:
         u, v and theta of every block.
     normal_force, shear_force : (m,) float64 [N/m]
         Of every contact.
+    bolts : BoltEvaluation
+        Forces of the bolts.
     unbalanced : (n, 3) float64 [N/m, N/m, N]
-        Loads plus contact forces on every block: what its supports bear.
+        Loads, contact and bolt forces on every block: what its supports bear.
     linear_solver : str
         Name of the solver.
     factorizations : int
@@ -44,6 +47,7 @@ class Solution:
     displacement: FloatArray
     normal_force: FloatArray
     shear_force: FloatArray
+    bolts: BoltEvaluation
     unbalanced: FloatArray
     linear_solver: str
     factorizations: int
@@ -60,6 +64,11 @@ class LinearSystem:
         Its contacts; all of them bear tension and shear.
     normal_force, shear_force : (m,) float64 [N/m], optional
         What the contacts bear at the start; nothing where it is not given.
+    bolts : InstalledBolts, optional
+        The bolts, elastic about their pretension; one tensioned to its capacity keeps that force. The model's own,
+        where not given.
+    borne : (n_elements,) and (k,) float64 [N], optional
+        Tension of the bolts' elements and shear of their crossings at the start; their pretension where not given.
     """
 
     def __init__(
@@ -68,6 +77,8 @@ class LinearSystem:
         contacts: ContactTable,
         normal_force: FloatArray | None = None,
         shear_force: FloatArray | None = None,
+        bolts: InstalledBolts | None = None,
+        borne: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
         self.model = model
         self.contacts = contacts
@@ -76,10 +87,21 @@ class LinearSystem:
             nothing if normal_force is None else normal_force,
             nothing if shear_force is None else shear_force,
         )
-        self.pattern = block_pattern(model.blocks.count, contacts.block_a, contacts.block_b)
+        given = np.column_stack([model.blocks.moments.centroid, np.zeros(model.blocks.count)])
+        self.bolts = InstalledBolts.of(model, given) if bolts is None else bolts
+        self.tensioned = self.bolts.evaluate(given)
+        self.coupling = self.bolts.coupling(self.tensioned)
+        self.bolts_at_start = self.tensioned if borne is None else self.bolts.bearing(self.tensioned, *borne)
+        lower, higher = self.bolts.pairs
+        pattern = block_pattern(
+            model.blocks.count, np.concatenate([contacts.block_a, lower]), np.concatenate([contacts.block_b, higher])
+        )
+        self.pattern = replace(pattern, place=pattern.place[: contacts.count])
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = reference_weight(model, self.loads) or self._mean_force(*self.start)
+        self.reference = reference_weight(model, self.loads, self.bolts_at_start.forces) or self._mean_force(
+            *self.start
+        )
 
     def free_parts(self, names: IntArray | None = None) -> list[FreePart]:
         """Return the parts that their supports leave free; `names` (n,) number blocks in sentences."""
@@ -104,6 +126,7 @@ class LinearSystem:
             c.shear_stiffness,
             self.model.blocks.moments.centroid,
         )
+        self.bolts.add_tangent(self.tensioned, self.bolts.places(pattern), data, turning=False)
         constrain(
             pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
         )
@@ -139,7 +162,7 @@ class LinearSystem:
         rock's stiffness would be a force out of balance.
         """
         best = self.at_start(solver.name)
-        U, normal_force, shear_force = best.displacement, best.normal_force, best.shear_force
+        U, normal_force, shear_force, bolts = best.displacement, best.normal_force, best.shear_force, best.bolts
         size = self._out_of_balance(best)
         for _ in range(MOST_REFINEMENTS + 1):
             if size <= GOOD_RESIDUAL * self.reference:
@@ -148,7 +171,8 @@ class LinearSystem:
             normal_part, shear_part = self.spring_forces(dU)
             U = U + dU
             normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
-            found = self._solution(solver.name, U, normal_force, shear_force)
+            bolts = self.bolts.strained(bolts, self.coupling, dU)
+            found = self._solution(solver.name, U, normal_force, shear_force, bolts)
             before, size = size, self._out_of_balance(found)
             if size >= before:
                 break
@@ -159,16 +183,23 @@ class LinearSystem:
         """Return the state before the solution: prescribed displacements applied, nothing else moved."""
         U = self.constraints.given
         normal_part, shear_part = self.spring_forces(U)
-        return self._solution(linear_solver, U, self.start[0] + normal_part, self.start[1] + shear_part)
+        bolts = self.bolts.strained(self.bolts_at_start, self.coupling, U)
+        return self._solution(linear_solver, U, self.start[0] + normal_part, self.start[1] + shear_part, bolts)
 
     def _solution(
-        self, linear_solver: str, U: FloatArray, normal_force: FloatArray, shear_force: FloatArray
+        self,
+        linear_solver: str,
+        U: FloatArray,
+        normal_force: FloatArray,
+        shear_force: FloatArray,
+        bolts: BoltEvaluation,
     ) -> Solution:
         return Solution(
             displacement=U,
             normal_force=normal_force,
             shear_force=shear_force,
-            unbalanced=self.unbalanced(normal_force, shear_force),
+            bolts=bolts,
+            unbalanced=self.unbalanced(normal_force, shear_force) + bolts.forces,
             linear_solver=linear_solver,
             factorizations=1,
         )
@@ -217,11 +248,19 @@ def external_loads(model: Model) -> FloatArray:
     return total
 
 
-def reference_weight(model: Model, loads: FloatArray) -> float:
-    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater."""
-    applied = np.hypot(loads[:, 0], loads[:, 1])
-    loaded = applied[applied > 0]
-    return max(float(model.weights.mean()), float(loaded.mean()) if loaded.size else 0.0)
+def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray) -> float:
+    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater.
+
+    Without weight and load it is the mean force of the bolts' pretension on a block that they pull at.
+    """
+    reference = max(float(model.weights.mean()), _mean_size(loads))
+    return reference if reference > 0 else _mean_size(bolt_forces)
+
+
+def _mean_size(forces: FloatArray) -> float:
+    size = np.hypot(forces[:, 0], forces[:, 1])
+    acting = size[size > 0]
+    return float(acting.mean()) if acting.size else 0.0
 
 
 def relative_residual(model: Model, unbalanced: FloatArray, reference: float) -> float:

@@ -56,6 +56,7 @@ class WangIteration(Continuation):
             position = moved
             at = self.moving.evaluate(contacts, position)  # (7)
             history, failures = commit(contacts, at, position, self.moving.outlines.size)  # (8)
+            self.moving.bolts = self.moving.bolts.commit(self.moving.bolts.evaluate(position))
             slid = contacts.candidates.key[at.bearing & ~at.sticking]
             ended, reset = contacts, at
             contacts = self.moving.gather(history, position, first=False)  # (1)
@@ -81,7 +82,7 @@ class WangIteration(Continuation):
         at = step.evaluate(step.start)
         data = self._elastic_stiffness(step.pattern, contacts, at, closed, sliding)  # (2)
         forces = step.unbalanced(step.start, at.forces)  # (3)
-        if not step.factorize(data):
+        if not step.factorize(data, step.start):
             return None
         movement = step.solve(forces)  # (5), Eq. 4.10
         size = step.movement(movement)

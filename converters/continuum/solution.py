@@ -181,6 +181,8 @@ def _departures(model: Model) -> tuple[str, ...]:
         notes.append("point loads are spread over their blocks, with the same force, moment and average stress")
     if model.in_situ is not None and model.in_situ.method == "direct":
         notes.append("the in-situ field is not set: weights and loads are turned on")
+    if model.bolts:
+        notes.append(f"bolts are left out: {len(model.bolts)}")
     return tuple(notes)
 
 

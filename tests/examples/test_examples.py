@@ -26,6 +26,10 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "03_stratified_slope/dip_25_5.toml": ("stable", [], 2.9999, 3.0001, False),
     "03_stratified_slope/model.toml": ("stable", [], 2.9999, 3.0001, False),
     "03_stratified_slope/mohr_coulomb.toml": ("stable", [], 0.0, 1e-5, True),
+    "04_bolted_opening/unbolted.toml": ("unstable", [15], 0.1, 0.5, False),
+    "04_bolted_opening/roof_bolt.toml": ("unstable", [10], 1.0, 4.0, False),
+    "04_bolted_opening/two_bolts.toml": ("stable", [], 0.0155, 0.0165, True),
+    "04_bolted_opening/model.toml": ("stable", [], 0.0155, 0.0165, True),
     "05_dam_foundation/model.toml": ("stable", [], 1.4e-3, 1.5e-3, True),
     "05_dam_foundation/slip.toml": ("stable", [], 1.4e-3, 1.5e-3, True),
     "staged_tunnel/model.toml": ("stable", [], 1.1e-3, 1.4e-3, None),
@@ -108,6 +112,15 @@ def test_column_topples_at_the_angle_of_statics(tmp_path: Path) -> None:
 def test_greatest_tilt_of_the_wall(tmp_path: Path) -> None:
     answer = told("limit", EXAMPLES / "tilted_wall/model.toml", "--tilt", "right", "-o", tmp_path)
     assert answer["tilt"] == pytest.approx(24.11, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["two_bolts.toml", "model.toml"])
+def test_roof_bolt_carries_the_weight_of_the_wedge(name: str, tmp_path: Path) -> None:
+    bolts = stages_of(told("run", EXAMPLES / "04_bolted_opening" / name, "-o", tmp_path))[-1]["bolts"]
+    upper, lower, height = 0.6, 2.0, 7.3 - (6.0 + 0.5 * 1.7 / 3.5)
+    weight = 26e3 * (upper + lower) / 2 * height
+    assert isinstance(bolts, list)
+    assert bolts[0]["greatest_force"] == pytest.approx(weight, rel=5e-3)
 
 
 def stages_of(answer: dict[str, object]) -> list[dict[str, object]]:

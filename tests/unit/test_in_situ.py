@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, framed, grid
+from scenes import LINEAR, framed, gmsh_triangles, grid
 
 import bsm_mesh as bsm
 from bsm_mesh.model.stress_field import StressField
@@ -108,3 +108,37 @@ def test_the_start_says_how_far_it_was_from_equilibrium():
     assert stage.start_residual > 0.1
     assert stage.residual < 1e-10
     assert stage.max_displacement > 1e-6
+
+
+def column_weight(blocks, weights, point, surface):
+    """Return the weight above a point by clipping a vertical line with every block; above them the topmost goes on."""
+    import shapely
+
+    ray = shapely.LineString([point, (point[0], surface)])
+    total, top, end = 0.0, 0.0, point[1]
+    for b in range(blocks.count):
+        inside = shapely.intersection(ray, shapely.Polygon(blocks.polygon(b)))
+        total += weights[b] * inside.length
+        if inside.length > 0 and inside.bounds[3] > end:
+            top, end = weights[b], inside.bounds[3]
+    return total + top * (surface - end), top
+
+
+@pytest.mark.parametrize("surface", [3.0, 4.5, 2.2])
+def test_overburden_through_many_rocks(surface):
+    """Triangles of three rocks without any order, points anywhere in them, a surface at, over and in the model."""
+    pytest.importorskip("gmsh")
+    triangles = gmsh_triangles(3.0, 3.0, 0.5)
+    random = np.random.default_rng(3)
+    names = [f"rock {k}" for k in random.integers(0, 3, len(triangles))]
+    blocks = bsm.Blocks.from_polygons(list(triangles), rock=names)
+    rocks = [bsm.Rock(f"rock {k}", unit_weight=w) for k, w in enumerate((20e3, 26e3, 31e3))]
+    k0 = {"a": 2.0, "b": 0.5}
+    given = bsm.Model(blocks=blocks, rocks=rocks, in_situ=bsm.InSitu(surface=surface, surcharge=7e3, k0=k0))
+    centroid = blocks.moments.centroid
+    chosen = np.flatnonzero(centroid[:, 1] < surface - 0.1)
+    points = centroid[chosen] + random.uniform(-0.02, 0.02, (len(chosen), 2))
+    found = StressField(given).at(points, chosen)
+    expected = np.array([column_weight(blocks, given.unit_weights, p, surface) for p in points])
+    assert_allclose(found[:, 1], -expected[:, 0] - 7e3, rtol=1e-9)
+    assert_allclose(found[:, 0], -2.0 * expected[:, 1] - 0.5 * (expected[:, 0] + 7e3), rtol=1e-9)

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from geometries import brick_wall, column, pushed_block, stratified_slope, voussoir_arch
+from geometries import brick_wall, column, dam_foundation, pushed_block, stratified_slope, voussoir_arch
 from geometries.errors import GeometryError
 from geometries.quadrilaterals import rectangle, turn, write_quadrilaterals
 
@@ -107,6 +107,24 @@ def test_stratified_slope(tmp_path):
     assert set(groups) >= {"joint:set1", "joint:set2", "boundary:base", "boundary:left"}
 
 
+def test_dam_foundation(tmp_path):
+    path = dam_foundation.build(
+        tmp_path / "dam.msh", upstream=2, downstream=3, under=2, beds=2, thickness=5.0, dip=60.0
+    )
+    corners, groups = read(path)
+    assert len(corners) == 1 + 2 * 7
+    np.testing.assert_allclose(areas(corners)[0], 40.0 * (32.0 + 6.0) / 2)
+    width = np.ptp(corners[1:, :, 0])
+    np.testing.assert_allclose(areas(corners)[1:].sum(), width * 10.0)
+    np.testing.assert_allclose(areas(corners)[9:14].sum() / 5, 16.0 * 5.0)  # the inner blocks of the upper bed
+    assert groups["boundary:bottom"] == 7
+    assert groups["boundary:left"] == groups["boundary:right"] == 2
+    assert {"joint:contact", "joint:bedding", "joint:cross", "rock:concrete", "rock:rock"} <= set(groups)
+    upper = corners[9:14]
+    lean = upper[:, 0, 0] - upper[:, 3, 0]
+    np.testing.assert_allclose(lean, 5.0 / math.tan(math.radians(60)))
+
+
 @pytest.mark.parametrize(
     ("case", "parameters", "words"),
     [
@@ -115,6 +133,7 @@ def test_stratified_slope(tmp_path):
         (brick_wall, {"bricks": 2.5, "colour": 1}, "no parameter 'colour'"),
         (voussoir_arch, {"thickness": 3.0}, "twice radius"),
         (stratified_slope, {"step": -1.0}, "step = -1.0"),
+        (dam_foundation, {"dip": 10.0, "beds": 0}, "beds = 0"),
     ],
 )
 def test_bad_parameters(tmp_path, case, parameters, words):

@@ -172,3 +172,25 @@ def test_results_of_stages_are_read_back(options, tmp_path):
         assert_array_equal(other.contacts.water_pressure, one.contacts.water_pressure)
     assert found.check().ok
     assert found.stages[1].present.tolist() == [True] * 4 + [False] * 2
+
+
+@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+def test_fill_bears_its_weight(options):
+    """Put back between joints with friction: nothing pushes it at first, then it rests on the block under it."""
+    joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
+    stages = [
+        bsm.Stage(name="dug", excavate=["top"]),
+        bsm.Stage(name="filled", fill=[4]),
+        bsm.Stage(name="all", fill=[5]),
+    ]
+    results = bsm.run(tower(stages, joints=[joint]), options)
+    assert [stage.status for stage in results.stages] == ["stable"] * 4
+    assert results.check().ok
+    filled = results.stages[2]
+    assert filled.present.tolist() == [True] * 5 + [False]
+    assert_allclose(filled.displacement[4, 1], filled.stage_displacement[4, 1])
+    pair = {frozenset((2, 4))}
+    contacts = filled.contacts
+    between = [frozenset(ids) in pair for ids in zip(contacts.block_a.tolist(), contacts.block_b.tolist(), strict=True)]
+    assert_allclose(-contacts.normal_force[between].sum(), 25e3, rtol=1e-5)
+    assert_allclose(results.stages[-1].total_reaction[1], 6 * 25e3, rtol=1e-9)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import fields
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import scenes
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
-from bsm_mesh.results import ContactForces, Results, StageResult, SupportForces
+from bsm_mesh.results import BoltForces, ContactForces, Results, StageResult, SupportForces
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +27,11 @@ def results() -> Results:
             default_joint="J1",
             supports=[bsm.Fixed(boundary="bottom"), bsm.Roller(boundary="left", direction=10)],
             loads=[bsm.Pressure(boundary="top", pressure=1e5)],
+            bolts=[
+                bsm.Bolt(start=(0, 0.4), end=(2.8, 1.7), diameter=0.02, pretension=1e4, name="Bölt"),
+                bsm.Bolt(start=(0.1, 0.1), end=(0.9, 0.2), diameter=0.02),  # in one block
+                bsm.Bolt(start=(2.5, 2), end=(2.5, 0.2), diameter=0.03, bond_stiffness=1e9, spacing=1.5),
+            ],
         )
     )
 
@@ -33,7 +39,7 @@ def results() -> Results:
 def assert_same(one: object, two: object) -> None:
     for field in fields(one):  # type: ignore[arg-type]
         a, b = getattr(one, field.name), getattr(two, field.name)
-        if isinstance(a, ContactForces | SupportForces):
+        if isinstance(a, BoltForces | ContactForces | SupportForces):
             assert_same(a, b)
         else:
             np.testing.assert_array_equal(a, b, err_msg=field.name)
@@ -62,7 +68,8 @@ def test_saving_again_replaces(results: Results, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["summary.json", "blocks.pvd", "blocks_0000.vtu", "contacts.pvd", "supports_0000.vtu", "history.csv"]
+    "name",
+    ["summary.json", "blocks.pvd", "blocks_0000.vtu", "contacts.pvd", "supports_0000.vtu", "history.csv", "bolts.pvd"],
 )
 def test_an_incomplete_folder(results: Results, tmp_path: Path, name: str) -> None:
     results.save(tmp_path)
@@ -73,3 +80,25 @@ def test_an_incomplete_folder(results: Results, tmp_path: Path, name: str) -> No
     (tmp_path / name).write_bytes(whole[: len(whole) // 2])
     with pytest.raises(ModelError, match=name.replace(".", r"\.")):
         Results.load(tmp_path)
+
+
+def test_bolts_of_an_earlier_run_go(results: Results, tmp_path: Path) -> None:
+    results.save(tmp_path)
+    rocks = [bsm.Rock(name, young=1e9, poisson=0.2) for name in ("gneiss", "schist")]
+    unbolted = bsm.Model(blocks=results.blocks, rocks=rocks)  # weightless: at rest
+    assert {"bolts.pvd", "bolts.csv"} <= {file.name for file in tmp_path.iterdir()}
+    bsm.run(unbolted, bsm.Options(scheme="continuation")).save(tmp_path)
+    assert not {"bolts.pvd", "bolts.csv"} & {file.name for file in tmp_path.iterdir()}
+    assert Results.load(tmp_path).stages[0].bolts.count == 0
+
+
+def test_table_of_bolts(results: Results, tmp_path: Path) -> None:
+    results.save(tmp_path)
+    with (tmp_path / "bolts.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    bolts = results.stages[0].bolts
+    assert len(rows) == len(bolts.block)
+    assert rows[0]["name"] == "Bölt"
+    axial = [float(row["axial_force"]) for row in rows if row["axial_force"]]
+    np.testing.assert_array_equal(axial, bolts.axial_force)
+    np.testing.assert_array_equal([float(row["bond_force"]) for row in rows], bolts.bond_force)

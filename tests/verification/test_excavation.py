@@ -234,7 +234,7 @@ def test_with_slip_the_order_matters(friction, matters):
 
 def test_the_stage_that_fails_is_the_answer():
     """A brick roof under little horizontal stress: 2 m wide it arches, at 4 m a triangle of it comes down: the end."""
-    joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=35.0))
+    joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=25.0))
     stages = [
         bsm.Stage(name="pilot", excavate=[box(3.9, 4, 6.1, 6)]),
         bsm.Stage(name="full", excavate=[box(5.9, 4, 8.1, 6)]),
@@ -246,3 +246,30 @@ def test_the_stage_that_fails_is_the_answer():
     x, y = results.blocks.moments.centroid[results.unstable_blocks].T
     assert results.unstable_blocks.size >= 4
     assert ((x > 4) & (x < 8) & (y > 6)).all()
+
+
+def test_the_iteration_of_the_thesis_goes_through_stages_too():
+    law = bsm.MohrCoulomb(friction=45.0)
+    joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=law)
+    model = ground(k0=1.0, stages=IN_FIVE[:2], joints=[joint], default_joint="J")
+    expected = bsm.run(model, CONTINUATION).stages[-1]
+    results = bsm.run(model, bsm.Options(scheme="wang", max_steps=2000))
+    assert [stage.status for stage in results.stages] == ["stable"] * 3
+    found = results.stages[-1].displacement
+    assert_allclose(found, expected.displacement, atol=1e-3 * expected.max_displacement)
+
+
+@pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
+def test_repeated_supports_share_the_reaction_of_the_field(options):
+    """A corner block on two sides: statics leaves its four bars open, the field says what each bears."""
+    model = ground("quads", k0=0.5)
+    results = bsm.run(model, options)
+    supports = results.stages[0].supports
+    corner = supports.block == 0
+    found = {
+        tuple(point): force for point, force in zip(supports.point[corner], supports.reaction[corner], strict=True)
+    }
+    p, q = GAMMA * (GROUND - 0.0), GAMMA * (GROUND - 1.0)
+    assert_allclose(found[0.0, 1.0], [0.5 * (2 * q + p) / 6, 0], rtol=1e-9, atol=1e-4)
+    assert_allclose(found[1.0, 0.0], [0, p / 2], rtol=1e-9, atol=1e-4)
+    assert_allclose(found[0.0, 0.0], [0.5 * (2 * p + q) / 6, p / 2], rtol=1e-9, atol=1e-4)

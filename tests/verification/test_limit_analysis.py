@@ -131,3 +131,34 @@ def test_nothing_to_carry_and_unknown_loads_are_refused():
         bsm.limit_analysis(weightless)
     with pytest.raises(bsm.ModelError, match="the chosen loads are zero"):
         bsm.limit_analysis(on_base([square(0, 0)], 30), [])
+
+
+@pytest.mark.parametrize(
+    ("strength", "limit"),
+    [
+        ({"yield_strength": 4e4 / (np.pi * 0.01**2)}, 4e4),
+        ({"kind": "end_anchored", "anchor_capacity": 5e4}, 5e4),
+        ({"bond_strength": 3e4}, 3e4),  # over the 1 m in the hung block
+        ({}, np.inf),
+    ],
+)
+@pytest.mark.parametrize("spacing", [1.0, 2.0])
+def test_bolt_that_hangs_a_block(strength, limit, spacing):
+    """The factor on the weight of a hung block is the bolt's capacity over that weight."""
+    weight = 26e3
+    blocks = bsm.Blocks.from_polygons([rectangle(0, 1, 3, 3), rectangle(1, 0, 2, 1)], rock="rock")
+    bolt = bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=0.02, spacing=spacing, **strength)
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=weight)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.Patton(friction=30))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        bolts=[bolt],
+    )
+    found = bsm.limit_analysis(model)
+    assert found.factor == pytest.approx(limit / spacing / weight, rel=1e-6)
+    assert found.admissible == (limit / spacing >= weight)
+    if found.admissible and np.isfinite(limit):
+        assert_allclose(found.bolt_force, limit, rtol=1e-6)
+    assert not bsm.limit_analysis(model.replace(bolts=())).admissible

@@ -1,0 +1,124 @@
+"""Pictures of the bolts: in the model, and their forces along them (as Wang Figs. 8.13, 8.14)."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bsm_mesh.app.pictures import WIDTH, _add_paper, _scalar_bar, _scaled
+from bsm_mesh.app.storage import load_results
+from bsm_mesh.app.tables import engineering
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
+
+if TYPE_CHECKING:
+    from bsm_mesh.app.pictures import Scene
+
+MOST_CHARTS = 12  # bolts with their own chart: the most utilised
+COLOURS = {
+    BoltStatus.SLACK: "#9e9e9e",
+    BoltStatus.ELASTIC: "#1f4e79",
+    BoltStatus.SLIPPING: "#e08214",
+    BoltStatus.YIELDING: "#c62828",
+}
+
+
+def draw_bolts(plotter: Any, scene: Scene) -> str:
+    """Bolts by their axial force, their heads as dots."""
+    import pyvista
+
+    _add_paper(plotter, scene)
+    bolts = scene.bolts
+    if not bolts.n_cells:
+        return "no bolt is there"
+    values, unit = _scaled(np.asarray(bolts.cell_data["axial_force"]), "N")
+    bolts.cell_data["shown"] = values
+    bolts.points = bolts.points + np.array([0.0, 0.0, 0.01 * scene.size])
+    plotter.add_mesh(
+        bolts,
+        scalars="shown",
+        cmap="plasma",
+        clim=(0.0, max(float(values.max()), 1e-12)),
+        line_width=7,
+        lighting=False,
+        scalar_bar_args=_scalar_bar(f"axial force of a bolt, {unit}"),
+    )
+    heads = bolts.points[np.asarray(bolts.point_data["station"]) == 0]
+    if len(heads):
+        plotter.add_points(pyvista.PolyData(heads), color="black", point_size=14, render_points_as_spheres=True)
+    greatest = float(np.max(bolts.cell_data["axial_force"]))
+    return f"axial force in the bolts, greatest {engineering(greatest, 'N')}; dots: heads"
+
+
+def draw_bolt_forces(folder: Path, title: str, path: Path) -> Path:
+    """Draw axial and bond force along the most utilised bolts of the last stage, and the support pressures."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    bolts = load_results(folder).stages[-1].bolts
+    used = np.zeros(bolts.count)
+    np.maximum.at(
+        used, bolts.bolt, np.maximum(bolts.utilisation, bolts.axial_force / max(bolts.axial_force.max(), 1.0))
+    )
+    used[bolts.status == BoltStatus.ABSENT] = -1
+    chosen = np.sort(np.argsort(-used, kind="stable")[:MOST_CHARTS])
+    chosen = chosen[used[chosen] >= 0]
+    rows = max(1, -(-len(chosen) // 3))
+    figure, axes = plt.subplots(rows + 1, 3, figsize=(WIDTH / 100, 2.6 * (rows + 1)), dpi=100, layout="constrained")
+    for place in axes[:rows].reshape(-1)[len(chosen) :]:
+        place.axis("off")
+    for place, bolt in zip(axes[:rows].reshape(-1), chosen.tolist(), strict=False):
+        _draw_along(place, bolts, bolt)
+    grid = axes[rows, 0].get_gridspec()
+    for place in axes[rows]:
+        place.remove()
+    _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
+    figure.suptitle(title)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.png")
+    try:
+        figure.savefig(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+        plt.close(figure)
+    return path
+
+
+def _draw_along(axes: Any, bolts: BoltForces, bolt: int) -> None:
+    """Draw the tension of a bolt's elements as steps, and the bond forces of its nodes as bars."""
+    nodes = slice(bolts.node_start[bolt], bolts.node_start[bolt + 1])
+    elements = slice(nodes.start - bolt, nodes.stop - bolt - 1)
+    station = bolts.station[nodes]
+    axial, bond = bolts.axial_force[elements] / 1e3, bolts.bond_force[nodes] / 1e3
+    status = BoltStatus(int(bolts.status[bolt]))
+    if len(axial):
+        axes.stairs(axial, station, fill=True, color=COLOURS[status], alpha=0.35)
+        axes.stairs(axial, station, color=COLOURS[status], linewidth=2, label="axial force")
+    width = 0.02 * float(station[-1]) if len(station) > 1 else 0.1
+    axes.bar(station, bond, width=width, color="#444444", label="bond force on the rock")
+    axes.axhline(0.0, color="black", linewidth=0.8)
+    axes.set_title(f"{bolts.names[bolt]} ({status.name.lower()})", fontsize=10)
+    axes.set_xlabel("distance from the head, m", fontsize=8)
+    axes.set_ylabel("force of one bolt, kN", fontsize=8)
+    axes.tick_params(labelsize=8)
+    axes.legend(fontsize=7, frameon=False)
+
+
+def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
+    """Draw the support pressure of every bolt on the wall; the head force where a bolt has no neighbour."""
+    pressure = bolts.support_pressure / 1e3
+    known = np.isfinite(pressure)
+    values = pressure if known.any() else bolts.head_force / 1e3
+    what = "support pressure on the wall, kPa" if known.any() else "force at the head, kN"
+    number = np.arange(bolts.count)
+    axes.bar(number, np.nan_to_num(values), color="#1f4e79", width=0.7)
+    axes.set_ylabel(what, fontsize=8)
+    axes.tick_params(labelsize=8)
+    if bolts.count <= 30:
+        axes.set_xticks(number, bolts.names, fontsize=8, rotation=0 if bolts.count <= 12 else 60)
+    else:
+        axes.set_xlabel("bolt", fontsize=8)

@@ -1,0 +1,281 @@
+"""Many bolts at once: radial round an opening, in a row along a boundary, along curves of a mesh, from a table.
+
+Every function takes the keys of `Bolt` that all bolts share, and numbers their names.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.supports import unit_vector
+from bsm_mesh.model.values import Rules
+
+STRAIGHT = 1e-3  # of a curve's length: how far its points may be off a straight line
+ENDS = ("start_x", "start_y", "end_x", "end_y")
+TEXTS = ("kind", "stage", "name")
+
+
+def radial_bolts(
+    *,
+    centre: tuple[float, float],
+    radius: float,
+    length: float,
+    count: int,
+    first: float = 0.0,
+    last: float = 180.0,
+    **keys: Any,
+) -> list[Bolt]:
+    """Return bolts that point away from a centre, their heads on a circle.
+
+    Parameters
+    ----------
+    centre : (x, y) [m]
+        Centre of the circle.
+    radius, length : float [m]
+        Of the circle, and of each bolt.
+    count : int
+        How many; evenly from `first` to `last`, both included, unless these are a whole turn apart.
+    first, last : float [degrees]
+        Directions of the first and the last bolt, from the x axis.
+    **keys
+        What all bolts share; see `Bolt`.
+
+    Examples
+    --------
+    >>> [bolt.end for bolt in radial_bolts(centre=(0, 0), radius=2, length=1, count=3, diameter=0.025)]
+    [(3.0, 0.0), (0.0, 3.0), (-3.0, 0.0)]
+    """
+    rules = Rules("radial bolts")
+    rules.point("centre", centre, "m")
+    rules.number("radius", radius, "m", least=0)
+    rules.number("length", length, "m", above=0)
+    rules.number("first", first, "degrees")
+    rules.number("last", last, "degrees")
+    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+        rules.faults.append(f"radial bolts: count = {count!r} must be a whole number of 1 or more")
+    raise_faults(rules.faults)
+    whole_turn = abs(abs(last - first) - 360) < 1e-9
+    angles = np.linspace(first, last, count, endpoint=not whole_turn)
+    directions = np.array([unit_vector(float(angle)) for angle in angles])
+    return _bolts(centre + radius * directions, directions, length, keys)
+
+
+def row_of_bolts(
+    blocks: Blocks,
+    *,
+    boundary: str,
+    length: float,
+    interval: float,
+    offset: float | None = None,
+    direction: float | None = None,
+    **keys: Any,
+) -> list[Bolt]:
+    """Return bolts in a row along a boundary, into the rock.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        With the boundary.
+    boundary : str
+        Its name. Where it has rock on both sides, the side that no excavation takes away is bolted.
+    length : float [m]
+        Of each bolt.
+    interval : float [m]
+        Distance of the heads along the boundary.
+    offset : float, optional [m]
+        Distance of the first head from the boundary's beginning; half an interval where not given. A boundary runs
+        with the rock to its left, round an opening clockwise; a closed one begins where x is least.
+    direction : float, optional [degrees]
+        Direction of all bolts from the x axis; normal to the boundary where not given.
+    **keys
+        What all bolts share; see `Bolt`.
+
+    Raises
+    ------
+    ModelError
+        If there is no such boundary, or it has rock on both sides and neither is excavated.
+    """
+    rules = Rules(f"bolts along '{boundary}'")
+    rules.number("length", length, "m", above=0)
+    rules.number("interval", interval, "m", above=0)
+    rules.number("offset", offset, "m", least=0, optional=True)
+    rules.number("direction", direction, "degrees", optional=True)
+    raise_faults(rules.faults)
+    heads, directions = [], []
+    for chain in _chains(blocks, _one_side(blocks, boundary, rules.thing)):
+        start, along = blocks.vertices[chain], blocks.edge_vectors[chain]
+        reach = np.hypot(*along.T)
+        ends = np.cumsum(reach)
+        at = np.arange(interval / 2 if offset is None else offset, ends[-1] * (1 + 1e-9), interval)
+        edge = np.minimum(np.searchsorted(ends, at), len(chain) - 1)
+        unit = along[edge] / reach[edge, None]
+        heads.append(start[edge] + (at - ends[edge] + reach[edge])[:, None] * unit)
+        inward = np.stack([-unit[:, 1], unit[:, 0]], axis=1)  # corners run counter-clockwise: the rock is to the left
+        directions.append(inward if direction is None else np.tile(unit_vector(direction), (len(at), 1)))
+    return _bolts(np.concatenate(heads), np.concatenate(directions), length, keys)
+
+
+def bolts_on_curves(pieces: FloatArray, **keys: Any) -> list[Bolt]:
+    """Return a bolt for every connected, straight curve of a mesh.
+
+    Parameters
+    ----------
+    pieces : (n, 2, 2) float64 [m]
+        Both ends of every line element, such as ``report.bolts["B1"]`` of `converters.read_mesh`.
+    **keys
+        What all bolts share; see `Bolt`. The head is where the first element of each curve begins.
+
+    Raises
+    ------
+    ModelError
+        If a curve branches or bends.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    points, number = np.unique(pieces.reshape(-1, 2), axis=0, return_inverse=True)
+    pairs = number.reshape(-1, 2)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    _, curve = connected_components(graph, directed=False)
+    heads, tips, faults = [], [], []
+    for c in dict.fromkeys(curve[pairs[:, 0]].tolist()):
+        mine = pairs[curve[pairs[:, 0]] == c]
+        nodes, times = np.unique(mine, return_counts=True)
+        ends = nodes[times == 1]
+        if len(ends) != 2 or times.max() > 2:
+            faults.append(f"the curve near ({points[nodes[0]][0]:.6g}, {points[nodes[0]][1]:.6g}) is no open line")
+            continue
+        head, tip = points[ends[0]], points[ends[1]]
+        along = tip - head
+        if (points[mine[0, 1]] - points[mine[0, 0]]) @ along < 0:
+            head, tip, along = tip, head, -along
+        off = points[nodes] - head
+        if np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]).max() > STRAIGHT * float(along @ along):
+            faults.append(f"the curve from ({head[0]:.6g}, {head[1]:.6g}) bends; a bolt is straight")
+        heads.append(head)
+        tips.append(tip)
+    raise_faults([f"bolt curve: {fault}; draw each bolt as one straight line" for fault in faults])
+    return [_one(k, head, tip, keys) for k, (head, tip) in enumerate(zip(heads, tips, strict=True))]
+
+
+def bolts_from_table(
+    path: str | os.PathLike[str],
+    read: Callable[[str, str], float] = lambda name, text: float(text),
+    **keys: Any,
+) -> list[Bolt]:
+    """Return a bolt for every row of a CSV file with the columns start_x, start_y, end_x, end_y [m].
+
+    Further columns are keys of `Bolt` and go before those in `keys`; an empty cell is not given.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    read : callable
+        Turns a column's name and a text into a number.
+    **keys
+        What all bolts share; see `Bolt`.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be read, with every row that is wrong.
+    """
+    file = Path(path)
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as opened:
+            table = csv.DictReader(opened, skipinitialspace=True)
+            rows, header = list(table), [name.strip() for name in table.fieldnames or ()]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ModelError(f"{file}: cannot be read as a table of bolts ({error})") from None
+    known = [*ENDS, *(name for name in Bolt.__dataclass_fields__ if name not in ("start", "end"))]
+    unknown = [f"{file.name}: unknown column '{n}'{nearest(n, known)}" for n in header if n not in known]
+    missing = [name for name in ENDS if name not in header]
+    if missing:
+        unknown.append(f"{file.name}: needs the column{'s' if len(missing) > 1 else ''} {', '.join(missing)}")
+    raise_faults(unknown)
+    bolts: list[Bolt] = []
+    faults: list[str] = []
+    for k, row in enumerate(rows):
+        try:
+            bolts.append(_of_row(k, row, read, keys))
+        except (ModelError, ValueError) as error:
+            told = error.faults if isinstance(error, ModelError) else (str(error),)
+            faults.extend(f"{file.name} line {k + 2}: {fault}" for fault in told)
+    raise_faults(faults)
+    return bolts
+
+
+def _of_row(k: int, row: Mapping[str | None, Any], read: Callable[[str, str], float], keys: Mapping[str, Any]) -> Bolt:
+    if None in row or None in row.values():
+        raise ValueError("has more or fewer cells than the header")
+    cells = {str(name).strip(): text.strip() for name, text in row.items()}
+    given = {name: text if name in TEXTS else read(name, text) for name, text in cells.items() if text}
+    lacking = [name for name in ENDS if name not in given]
+    if lacking:
+        raise ValueError(f"{', '.join(lacking)} must be given")
+    if "diameter" not in {**keys, **given}:
+        raise ValueError("diameter must be given, in a column or for all")
+    ends = [given.pop(name) for name in ENDS]
+    return _one(k, np.array(ends[:2]), np.array(ends[2:]), {**keys, **given}, number="name" not in given)
+
+
+def _one(k: int, head: FloatArray, tip: FloatArray, keys: Mapping[str, Any], *, number: bool = True) -> Bolt:
+    given = dict(keys)
+    if number and given.get("name"):
+        given["name"] = f"{given['name']} {k + 1}"
+    return Bolt(start=(float(head[0]), float(head[1])), end=(float(tip[0]), float(tip[1])), **given)
+
+
+def _bolts(heads: FloatArray, directions: FloatArray, length: float, keys: Mapping[str, Any]) -> list[Bolt]:
+    return [
+        _one(k, head, head + length * along, keys)
+        for k, (head, along) in enumerate(zip(heads, directions, strict=True))
+    ]
+
+
+def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:
+    """Return the edges of a boundary on the side that stays."""
+    edges = blocks.boundary_edges(boundary)
+    two_sided = ~np.isin(edges, blocks.outer_edges)
+    if not two_sided.any():
+        return edges
+    taken = np.zeros(blocks.count, dtype=bool)
+    for ids in blocks.excavations.values():
+        taken[ids] = True
+    stays = ~taken[blocks.owner[edges]]
+    if stays.all():
+        raise ModelError(f"{thing}: it has rock on both sides, and neither is in an excavation; bolt from an opening")
+    return edges[stays]
+
+
+def _chains(blocks: Blocks, edges: IntArray) -> list[IntArray]:
+    """Return the edges in the order in which they follow each other, an array a connected part.
+
+    An open part begins at its first edge, a closed one where x, then y, is least.
+    """
+    start, end = blocks.nodes[edges], blocks.nodes[blocks.following[edges]]
+    x, y = blocks.vertices[edges].T
+    order = np.lexsort((y, x, np.isin(start, end)))
+    next_at = {int(node): k for k, node in enumerate(start)}
+    left = set(range(len(edges)))
+    chains = []
+    for first in order.tolist():
+        chain, k = [], first
+        while k in left:
+            left.remove(k)
+            chain.append(int(edges[k]))
+            k = next_at.get(int(end[k]), -1)
+        if chain:
+            chains.append(np.array(chain))
+    return chains

@@ -1,0 +1,201 @@
+"""Rockbolts as they are given (Wang ch. 5); all forces are for one bolt."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.model.values import Rules, plain_numbers
+
+BoltKind = Literal["grouted", "end_anchored"]
+ROUNDING = 1e-9  # of the capacity: a pretension that exceeds it by less is at it
+
+GROUTED_ONLY = ("bond_strength", "hole_diameter", "bond_steel_grout", "bond_grout_rock", "bond_stiffness", "plate")
+DOWEL = ("bearing_stiffness", "bearing_strength")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bolt:
+    """A rockbolt between two points; its head is at `start`, its tip at `end`.
+
+    Attributes
+    ----------
+    start, end : (x, y) [m]
+        Head and tip, where they are before anything has moved.
+    kind : {"grouted", "end_anchored"}
+        Bonded to the rock along its length, or at its two ends only.
+    diameter : float [m]
+        Diameter of the steel.
+    young : float [Pa]
+        Elastic modulus of the steel.
+    yield_strength : float or None [Pa]
+        Stress at which the steel flows (Wang Fig. 5.2); None: never.
+    pretension : float [N]
+        Tension at installation; 0 for a passive bolt.
+    anchor_capacity : float or None [N]
+        Of an end-anchored bolt: what either anchorage bears (Wang Eq. 5.3); None: unlimited.
+    spacing : float [m]
+        Distance of bolts out of the plane; forces on the blocks are divided by it.
+    stage : str or None
+        Stage that installs it; None: there from the start.
+    bond_strength : float or None [N/m]
+        Of a grouted bolt: greatest force on the rock per length. Give this, or `hole_diameter` with the two below;
+        neither: unlimited.
+    hole_diameter : float or None [m]
+        Diameter of the drill hole.
+    bond_steel_grout, bond_grout_rock : float or None [Pa]
+        Shear strength of the two interfaces (Wang Eq. 5.7).
+    bond_stiffness : float or None [N/m2]
+        Force on the rock per length and slip while the grout is elastic; None: rigid, one node a block (Wang 5.3.2).
+    bearing_stiffness : float or None [N/m2]
+        Of a grouted bolt: force of the grout across the bolt per length and deflection. With it the bolt resists
+        shear where it crosses a joint (dowel action, `dowel_stiffness`); None: it does not, as in the thesis.
+    bearing_strength : float or None [Pa]
+        Pressure of the bolt on the grout or rock at which that gives way, for `dowel_strength`; None: unlimited.
+    plate : float [N]
+        Capacity of a face plate at the head of a grouted bolt; infinite: it never fails.
+    name : str
+        For tables and messages.
+
+    Raises
+    ------
+    ModelError
+        With every value out of range, and keys that do not belong together.
+
+    Examples
+    --------
+    >>> round(Bolt(start=(0, 0), end=(0, 3), diameter=0.025, yield_strength=500e6).yield_force)
+    245437
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    diameter: float
+    kind: BoltKind = "grouted"
+    young: float = 200e9
+    yield_strength: float | None = None
+    pretension: float = 0.0
+    anchor_capacity: float | None = None
+    spacing: float = 1.0
+    stage: str | None = None
+    bond_strength: float | None = None
+    hole_diameter: float | None = None
+    bond_steel_grout: float | None = None
+    bond_grout_rock: float | None = None
+    bond_stiffness: float | None = None
+    bearing_stiffness: float | None = None
+    bearing_strength: float | None = None
+    plate: float = 0.0
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        rules = Rules(f"bolt '{self.name}'" if self.name else "bolt")
+        for name in ("start", "end"):
+            object.__setattr__(self, name, rules.point(name, getattr(self, name), "m"))
+        for name, unit in (("diameter", "m"), ("young", "Pa"), ("spacing", "m")):
+            rules.number(name, getattr(self, name), unit, above=0)
+        for name, unit in (
+            ("yield_strength", "Pa"),
+            ("anchor_capacity", "N"),
+            ("hole_diameter", "m"),
+            ("bond_stiffness", "N/m2"),
+            ("bearing_stiffness", "N/m2"),
+            ("bearing_strength", "Pa"),
+        ):
+            rules.number(name, getattr(self, name), unit, above=0, optional=True)
+        for name, unit in (("bond_strength", "N/m"), ("bond_steel_grout", "Pa"), ("bond_grout_rock", "Pa")):
+            rules.number(name, getattr(self, name), unit, least=0, optional=True)
+        rules.number("pretension", self.pretension, "N", least=0)
+        if self.plate != math.inf:
+            rules.number("plate", self.plate, "N", least=0)
+        raise_faults(rules.faults)
+        plain_numbers(self)
+        raise_faults([f"{rules.thing}: {text}" for text in self._misfits()])
+
+    def _misfits(self) -> list[str]:
+        """Return what does not fit together, a sentence each."""
+        found = []
+        if self.kind not in get_args(BoltKind):
+            found.append(f"kind = {self.kind!r} is unknown{nearest(str(self.kind), get_args(BoltKind))}")
+        if self.length == 0:
+            found.append("start and end are the same point; give the tip of the bolt as its end")
+        by_diameter = [name for name in ("hole_diameter", "bond_steel_grout", "bond_grout_rock") if self._given(name)]
+        if self.kind == "end_anchored":
+            strange = [name for name in (*GROUTED_ONLY, *DOWEL) if self._given(name)]
+            if strange:
+                found.append(f"{', '.join(strange)} belong to grouted bolts; give anchor_capacity, or kind = 'grouted'")
+        elif self.anchor_capacity is not None:
+            found.append("anchor_capacity belongs to end-anchored bolts; give bond_strength or plate")
+        elif self.bond_strength is not None and by_diameter:
+            found.append(f"bond_strength is given, and {', '.join(by_diameter)} too; give one or the other")
+        elif by_diameter and len(by_diameter) < 3:
+            missing = {"hole_diameter", "bond_steel_grout", "bond_grout_rock"} - set(by_diameter)
+            found.append(f"{', '.join(by_diameter)} need {' and '.join(sorted(missing))} (Wang Eq. 5.7)")
+        elif self.hole_diameter is not None and self.hole_diameter < self.diameter:
+            found.append(f"hole_diameter = {self.hole_diameter:g} m is less than the diameter {self.diameter:g} m")
+        if self.bearing_strength is not None and (self.bearing_stiffness is None or self.yield_strength is None):
+            found.append("bearing_strength needs bearing_stiffness and yield_strength; give both, or leave it out")
+        most = min(self.yield_force, math.inf if self.anchor_capacity is None else self.anchor_capacity)
+        if self.pretension > most * (1 + ROUNDING):
+            found.append(f"pretension = {self.pretension:g} N is more than the bolt bears, {most:g} N; lower it")
+        return found
+
+    def _given(self, name: str) -> bool:
+        return getattr(self, name) not in (None, 0.0)
+
+    @property
+    def length(self) -> float:
+        """Length from head to tip [m]."""
+        return math.dist(self.start, self.end)
+
+    @property
+    def axial_stiffness(self) -> float:
+        """Elastic modulus times section, E A [N]."""
+        return self.young * math.pi * self.diameter**2 / 4
+
+    @property
+    def yield_force(self) -> float:
+        """Tension at which the steel flows [N]; infinite if never."""
+        return math.inf if self.yield_strength is None else self.yield_strength * math.pi * self.diameter**2 / 4
+
+    @property
+    def bond_capacity(self) -> float:
+        """Greatest force on the rock per length of a grouted bolt [N/m] (Wang Eq. 5.7); infinite if unlimited."""
+        if self.bond_strength is not None:
+            return self.bond_strength
+        if self.hole_diameter is None or self.bond_steel_grout is None or self.bond_grout_rock is None:
+            return math.inf
+        return math.pi * min(self.diameter * self.bond_steel_grout, self.hole_diameter * self.bond_grout_rock)
+
+    @property
+    def dowel_stiffness(self) -> float:
+        """Shear force over shear displacement of a joint that the bolt crosses [N/m]; 0 without dowel action.
+
+        Two half-infinite beams on an elastic foundation k, joined at the joint, where the moment is zero:
+        ``E I b^3`` with ``b = (k / (4 E I))^(1/4)`` and I = pi d^4 / 64.
+
+        References
+        ----------
+        Hetenyi (1946), Beams on Elastic Foundation, University of Michigan Press, ch. 2.
+        """
+        if self.bearing_stiffness is None:
+            return 0.0
+        bending = self.young * math.pi * self.diameter**4 / 64
+        return bending * math.pow(self.bearing_stiffness / (4 * bending), 0.75)
+
+    @property
+    def dowel_strength(self) -> float:
+        """Greatest shear force across a joint [N]; infinite if unlimited.
+
+        On either side the bolt presses the grout with p over its diameter up to a plastic hinge of moment
+        ``d^3 s_y / 6``: ``d^2 sqrt(p s_y / 3)``.
+
+        References
+        ----------
+        Johansen (1949), Theory of timber connections, IABSE Publications 9, 249-262.
+        """
+        if self.bearing_strength is None or self.yield_strength is None:
+            return math.inf
+        return self.diameter**2 * math.sqrt(self.bearing_strength * self.yield_strength / 3)

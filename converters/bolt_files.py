@@ -1,0 +1,123 @@
+"""Bolts to VTU lines and CSV, and back."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.records import Results, StageResult
+from converters.vtk_files import LINE, Grid, spatial, whole_file
+
+COLUMNS = (
+    *("stage", "bolt", "name", "status", "block", "station", "x", "y"),
+    *("axial_force", "bond_force", "slip", "plastic_stretch", "shear_force", "utilisation"),
+)
+
+
+def bolt_grid(results: Results, stage: StageResult) -> Grid:
+    """Return the bolts, a line an element at the original position.
+
+    The cell array ``bond_force`` is the greater of the bond forces at an element's two nodes; the point array has all.
+    """
+    bolts = stage.bolts
+    first = bolts.first_node
+    two = np.stack([bolts.bond_force[first], bolts.bond_force[first + 1]])
+    bond = two[np.abs(two).argmax(axis=0), np.arange(len(first))]
+    bolt_of_node = np.repeat(np.arange(bolts.count, dtype=np.int32), np.diff(bolts.node_start))
+    cells: dict[str, Any] = {
+        "bolt": bolts.bolt,
+        "axial_force": bolts.axial_force,
+        "bond_force": bond,
+        "utilisation": bolts.utilisation,
+        "plastic_stretch": bolts.plastic_stretch,
+        "shear_force": bolts.shear_force,
+        "shear_point": spatial(bolts.shear_point),
+        "shear_direction": spatial(bolts.shear_direction),
+        "alive": bolts.alive.astype(np.uint8),
+        "status": bolts.status[bolts.bolt].astype(np.int8),
+    }
+    points: dict[str, Any] = {
+        "displacement": spatial(bolts.displacement),
+        "position": spatial(bolts.point),
+        "bolt": bolt_of_node,
+        "block_id": bolts.block.astype(np.int32),
+        "station": bolts.station,
+        "bond_force": bolts.bond_force,
+        "slip": bolts.slip,
+        "spacing": bolts.spacing[bolt_of_node],
+        "status": bolts.status[bolt_of_node].astype(np.int8),
+    }
+    return Grid(
+        points=bolts.original,
+        offsets=2 * np.arange(len(first) + 1),
+        connectivity=np.stack([first, first + 1], axis=1).reshape(-1),
+        cell_type=LINE,
+        point_data=points,
+        cell_data=cells,
+        field_data={"bolt_names": bolts.names},
+    )
+
+
+def bolts_of_grid(grid: Grid) -> BoltForces:
+    """Return the written bolts."""
+    nodes, cells = grid.point_data, grid.cell_data
+    names = grid.field_data["bolt_names"]
+    node_start = np.searchsorted(nodes["bolt"], np.arange(len(names) + 1)).astype(np.int32)
+    return BoltForces(
+        names=tuple(names),
+        node_start=node_start,
+        block=nodes["block_id"],
+        station=nodes["station"],
+        original=grid.points,
+        point=nodes["position"][:, :2],
+        displacement=nodes["displacement"][:, :2],
+        spacing=nodes["spacing"][node_start[:-1]],
+        status=nodes["status"][node_start[:-1]],
+        alive=cells["alive"].astype(bool),
+        axial_force=cells["axial_force"],
+        bond_force=nodes["bond_force"],
+        slip=nodes["slip"],
+        plastic_stretch=cells["plastic_stretch"],
+        utilisation=cells["utilisation"],
+        shear_force=cells["shear_force"],
+        shear_point=cells["shear_point"][:, :2],
+        shear_direction=cells["shear_direction"][:, :2],
+    )
+
+
+def write_bolt_table(results: Results, path: Path) -> None:
+    """Write a row a node and stage: its bond force, and the forces of the element that begins there."""
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for number, stage in enumerate(results.stages):
+            writer.writerows(_rows(number, stage.bolts))
+
+
+def _rows(stage: int, bolts: BoltForces) -> list[tuple[object, ...]]:
+    element = np.full(len(bolts.block), -1)
+    element[bolts.first_node] = np.arange(len(bolts.first_node))
+    return [
+        (
+            stage,
+            bolt,
+            bolts.names[bolt],
+            BoltStatus(int(bolts.status[bolt])).name.lower(),
+            int(bolts.block[node]),
+            float(bolts.station[node]),
+            *bolts.point[node].tolist(),
+            float(bolts.axial_force[e]) if e >= 0 else "",
+            float(bolts.bond_force[node]),
+            float(bolts.slip[node]),
+            float(bolts.plastic_stretch[e]) if e >= 0 else "",
+            float(bolts.shear_force[e]) if e >= 0 else "",
+            float(bolts.utilisation[e]) if e >= 0 else "",
+        )
+        for bolt in range(bolts.count)
+        for node in range(bolts.node_start[bolt], bolts.node_start[bolt + 1])
+        for e in (int(element[node]),)
+    ]

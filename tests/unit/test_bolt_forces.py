@@ -1,0 +1,136 @@
+"""Forces of bolts in a moving frame and their tangent, against differences of the forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import rectangle
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.bolts import InstalledBolts
+from bsm_mesh.solve.pattern import block_pattern, whole_pattern
+
+BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
+START = np.column_stack([BLOCKS.moments.centroid, np.zeros(BLOCKS.count)])
+LINE = {"start": (0.2, 0.3), "end": (3.9, 2.6), "diameter": 0.025}
+BOLTS = {
+    "holding": bsm.Bolt(**LINE),
+    "slipping": bsm.Bolt(**LINE, bond_strength=3e4, spacing=1.7),
+    "yielding": bsm.Bolt(**LINE, yield_strength=1e8),
+    "elastic bond": bsm.Bolt(**LINE, bond_stiffness=2e8, bond_strength=1e5, plate=5e4),
+    "end-anchored": bsm.Bolt(**LINE, kind="end_anchored", pretension=4e4, spacing=0.7),
+    "dowel": bsm.Bolt(**LINE, bond_strength=5e4, bearing_stiffness=1e9, spacing=1.3),
+    "dowel gives way": bsm.Bolt(**LINE, yield_strength=3e8, bearing_stiffness=1e10, bearing_strength=2e7),
+    "dowel, elastic bond": bsm.Bolt(**LINE, bond_stiffness=2e8, bearing_stiffness=1e9, plate=5e4),
+    "anchorage slips": bsm.Bolt(**LINE, kind="end_anchored", pretension=4e4, anchor_capacity=4e4),
+}
+
+
+def installed_bolts(bolts, blocks, position):
+    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock")], bolts=bolts), position)
+
+
+def displaced(seed, size=2e-3):
+    return START + np.random.default_rng(seed).normal(size=START.shape) * size
+
+
+def dense(installed, at, pattern, **keys):
+    """Return the tangent as a full matrix, the upper triangle mirrored."""
+    data = np.zeros((len(pattern.column), 3, 3))
+    installed.add_tangent(at, installed.places(pattern), data, **keys)
+    n = BLOCKS.count
+    matrix = np.zeros((3 * n, 3 * n))
+    for row in range(n):
+        for p in range(pattern.row_start[row], pattern.row_start[row + 1]):
+            column = pattern.column[p]
+            matrix[3 * row : 3 * row + 3, 3 * column : 3 * column + 3] = data[p]
+            if pattern.symmetric and column != row:
+                matrix[3 * column : 3 * column + 3, 3 * row : 3 * row + 3] = data[p].T
+    return matrix
+
+
+@pytest.mark.parametrize("name", BOLTS)
+@pytest.mark.parametrize("seed", range(3))
+def test_tangent(name, seed):
+    installed = installed_bolts([BOLTS[name]], BLOCKS, START)
+    position = displaced(seed)
+    at = installed.evaluate(position)
+    lower, higher = installed.pairs
+    found = dense(installed, at, whole_pattern(BLOCKS.count, lower, higher))
+    expected = np.zeros_like(found)
+    step = 1e-7
+    for k in range(position.size):
+        change = np.zeros(position.size)
+        change[k] = step
+        change = change.reshape(position.shape)
+        ahead, behind = (installed.evaluate(position + s * change).forces.reshape(-1) for s in (1, -1))
+        expected[:, k] = -(ahead - behind) / (2 * step)
+    assert np.abs(expected).max() > 0
+    assert ("dowel" in name) == (np.abs(at.dowels.force) > 1).any()
+    assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
+    assert_allclose(dense(installed, at, block_pattern(BLOCKS.count, lower, higher)), found, atol=1e-9 * found.max())
+
+
+@pytest.mark.parametrize("name", BOLTS)
+def test_evaluating_changes_nothing_and_committing_no_force(name):
+    installed = installed_bolts([BOLTS[name]], BLOCKS, START)
+    position = displaced(7)
+    first, again = installed.evaluate(position), installed.evaluate(position)
+    assert_allclose(first.tension, again.tension, rtol=0)
+    after = installed.commit(first).evaluate(position)
+    assert_allclose(after.tension, first.tension, atol=1e-7 * max(first.tension.max(), 1))
+    assert_allclose(after.slip, first.slip, atol=1e-12)
+    assert_allclose(after.dowels.force, first.dowels.force, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", BOLTS)
+def test_rigid_motion_of_everything_changes_no_tension(name):
+    installed = installed_bolts([BOLTS[name]], BLOCKS, START)
+    position = displaced(3)
+    angle = 0.7
+    turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
+    turned = np.column_stack([position[:, :2] @ turn.T + (3, -8), position[:, 2] + angle])
+    here, there = installed.evaluate(position), installed.evaluate(turned)
+    assert_allclose(there.tension, here.tension, atol=1e-6)
+    assert_allclose(there.dowels.force, here.dowels.force, atol=1e-6)
+    assert_allclose(there.forces[:, :2], here.forces[:, :2] @ turn.T, atol=1e-6)
+    assert_allclose(there.forces[:, 2], here.forces[:, 2], atol=1e-6)
+
+
+def test_cut_bolt_works_on_in_its_parts():
+    """Without the third of five blocks, two parts of two nodes are left; bonds at the cut hold as before."""
+    row = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(5)], rock="rock")
+    start = np.column_stack([row.moments.centroid, np.zeros(5)])
+    bolt = bsm.Bolt(start=(0, 0.5), end=(5, 0.5), diameter=0.02)
+    installed = installed_bolts([bolt], row, start)
+    cut = installed.without(np.array([False, False, True, False, False]))
+    moved = start + np.outer(np.arange(5.0), [1e-4, 0, 0])
+    whole, parts = installed.evaluate(moved), cut.evaluate(moved)
+    assert_allclose(parts.tension, whole.tension * [1, 0, 0, 1])
+    assert parts.forces[2].tolist() == [0, 0, 0]
+    assert_allclose(parts.bond_force, whole.tension[0] * np.array([1, -1, 0, 1, -1]))
+
+
+def test_held_blocks_are_those_a_bolt_can_still_hold():
+    row = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(3)], rock="rock")
+    start = np.column_stack([row.moments.centroid, np.zeros(3)])
+    bolt = bsm.Bolt(start=(0, 0.5), end=(3, 0.5), diameter=0.02, bond_strength=1e4)
+    installed = installed_bolts([bolt], row, start)
+
+    def held(opening):
+        moved = start + np.array([(0, 0, 0), (0, 0, 0), (opening, 0, 0)])
+        near, far = installed.holding_pairs(installed.evaluate(moved))
+        return np.union1d(near, far)
+
+    assert held(0.0).tolist() == []
+    assert held(1e-5).tolist() == [1, 2]
+    assert held(1e-2).tolist() == []
+
+
+def test_bolt_in_one_block_bears_nothing():
+    bolts = [bsm.Bolt(start=(0.1, 0.1), end=(0.9, 0.8), diameter=0.02), BOLTS["holding"]]
+    installed = installed_bolts(bolts, BLOCKS, START)
+    alone = installed_bolts(bolts[1:], BLOCKS, START)
+    position = displaced(5)
+    assert_allclose(installed.evaluate(position).forces, alone.evaluate(position).forces)

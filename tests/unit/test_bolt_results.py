@@ -1,0 +1,112 @@
+"""What is told of bolts: support pressure, tables, VTU, pictures; and bolts in the scheme of the thesis."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import rectangle
+from small_case import MODEL, Case
+
+import bsm_mesh as bsm
+from bsm_mesh.model.bolt_patterns import radial_bolts
+from bsm_mesh.results import BoltForces, BoltStatus
+
+
+def record(bolts, force, status=None):
+    """Return a record of bolts of one element each with given tensions."""
+    n = len(bolts)
+    ends = np.array([(bolt.start, bolt.end) for bolt in bolts]).reshape(-1, 2)
+    zero = np.zeros(n)
+    return BoltForces(
+        names=tuple(f"B{k}" for k in range(n)),
+        node_start=2 * np.arange(n + 1),
+        block=np.zeros(2 * n, np.int32),
+        station=np.tile([0.0, 1.0], n),
+        original=ends,
+        point=ends,
+        displacement=np.zeros((2 * n, 2)),
+        spacing=np.array([bolt.spacing for bolt in bolts]),
+        status=np.full(n, BoltStatus.ELASTIC) if status is None else status,
+        alive=np.ones(n, dtype=bool),
+        axial_force=np.asarray(force, dtype=float),
+        bond_force=np.zeros(2 * n),
+        slip=np.zeros(2 * n),
+        plastic_stretch=zero,
+        utilisation=zero,
+        shear_force=zero,
+        shear_point=np.zeros((n, 2)),
+        shear_direction=np.zeros((n, 2)),
+    )
+
+
+def test_support_pressure_of_a_row():
+    """Bolts at 0, 1, 3 and 4 m along a floor: their shares are 1, 1.5, 1.5 and 1 m."""
+    bolts = [bsm.Bolt(start=(x, 0), end=(x, -2), diameter=0.02, spacing=2.0) for x in (0, 1, 3, 4)]
+    found = record(bolts, [12e3, 12e3, 6e3, 6e3]).support_pressure
+    assert_allclose(found, [6e3, 4e3, 2e3, 3e3])
+
+
+def test_support_pressure_counts_only_bolts_of_the_same_wall():
+    """Bolts of the opposite wall, absent bolts and single bolts."""
+    row = [bsm.Bolt(start=(x, 0), end=(x, 2), diameter=0.02) for x in (0, 1, 2)]
+    floor = [bsm.Bolt(start=(0.5, -3), end=(0.5, -5), diameter=0.02)]
+    status = np.array([BoltStatus.ELASTIC, BoltStatus.ABSENT, BoltStatus.ELASTIC, BoltStatus.ELASTIC])
+    found = record([*row, *floor], [1e3, 0, 2e3, 5e3], status).support_pressure
+    assert_allclose(found, [500, np.nan, 1000, np.nan])
+
+
+def test_support_pressure_round_an_arch():
+    bolts = radial_bolts(centre=(0, 0), radius=3, length=2, count=19, diameter=0.02)
+    found = record(bolts, np.full(19, 1e4)).support_pressure
+    assert_allclose(found[1:-1], 1e4 / (3 * np.sin(np.radians(10))))
+
+
+def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
+    bolts = '[[bolt]]\nname = "weak"\nstart = [0.4, 0.4]\nend = [0.4, 1.9]\ndiameter = 0.02\n' + (
+        "bond_strength = 3e4\n[[bolt]]\nstart = [1.4, 1.6]\nend = [1.6, 1.9]\ndiameter = 0.02\n"
+    )
+    lifted = MODEL.replace('"1 MPa"', '"-50 kPa"')  # against a weight of 26 kPa
+    case.write("model.toml", lifted + bolts + '[solver]\nscheme = "continuation"\n')
+    outcome = case.run("run", "model.toml", "-q")
+    assert outcome.code == 0, outcome.err
+    assert "slipping (weak)" in outcome.out
+    assert "bolts.pvd, bolts.csv" in outcome.out
+    told = json.loads((case.folder / "out/summary.json").read_text())["stages"][0]["bolts"]
+    assert [bolt["status"] for bolt in told] == ["slipping", "slack"]
+    assert told[0]["utilisation"] == pytest.approx(1.0)
+    assert told[0]["support_pressure"] is None
+
+
+def test_pictures_show_bolts(case: Case) -> None:
+    from matplotlib.image import imread
+
+    bolts = '[[bolt]]\nstart = [0.4, 0.4]\nend = [0.4, 1.9]\ndiameter = 0.02\npretension = "30 kN"\n'
+    case.write("model.toml", MODEL + bolts)
+    outcome = case.run("run", "model.toml", "-q", "--pictures")
+    assert outcome.code == 0, outcome.err
+    for name in ("bolts", "bolt_forces"):
+        picture = imread(case.folder / f"out/pictures/{name}.png")[..., :3]
+        assert picture.shape[1] == 1400
+        assert len(np.unique((255 * picture).astype(int) @ (1 << 16, 1 << 8, 1))) > 20
+
+
+@pytest.mark.parametrize("strength", [None, 2e4])
+def test_scheme_of_the_thesis(strength):
+    """A bolt that hangs a block, by Wang's iteration: held, or at its capacity."""
+    blocks = bsm.Blocks.from_polygons([rectangle(0, 1, 3, 3), rectangle(1, 0, 2, 1)], rock="rock")
+    yields = None if strength is None else strength / (np.pi * 0.011**2)
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=26e3)],
+        joints=[bsm.Joint("J", normal_stiffness=1e8, shear_stiffness=1e8, law=bsm.Patton(friction=30))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        bolts=[bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=0.022, yield_strength=yields)],
+    )
+    results = bsm.run(model, bsm.Options(scheme="wang"))
+    assert results.status == ("stable" if strength is None else "unstable")
+    assert_allclose(results.stages[-1].bolts.axial_force, strength or 26e3, rtol=5e-3)
+    assert len(results.stages[-1].steps) < 100
