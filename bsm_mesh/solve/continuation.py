@@ -41,6 +41,7 @@ FIRST_LAM = 1e-3  # over d
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 QUICK = 0.1  # Newton's method at the start goes on while it shrinks the 2-norm to this with every factorization
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
+BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
 RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps
@@ -188,19 +189,22 @@ class Continuation:
             found = newton(step, elastic, tolerance, contraction=QUICK)
             if found.converged:
                 return found
-        return self._from_inside(step, elastic, tolerance, MOST_ITERATIONS)
+        return self._from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
 
     def _moving(self, step: Step, inner: float, *, from_rest: bool) -> Found:
         """Return the end of a step in which blocks move."""
         found = newton(step, step.start, inner, from_rest=from_rest, most=MOST_MOVING)
         return found if found.converged else self._from_inside(step, step.start, inner, MOST_MOVING)
 
-    def _from_inside(self, step: Step, elastic: FloatArray, tolerance: float, most: int) -> Found:
+    def _from_inside(
+        self, step: Step, elastic: FloatArray, tolerance: float, most: int, barriers: tuple[float, ...] = (1.0,)
+    ) -> Found:
         """Return what Newton's method finds from where the interior point method ends."""
-        near = interior_point(step, elastic, HAND_OVER)
-        if near is None:
-            return Found(step.start, step.evaluate(step.start), converged=False)
-        return newton(step, near, tolerance, most=most)
+        for barrier in barriers:
+            near = interior_point(step, elastic, HAND_OVER, barrier=barrier)
+            if near is not None:
+                return newton(step, near, tolerance, most=most)
+        return Found(step.start, step.evaluate(step.start), converged=False)
 
     def _falling(
         self, contacts: MovingContacts, at: Evaluation, position: FloatArray, recent: list[FloatArray]

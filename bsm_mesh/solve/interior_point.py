@@ -38,7 +38,7 @@ LEAST_CENTRING = 1e-5
 BELOW_STRENGTH = 1 - 1e-12
 
 
-def interior_point(step: Step, elastic: FloatArray, tolerance: float) -> FloatArray | None:
+def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier: float = 1.0) -> FloatArray | None:
     """Return a position near enough to a solution for Newton's method on the exact laws, or None.
 
     Parameters
@@ -49,10 +49,13 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float) -> FloatAr
         A position at which the contacts' pressures have about the size that they have at the solution.
     tolerance : float
         Greatest force out of balance by the exact laws, over the reference weight.
+    barrier : float
+        What it begins with, over the typical product of pressure and approach: a greater one jams less where much
+        slides, and takes longer.
     """
     problem = _Problem(step)
     position = step.start
-    state, barrier = problem.begin(position, problem.typical_product(elastic))
+    state, barrier = problem.begin(position, barrier * problem.typical_product(elastic))
     weight = step.moving.weight(step.evaluate(elastic))
     unit = weight**2 / problem.middle_stiffness
     jammed, part = 0, 1.0
