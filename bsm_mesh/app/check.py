@@ -66,43 +66,30 @@ def check_model(
     Raises
     ------
     ModelError
-        For a model that is not valid; of one that is not held, after the table.
+        For a model that is not valid.
     """
     limits = Thresholds.parse(settings)
     if repair is not None and not 0 <= repair.snap < np.inf:
         raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
     loaded = load_model_file(path)
     system = LinearSystem(loaded.model, initial_contacts(loaded.model))
+    system.check_supports()
     report = quality_summary(loaded.model, system, limits, loaded.dangling)
-    fault = _fault_of_supports(system)
     if picture is not None:
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)
     if as_json:
-        if fault is not None:
-            raise fault
         click.echo(json.dumps({**report, "notes": loaded.notes, "changes": changes}, indent=2))
         return
     for line in loaded.mesh_lines:
         click.echo(f"mesh: {line.strip()}")
-    title = f"{path}: the model is valid" if fault is None else f"{path}: the model is not held"
-    print_table(title, ("", ""), quality_rows(report), texts=2)
+    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
     if picture is not None:
         click.echo(f"written: {picture}")
     for change in changes:
         click.echo(f"repair: {change}")
     if repair is not None:
         click.echo(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
-    if fault is not None:
-        raise fault
-
-
-def _fault_of_supports(system: LinearSystem) -> ModelError | None:
-    try:
-        system.check_supports()
-    except ModelError as fault:
-        return fault
-    return None
 
 
 def _repair(loaded: LoadedModel, repair: Repair, limits: Thresholds) -> tuple[str, ...]:

@@ -110,7 +110,7 @@ def enclose_faces(graph: Graph, mass: RockMass) -> tuple[Faces, IntArray]:
     coordinates, of_ring = shapely.get_coordinates(ring, return_index=True)
     closing = np.append(of_ring[1:] != of_ring[:-1], True)
     sizes = np.bincount(of_ring[~closing])
-    corners = _find_points(coordinates[~closing], graph.points)
+    corners = find_points(coordinates[~closing], graph.points)
     starts = [np.concatenate([[0], np.cumsum(n)]) for n in (sizes, np.bincount(of_face))]
     return Faces(corners=corners, rings=starts[0], faces=starts[1]), region
 
@@ -180,7 +180,7 @@ def _inside(points: FloatArray, region: Region | Opening | Excavation) -> BoolAr
     return inside
 
 
-def _find_points(coordinates: FloatArray, points: FloatArray) -> IntArray:
+def find_points(coordinates: FloatArray, points: FloatArray) -> IntArray:
     """Return the number of the point at each of the coordinates; `points` are sorted by y, then x."""
     structured = [
         np.ascontiguousarray(xy[:, ::-1] + 0.0).view([("y", "f8"), ("x", "f8")])[:, 0] for xy in (points, coordinates)

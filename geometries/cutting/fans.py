@@ -5,20 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from geometries.cutting.block_cut import BlockCut
-from geometries.cutting.faces import Faces
+from geometries.cutting.faces import Faces, find_points
 from geometries.cutting.pieces import BoolArray, IntArray
 from geometries.joint_sets import FloatArray
 
 THINNEST = 1e-10  # area over perimeter squared: a fan with a thinner triangle is no fan
-STRAIGHT = 1e-9  # of its neighbours' distance: a corner nearer to their line is left out of the triangulation
 
 
 def divide_faces(cut: BlockCut) -> tuple[FloatArray, IntArray, IntArray]:
     """Return points, triangles and the block of each triangle, in the order of the blocks.
 
     A block is a fan of triangles around its centroid where that sees all of the outline. The others, with a hole or
-    strongly concave, get a constrained Delaunay triangulation; corners in the middle of a straight side are put back
-    as fans of the triangles there.
+    strongly concave, get a constrained Delaunay triangulation.
     """
     faces = Faces(corners=cut.corners, rings=cut.rings, faces=cut.faces)
     owner, following = faces.owner, faces.following
@@ -27,18 +25,11 @@ def divide_faces(cut: BlockCut) -> tuple[FloatArray, IntArray, IntArray]:
     fan = (np.diff(cut.faces) == 1) & np.logical_and.reduceat(_thick(a, b, c), cut.rings[cut.faces[:-1]])
     number = len(cut.points) + np.cumsum(fan) - 1
     inside = fan[owner]
-    triangles = [np.stack([cut.corners, cut.corners[following], number[owner]], axis=1)[inside]]
-    points, block = [cut.points, centre[fan]], [owner[inside]]
-    count = len(cut.points) + int(fan.sum())
-    for face in np.flatnonzero(~fan).tolist():  # a few concave ones
-        more, others = _delaunay(cut, face, count)
-        count += len(more)
-        points.append(more)
-        triangles.append(others)
-        block.append(np.full(len(others), face))
-    of_triangle = np.concatenate(block)
-    order = np.argsort(of_triangle, kind="stable")
-    return np.concatenate(points), np.concatenate(triangles)[order], of_triangle[order]
+    fans = np.stack([cut.corners, cut.corners[following], number[owner]], axis=1)[inside]
+    others, of_block = _delaunay(cut, faces, np.flatnonzero(~fan))
+    block = np.concatenate([owner[inside], of_block])
+    order = np.argsort(block, kind="stable")
+    return np.concatenate([cut.points, centre[fan]]), np.concatenate([fans, others])[order], block[order]
 
 
 def _thick(a: FloatArray, b: FloatArray, c: FloatArray) -> BoolArray:
@@ -59,40 +50,13 @@ def _centroids(cut: BlockCut, faces: Faces) -> FloatArray:
     return centroid
 
 
-def _delaunay(cut: BlockCut, face: int, first: int) -> tuple[FloatArray, IntArray]:
-    """Return further points, numbered from `first`, and the triangles of one block."""
+def _delaunay(cut: BlockCut, faces: Faces, blocks: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the triangles of some blocks between their corners, and the block of each."""
     import shapely
 
-    straight: dict[tuple[int, int], list[int]] = {}  # side between two corners -> corners in the middle of it
-    rings = []
-    for ring in range(cut.faces[face], cut.faces[face + 1]):
-        nodes = cut.corners[cut.rings[ring] : cut.rings[ring + 1]]
-        kept = np.flatnonzero(_bends(cut.points[nodes]))
-        for begin, end in zip(kept, np.append(kept[1:], kept[0] + len(nodes)), strict=True):
-            run = np.take(nodes, range(begin, end + 1), mode="wrap").tolist()
-            straight[run[0], run[-1]] = run[1:-1]
-        rings.append(nodes[kept])
-    at = {tuple(cut.points[node]): int(node) for ring in rings for node in ring}
-    polygon = shapely.Polygon(cut.points[rings[0]], [cut.points[ring] for ring in rings[1:]])
-    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
-    points, triangles = [], []
-    for part in shapely.orient_polygons(parts):
-        corner = [at[tuple(xy)] for xy in shapely.get_coordinates(part)[:3]]
-        sides = [(corner[k], corner[(k + 1) % 3]) for k in range(3)]
-        outline = [node for side in sides for node in (side[0], *straight.get(side, []))]
-        if len(outline) == 3:
-            triangles.append(tuple(corner))
-            continue
-        points.append(cut.points[corner].mean(axis=0))
-        centre = first + len(points) - 1
-        triangles += [(a, b, centre) for a, b in zip(outline, [*outline[1:], outline[0]], strict=True)]
-    return np.array(points).reshape(-1, 2), np.array(triangles, dtype=np.int64)
-
-
-def _bends(points: FloatArray) -> BoolArray:
-    """Return which corners of a ring lie off the line between their neighbours; all, of one that is next to flat."""
-    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
-    vector, gap = after - before, points - before
-    off = np.abs(vector[:, 0] * gap[:, 1] - vector[:, 1] * gap[:, 0])
-    bends: BoolArray = off > STRAIGHT * np.einsum("nj,nj->n", vector, vector)
-    return bends if bends.sum() > 2 else np.ones_like(bends)
+    found = shapely.constrained_delaunay_triangles(faces.polygons(cut.points)[blocks])
+    parts, owner = shapely.get_parts(found, return_index=True)
+    corners = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3]
+    order = np.lexsort(cut.points.T)
+    number = order[find_points(corners.reshape(-1, 2), cut.points[order])]
+    return number.reshape(-1, 3), blocks[owner]

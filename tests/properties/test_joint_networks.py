@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from networks import accounted, areas, box, circle, lengths
 
-from converters import read_mesh
+from converters import NoteKind, read_mesh
 from geometries import (
     Excavation,
     Exponential,
@@ -98,7 +98,8 @@ def test_no_area_and_no_joint_is_lost(mass: RockMass) -> None:
 def test_the_mesh_read_as_regions_gives_the_same_blocks(mass: RockMass) -> None:
     cut = cut_blocks(mass)
     with TemporaryDirectory() as folder:
-        blocks, _ = read_mesh(write_blocks(cut, Path(folder) / "rock.msh"), blocks="regions")
+        blocks, report = read_mesh(write_blocks(cut, Path(folder) / "rock.msh"), blocks="regions")
+    assert report.count(NoteKind.FLAT) == 0
     assert blocks.moments.area.sum() == pytest.approx(mass.domain().area, rel=AREA)
     if not cut.holed.size:
         assert blocks.count == cut.count

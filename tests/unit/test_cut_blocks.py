@@ -80,6 +80,20 @@ def test_nearly_parallel_joints(engine: Engine, offset: float) -> None:
     assert all(a.bounding + a.coincident > a.in_rock - 1e-3 for a in cut.accounts)
 
 
+def test_joints_nearly_through_one_point_leave_no_edge_without_length() -> None:
+    """Three lines, the third past the crossing of the others by less than the tolerance of 1.4e-5 m."""
+    generator = np.random.default_rng(4)
+    for angles, gap in zip(generator.uniform(0, 180, (150, 3)), generator.normal(0, 5e-6, 150), strict=True):
+        lines = []
+        for angle, off in zip(np.radians(angles), (0.0, 0.0, gap), strict=True):
+            along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+            lines.append(np.array([3.1, 4.2]) + off * across + np.outer([-20, 20], along))
+        cut = cut_blocks(rock(*lines))
+        ends = cut.points[np.concatenate(list(cut.joints.values()))]
+        assert np.hypot(*(ends[:, 1] - ends[:, 0]).T).min() > 0.04e-6 * np.hypot(10, 10)
+        assert areas(cut).sum() == pytest.approx(100, rel=AREA)
+
+
 def test_joints_tangent_to_a_tunnel_and_across_its_border(engine: Engine) -> None:
     regions = [
         Region(outline=box(-10, -10, 10, 10), rock="gneiss"),
@@ -134,6 +148,13 @@ def test_dead_ends_kept_extended_and_cut(engine: Engine) -> None:
     assert longer.count == 4
     assert longer.accounts[2].extended == pytest.approx(4)
     assert longer.accounts[2].bounding == pytest.approx(6)
+
+
+def test_two_ends_in_line_reach_for_each_other_once(engine: Engine) -> None:
+    cut = cut_blocks(rock([(-1, 5), (4, 5)], [(6, 5), (11, 5)], dead_ends="extend"), engine)
+    assert cut.count == 2
+    assert sum(a.extended for a in cut.accounts) == pytest.approx(2)
+    assert sum(a.coincident for a in cut.accounts) == pytest.approx(0, abs=1e-4)
 
 
 def test_the_same_seed_gives_the_same_blocks() -> None:

@@ -114,6 +114,44 @@ def test_coarse_and_fine_elements_give_the_same_blocks(tmp_path: Path, size: flo
     assert elements.count > 4 * fine.count
 
 
+def test_triangles_of_a_block_that_sees_not_all_of_its_outline_meet_those_beside_it(tmp_path: Path) -> None:
+    turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+    levels = np.sort(np.random.default_rng(3).uniform(2.2, 9.8, 60))
+    lines = [[(2, 11), (2, 2), (8, 2), (8, 11)], *([(2, y), (8, y)] for y in levels)]
+    joints = [Fault(name=f"J{k}", lines=[np.array(line) @ turn]) for k, line in enumerate(lines)]
+    frame = np.array(box(0, 0, 10, 10)) @ turn
+    cut = cut_blocks(RockMass(regions=[Region(outline=frame, rock="gneiss")], joints=joints))
+    path = write_blocks(cut, tmp_path / "a.msh")
+    elements, _ = read_mesh(path)
+    outer = elements.edge_table.unpaired()
+    assert np.hypot(*elements.edge_vectors[outer].T).sum() == pytest.approx(40)
+    blocks, report = read_mesh(path, blocks="regions")
+    assert (blocks.count, report.notes) == (62, ())
+    assert max(np.diff(blocks.offsets)) == 8
+
+
+def test_corners_between_a_joint_and_none_and_between_boundaries_stay() -> None:
+    blocks, _ = quads([(10, 11), (11, 12)], {"rock:gneiss": list(range(8)), "rock:schist": list(range(8, 16))})
+    assert np.diff(blocks.offsets).tolist() == [5, 5]
+    length = np.hypot(*blocks.edge_vectors.T)
+    assert length[blocks.edge_joint == 0].tolist() == [2, 2]
+    sets = {"rock:gneiss": [list(range(16)), None], "boundary:half": [None, [0, 1]]}
+    blocks, _ = convert_mesh(GRID, [("quad", QUADS), ("line", [(0, 1), (1, 2)])], sets, blocks="regions")
+    assert np.diff(blocks.offsets).tolist() == [5]
+    assert np.hypot(*blocks.edge_vectors[blocks.boundaries["half"]].T).tolist() == [2]
+
+
+def test_a_side_that_begins_in_its_middle_is_one_edge() -> None:
+    """The first element of the mesh lies in the middle of the right side."""
+    right = [(4, 9), (9, 14), (14, 19), (19, 24)]
+    cells = [("quad", [QUADS[7], *QUADS[:7], *QUADS[8:]]), ("line", right)]
+    sets = {"rock:gneiss": [list(range(16)), None], "boundary:right": [None, list(range(4))]}
+    blocks, _ = convert_mesh(GRID, cells, sets, blocks="regions")
+    (edge,) = blocks.boundaries["right"]
+    assert blocks.vertices[edge].tolist() == [4, 0]
+    assert blocks.edge_vectors[edge].tolist() == [0, 4]
+
+
 def test_a_users_own_gmsh_script_gives_blocks(tmp_path: Path) -> None:
     with gmsh_session("own") as gmsh:
         occ = gmsh.model.occ

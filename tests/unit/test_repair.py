@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -62,6 +63,19 @@ def test_rocks_and_excavations_are_never_mixed() -> None:
     assert repair_blocks(blocks, slivers, across_joints=True).blocks.count == 2
 
 
+def test_a_sliver_keeps_to_its_excavation() -> None:
+    blocks = dataclasses.replace(made(*SQUARES), excavations={"1": np.array([0])})
+    mended = repair_blocks(blocks, slivers)
+    np.testing.assert_allclose(sorted(mended.blocks.moments.area), [0.495, 0.505, 1])
+
+
+def test_a_sliver_stays_where_a_hole_would_arise() -> None:
+    around = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
+    mended = repair_blocks(made(around, scenes.rectangle(1, 1, 2, 3), scenes.rectangle(0, 3, 3, 3.03)), slivers)
+    assert mended.blocks.count == 3
+    assert mended.changes[0].startswith("1 slivers are left")
+
+
 def test_near_corners_become_one() -> None:
     blocks = made(scenes.SQUARE, np.array([(1.002, 0.0), (2, 0), (2, 1), (1, 1.001)]))
     snapped, changes = snap_corners(blocks, 0.01)
@@ -71,6 +85,14 @@ def test_near_corners_become_one() -> None:
     gone, changes = snap_corners(made(scenes.SQUARE, scenes.rectangle(1, 0, 1.001, 0.001)), 0.01)
     assert gone.count == 1
     assert any("block 1" in change and "vanishes" in change for change in changes)
+
+
+def test_snapped_corners_go_to_the_boundary() -> None:
+    blocks = made(np.array([(0, 0.003), (2, 0.003), (1, 2)]), scenes.rectangle(0, -1, 2, 0))
+    blocks = blocks.with_boundary("ground", lambda x, y: y == 0)
+    snapped, _ = snap_corners(blocks, 0.01)
+    assert snapped.vertices[snapped.boundaries["ground"]].tolist() == [[2, 0]]
+    assert snapped.moments.area.tolist() == [2, 2]
 
 
 def test_corners_in_the_middle_of_edges_are_put_in() -> None:

@@ -110,6 +110,21 @@ def test_what_is_intact_is_not_cut() -> None:
         cut_blocks(RockMass(regions=regions, boundaries={"top": [(0, 20), (1, 20)]}))
 
 
+def test_a_zone_drawn_beyond_the_frame_keeps_to_it() -> None:
+    regions = [
+        Region(outline=box(0, 0, 10, 10), rock="gneiss"),
+        Opening(outline=box(4, 0, 6, 5), boundary="shaft"),
+        Region(outline=band([(-5, 2), (15, 2)], 1.0), rock="shear_zone", border="wall", clipped=True),
+    ]
+    cut = cut_blocks(RockMass(regions=regions))
+    assert areas(cut)[cut.rock == 1].sum() == pytest.approx(8)
+    assert areas(cut).sum() == pytest.approx(90, rel=1e-12)
+    assert lengths(cut, dict(cut.joints)) == pytest.approx({"wall": 16})
+    assert lengths(cut, dict(cut.boundaries))["left"] == pytest.approx(10)
+    beyond = cut_blocks(RockMass(regions=[*regions[:2], Region(outline=regions[2].outline, rock="shear_zone")]))
+    assert areas(beyond).sum() == pytest.approx(90 + 10 + 2)
+
+
 def test_random_spacings_have_the_moments_asked_for() -> None:
     generator = np.random.default_rng(5)
     for law, deviation in ((Normal(2, 0.3), 0.3), (Lognormal(2, 0.8), 0.8), (Exponential(2), 0.95 * 2)):
@@ -117,6 +132,16 @@ def test_random_spacings_have_the_moments_asked_for() -> None:
         assert drawn.mean() == pytest.approx(2, abs=4 * deviation / np.sqrt(MANY))
         assert drawn.std() == pytest.approx(deviation, rel=0.1)
         assert drawn.min() >= 0.05 * 2
+
+
+def test_en_echelon_joints_stand_half_a_period_apart() -> None:
+    joints = JointSet(name="J", dip=0, spacing=1, persistence=0.6, bridge=2.0, ends="en_echelon", start=(0, 0))
+    traces = joints.traces(np.zeros(2), np.full(2, 20.0), 1)
+    begins = [np.sort(traces[np.abs(traces[:, 0, 1] - y) < 1e-9, 0, 0]) for y in (8, 9, 10)]
+    np.testing.assert_allclose(np.diff(begins[0]), 5.0)  # a bridge of 2 m is 0.4 of the period
+    np.testing.assert_allclose((begins[1][0] - begins[0][0]) % 5, 2.5)
+    np.testing.assert_allclose((begins[2][0] - begins[0][0]) % 5, 0, atol=1e-9)
+    np.testing.assert_allclose(traces[:, 1, 0] - traces[:, 0, 0], 3.0)
 
 
 def test_a_set_has_the_density_asked_for() -> None:

@@ -1,15 +1,16 @@
-"""A cavern under an arched roof, a shear zone with a width above it, and two joint sets: change it and run it.
+"""A cavern excavated in two stages under a shear zone, in rock with two joint sets: change it and run it.
 
 `build` cuts the rock into blocks and writes them as a Gmsh mesh with physical groups: `rock:gneiss`, `rock:shear_zone`,
-`joint:J1`, `joint:wall` (both sides of the zone), `boundary:cavern`, ... Later regions lie over earlier ones.
+`joint:J1`, `joint:wall` (both sides of the zone), `excavation:heading`, `excavation:bench`. Later regions lie over
+earlier ones.
 """
 
 from pathlib import Path
 
 from geometries import (
+    Excavation,
     JointSet,
     Normal,
-    Opening,
     Region,
     RockMass,
     band,
@@ -24,6 +25,7 @@ def build(
     path: str | Path,
     span: float = 14.0,
     height: float = 12.0,
+    bench: float = 6.0,
     rise: float = 4.0,
     spacing: float = 4.0,
     zone_width: float = 1.0,
@@ -36,7 +38,8 @@ def build(
         regions=[
             Region(outline=frame, rock="gneiss"),
             Region(outline=zone, rock="shear_zone", border="wall", clipped=True),  # not beyond the frame
-            Opening(outline=vaulted_box(span, height, rise), boundary="cavern"),
+            Excavation(outline=vaulted_box(span, height - bench, rise, (0, bench)), name="heading"),
+            Excavation(outline=rectangle(-span / 2, 0, span / 2, bench), name="bench"),
         ],
         joints=[
             JointSet(name="J1", dip=15, spacing=spacing),
