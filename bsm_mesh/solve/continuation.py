@@ -41,6 +41,7 @@ FIRST_LAM = 1e-3  # over d
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 QUICK = 0.1  # Newton's method at the start goes on while it shrinks the 2-norm to this with every factorization
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
+NEAR_REST = 1e-4  # tolerance of a step below which few contacts still change: Newton's method is given time
 BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
@@ -193,7 +194,8 @@ class Continuation:
 
     def _moving(self, step: Step, inner: float, *, from_rest: bool) -> Found:
         """Return the end of a step in which blocks move."""
-        found = newton(step, step.start, inner, from_rest=from_rest, most=MOST_MOVING)
+        most = MOST_ITERATIONS if inner < NEAR_REST else MOST_MOVING
+        found = newton(step, step.start, inner, from_rest=from_rest, most=most)
         return found if found.converged else self._from_inside(step, step.start, inner, MOST_MOVING)
 
     def _from_inside(
