@@ -85,7 +85,7 @@ def near_scene(polygons: Sequence[np.ndarray], position: np.ndarray) -> Scene:
 def brute_candidates(scene: Scene, band: float, rules: Rules = RULES) -> dict[tuple[int, int], dict[str, float]]:
     """Return (corner, edge) of all corners that face an edge of another block, by the definition, one by one.
 
-    The rules that look at one candidate alone are applied (convex, near, both edges away, seam), no others.
+    The rules that look at one candidate alone are applied (convex, near, both edges away), no others.
     """
     outlines, found = scene.outlines, {}
     n = len(outlines.block_size)
@@ -122,7 +122,9 @@ def _facing(v, arms, start, end, notches, h, band, rules):
         return None
     if np.hypot(max(0.0, -along, along - length), max(0.0, gap)) > band:
         return None
-    if min(unit @ n for unit in units) < -rules.entrance:
+    lean = -min(unit @ n for unit in units)
+    most = rules.entrance + rules.turn * band / h
+    if lean > rules.entrance and (lean > most or gap < lean * rules.ahead * h):
         return None
     shares = []
     for arm, unit, runs in zip(arms, units, (-1, 1), strict=True):
@@ -130,15 +132,15 @@ def _facing(v, arms, start, end, notches, h, band, rules):
             ends = sorted([along, along + arm @ t])
             shares.append((max(0.0, min(length, ends[1]) - max(0.0, ends[0])), min(length, ends[1] - ends[0])))
     at_end = min(abs(along), abs(along - length)) < rules.seam * h
-    if shares and at_end and sum(s for s, _ in shares) < min(rules.seam * h, 0.5 * max(shares)[1]):
-        return None
     total = sum(s for s, _ in shares)
+    end_to_end = bool(shares) and at_end and total < min(rules.seam * h, 0.5 * max(shares)[1])
     slack = [h * (rules.leave if notch else rules.rounding) for notch in notches]
     return {
         "gap": gap,
         "along": along,
         "edge_length": length,
-        "length": total / 2 if total > 0 else rules.corner_share * h,
+        "length": total / 2 if total > 0 and not end_to_end else rules.corner_share * h,
         "parallel": bool(shares),
+        "end_to_end": end_to_end,
         "in_range": -slack[0] <= along <= length + slack[1],
     }

@@ -57,8 +57,10 @@ def settle(
         h = min(blocks[i].size, blocks[j].size)
         here = rows[starts[p] : starts[p + 1]]
         _settle_pair(vertices, blocks, active[first:last], h, band, rules, here)
+        _find_rivals(vertices, rules, here, count)
         for k in range(here.size):
             if here[k].state == KEPT:
+                here[k].in_range &= here[k].play == 0.0  # it bears where it is pressed in, no more
                 here[k].history += first if here[k].history >= 0 else 0  # from the pair's rows to the rows of all
                 here[k].inherits += first if here[k].inherits >= 0 else 0
                 rows[count] = here[k]
@@ -105,8 +107,12 @@ def _settle_pair(
                 _one_of_active_duals(vertices, active, h, rules, rows, i)
         _hand_over(vertices, blocks, active, h, rules, rows)
     for i in range(rows.size):
-        if rows[i].history < 0 and rows[i].inherits < 0 and rows[i].gap < -h * _fresh_depth(rules, rows[i]):
-            rows[i].state = DROPPED
+        _low_step(vertices, h, rules, rows, i)
+    for i in range(rows.size):
+        if rows[i].history < 0 and rows[i].inherits < 0:
+            too_deep = rows[i].gap < -_fresh_depth(h, band, rules, rows[i])
+            if too_deep or _is_behind_active(vertices, h, rules, rows, i):
+                rows[i].state = DROPPED
     for i in range(rows.size):
         if rows[i].history < 0 and rows[i].state == UNDECIDED:
             _one_edge_a_corner(vertices, h, rules, rows, i)
@@ -120,14 +126,14 @@ def _settle_pair(
 def _carry_on(active: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
     """Find the candidate among the active contacts of its pair; one that has left its edge ends.
 
-    Corner on corner of diagonal neighbours there is no history: it would hold them together.
+    Corner on corner there is no history until it is pressed in: it would hold them together.
     """
-    if row.tip:
+    if row.play > 0.0 and not -rules.let_in * h <= row.gap <= -row.play:
         return
     key = (np.int64(row.corner) << 32) | np.int64(row.edge)
     for q in range(active.size):
         if active[q].key == key and active[q].pressure > 0.0:
-            row.history = q
+            row.history, row.play = q, 0.0
             row.in_range = -rules.leave * h <= row.along <= row.edge_length + rules.leave * h
             if not row.in_range:
                 row.state = DROPPED
@@ -137,13 +143,100 @@ def _carry_on(active: RecordArray, h: float, rules: Rules, row: Record) -> None:
 @nb.njit(cache=True, forceinline=True)
 def _touches(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Whether a candidate bears, or would at once."""
-    return bool(row.in_range and row.gap <= rules.fresh * h)
+    return bool(row.in_range and row.play == 0.0 and row.gap <= rules.fresh * h)
 
 
 @nb.njit(cache=True, forceinline=True)
-def _fresh_depth(rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
-    """Return how deep a contact without history may be; corner on corner it has none as long as it is there."""
-    return float(rules.tip if row.tip else rules.fresh)
+def _fresh_depth(h: float, band: float, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
+    """Return how deep a contact without history may be.
+
+    One that came over the end of its edge, or past a corner, was let in as deep as a step that is none.
+    """
+    from_end = min(abs(row.along), abs(row.along - row.edge_length))
+    over_the_end = from_end < band and (row.parallel_edge < 0 or 2.0 * row.length < band)
+    return float((rules.let_in if row.play > 0.0 or row.was_tip or over_the_end else rules.fresh) * h)
+
+
+@nb.njit(cache=True, forceinline=True)
+def _low_step(
+    vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
+) -> None:  # pragma: no cover - compiled
+    """Make row i corner on corner if it is the front of a step that is none.
+
+    The corner is then level with the face that lies beyond, and an edge of its own parallel to that face: it slides
+    on there, and must not catch on what elastic blocks stand out.
+    """
+    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel ones are told by the length they share
+        return
+    for j in range(rows.size):
+        level = rows[j].parallel_edge >= 0 and abs(rows[j].gap) < rules.seam * h
+        if level and _are_rivals(vertices, rules, rows[i], rows[j]):
+            rows[i].play = rules.seam * h
+
+
+@nb.njit(cache=True, forceinline=True)
+def _is_behind_active(
+    vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
+) -> bool:  # pragma: no cover - compiled
+    """Whether the corner of row i is behind its edge because it bears on the other side of the same corner."""
+    if rows[i].gap > rules.closed * h:
+        return False
+    for j in range(rows.size):
+        if rows[j].history >= 0 and rows[j].state == KEPT and _are_rivals(vertices, rules, rows[i], rows[j]):
+            return True
+    return False
+
+
+@nb.njit(cache=True, forceinline=True)
+def _find_rivals(
+    vertices: RecordArray, rules: Rules, rows: RecordArray, first: int
+) -> None:  # pragma: no cover - compiled
+    """Fill in the rivals of the rows that stand; they will be rows `first`, `first` + 1, ... of the table."""
+    for i in range(rows.size):
+        if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].inherits >= 0:
+            continue
+        place = first
+        for j in range(rows.size):
+            if rows[j].state == KEPT:
+                if _are_rivals(vertices, rules, rows[i], rows[j]):
+                    rows[i].rival = place
+                    break
+                place += 1
+
+
+@nb.njit(cache=True, forceinline=True)
+def _same_tips(vertices: RecordArray, rules: Rules, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are the same two corners and the same way out, with corner and edge swapped."""
+    if one.play == 0.0 or other.play == 0.0 or one.block_a != other.block_b:
+        return False
+    w, f = other.corner, other.edge
+    at_w = w == (one.edge if one.along < 0.5 * one.edge_length else vertices[one.edge].following)
+    at_v = f == one.corner or vertices[f].following == one.corner
+    return bool(at_w and at_v and not _are_rivals(vertices, rules, one, other))
+
+
+@nb.njit(cache=True, forceinline=True)
+def _are_rivals(vertices: RecordArray, rules: Rules, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are the two ways out for one corner that is pressed into another.
+
+    What corner v cannot reach beside corner w of the other block is a wedge, convex as both are. Its two sides are
+    edges at v or w: v on an edge at w, or w on an edge at v. Inside, the nearer side is the way out.
+    """
+    v, e = one.corner, one.edge
+    w = e if one.along < 0.5 * one.edge_length else vertices[e].following
+    f = other.edge
+    cosine = vertices[e].dx * vertices[f].dx + vertices[e].dy * vertices[f].dy
+    sine = vertices[e].dx * vertices[f].dy - vertices[e].dy * vertices[f].dx
+    if other.corner == v:
+        if f == e or (f != w and vertices[f].following != w):
+            return False
+        if (sine if f == w else -sine) <= rules.flat:
+            return False  # a notch, or no corner
+    elif other.corner == w and (f == v or vertices[f].following == v):
+        cosine = -cosine
+    else:
+        return False
+    return bool(cosine < 0.0 or abs(sine) > rules.parallel)
 
 
 @nb.njit(cache=True, forceinline=True)
@@ -158,6 +251,8 @@ def _one_edge_a_corner(
         return
     for j in range(rows.size):
         if j == i or rows[j].corner != rows[i].corner or not rows[j].in_range or rows[j].state == DROPPED:
+            continue
+        if rows[i].play > 0.0 or rows[j].play > 0.0:  # which one is found while it moves
             continue
         if (rows[i].history >= 0) == (rows[j].history >= 0):
             better = rows[j].gap - rows[i].gap
@@ -220,7 +315,7 @@ def _no_dual_of_kept(
             rows[j].state == KEPT
             and _touches(h, rules, rows[j])
             and _are_duals(vertices, rows[i], rows[j], rules.dual * band)
-        ):
+        ) or (rows[j].state == KEPT and _same_tips(vertices, rules, rows[i], rows[j])):
             rows[i].state = DROPPED
             return
     rows[i].state = KEPT
@@ -251,7 +346,7 @@ def _hand_over(
             continue
         best, nearest = -1, rules.near * h
         for i in range(rows.size):
-            if rows[i].history >= 0 or not rows[i].in_range:
+            if rows[i].history >= 0 or rows[i].play > 0.0 or not rows[i].in_range:
                 continue
             distance = _distance(vertices, active[q], rows[i])
             if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.aligned:

@@ -21,10 +21,11 @@ ROWS_PER_PAIR = 3  # space at first; the table grows where there are more
 FULL = -1  # returned where the table of rows has no space left
 ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
-        *((name, "f8") for name in ("gap", "along", "edge_length", "length")),
+        *((name, "f8") for name in ("gap", "along", "edge_length", "length", "play")),
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "inherits")),
+        ("rival", "i4"),
         ("in_range", "?"),
-        ("tip", "?"),  # meets only the corner of a block that was its diagonal neighbour at the start
+        ("was_tip", "?"),  # was corner on corner, but edges of theirs have come to lie on each other
         ("state", "i1"),  # a mark of `contact_rules`
     ],
     align=True,
@@ -83,6 +84,7 @@ def _add_facing(
     h is the length that the rules are scaled with [m]. Returns FULL where the table is too short.
     """
     box, reach = blocks[b], 0.5 * band  # the box holds the other half
+    most_lean = rules.entrance + rules.turn * band / h
     for v in range(blocks[a].first, blocks[a].last):
         x, y = vertices[v].x, vertices[v].y
         if x < box.x0 - reach or x > box.x1 + reach or y < box.y0 - reach or y > box.y1 + reach:
@@ -97,7 +99,8 @@ def _add_facing(
             gap = x_e * ty - y_e * tx
             if gap > band or gap < -rules.deepest * h:
                 continue
-            if min(out_x * ty - out_y * tx, back_x * ty - back_y * tx) < -rules.entrance:
+            lean = -min(out_x * ty - out_y * tx, back_x * ty - back_y * tx)
+            if lean > rules.entrance and (lean > most_lean or gap < lean * rules.ahead * h):
                 continue  # an edge of the corner leads into the other block
             along = x_e * tx + y_e * ty
             end = vertices[vertices[e].following]
@@ -110,28 +113,35 @@ def _add_facing(
             row = rows[count]
             row.block_a, row.block_b, row.corner, row.edge = a, b, v, e
             row.gap, row.along, row.edge_length = gap, along, length
-            if _fill(vertices, h, rules, row):
-                count += 1
+            _fill(vertices, h, rules, row)
+            count += 1
     return count
 
 
 @nb.njit(cache=True, forceinline=True)
-def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
-    """Fill in what follows from corner, edge, gap and place along the edge; return whether it is a candidate."""
+def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
+    """Fill in what follows from corner, edge, gap and place along the edge.
+
+    Parallel edges that only meet end to end, and corners of diagonal neighbours, are corner on corner.
+    """
     overlap, parallel_edge, shorter = _overlap(vertices, rules, row)
     from_end = min(abs(row.along), abs(row.along - row.edge_length))
-    if parallel_edge >= 0 and from_end < rules.seam * h and overlap < min(rules.seam * h, 0.5 * shorter):
-        return False  # parallel edges that only meet end to end
+    end_to_end = parallel_edge >= 0 and from_end < rules.seam * h and overlap < min(rules.seam * h, 0.5 * shorter)
     row.parallel_edge = parallel_edge
-    row.length = 0.5 * overlap if overlap > 0.0 else rules.corner_share * h
-    row.tip = from_end < rules.tip * h and _meets_diagonally(vertices, h, rules, row)
+    row.length = 0.5 * overlap if overlap > 0.0 and not end_to_end else rules.corner_share * h
+    diagonal = from_end < rules.tip * h and _meets_diagonally(vertices, h, rules, row)
+    row.was_tip = diagonal and _lies_on(vertices, h, rules, row, overlap)
+    row.play = 0.0
+    if end_to_end:
+        row.play = rules.seam * h
+    elif diagonal and not row.was_tip:
+        row.play = rules.fresh * h
     before, behind = _notches(vertices, rules, row)
     slack_before = h * (rules.leave if before else rules.rounding)
     slack_behind = h * (rules.leave if behind else rules.rounding)
-    row.in_range = not row.tip and -slack_before <= row.along <= row.edge_length + slack_behind
-    row.history = row.inherits = -1
+    row.in_range = -slack_before <= row.along <= row.edge_length + slack_behind
+    row.history = row.inherits = row.rival = -1
     row.state = 0
-    return True
 
 
 @nb.njit(cache=True, forceinline=True)
@@ -157,6 +167,17 @@ def _overlap(
         if shared > most:
             most, best, shorter = shared, f, min(length, abs(other - along))
     return total, best, shorter
+
+
+@nb.njit(cache=True, forceinline=True)
+def _lies_on(
+    vertices: RecordArray, h: float, rules: Rules, row: Record, overlap: float
+) -> bool:  # pragma: no cover - compiled
+    """Whether the parallel edge has come to lie on b's edge: nowhere in the length they share is there a step."""
+    if row.parallel_edge < 0 or overlap < rules.seam * h:
+        return False
+    one, other = vertices[row.parallel_edge], vertices[row.edge]
+    return bool(abs(one.dx * other.dy - one.dy * other.dx) * overlap < rules.seam * h)
 
 
 @nb.njit(cache=True, forceinline=True)

@@ -85,6 +85,10 @@ class Candidates:
         Row of the same contact among the active ones; -1 if it was not active.
     inherits : (m,) int32
         Row of an active contact that has ended and whose shear force this one takes over; else -1.
+    rival : (m,) int32
+        Row of the other way out where two corners meet; -1 if there is none. Of the two the one with more gap bears.
+    play : (m,) float64 [m]
+        Corner on corner: how deep the one may go into the other before it bears; else 0.
     """
 
     block_a: IntArray
@@ -101,6 +105,8 @@ class Candidates:
     in_range: BoolArray
     history: IntArray
     inherits: IntArray
+    rival: IntArray
+    play: FloatArray
 
     @property
     def count(self) -> int:
@@ -146,7 +152,7 @@ def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]
     pair, key = np.empty(n, i8), np.empty(n, i8)
     gap, along, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     parallel_edge, in_range = np.empty(n, i4), np.empty(n, np.bool_)
-    history, inherits = np.empty(n, i4), np.empty(n, i4)
+    history, inherits, rival, play = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n)
     for i in range(n):
         row = rows[i]
         a, b = row.block_a, row.block_b
@@ -155,7 +161,8 @@ def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]
         key[i] = (i8(row.corner) << 32) | i8(row.edge)
         gap[i], along[i], edge_length[i], length[i] = row.gap, row.along, row.edge_length, row.length
         parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
-        history[i], inherits[i] = row.history, row.inherits
+        history[i], inherits[i], rival[i] = row.history, row.inherits, row.rival
+        play[i] = row.play
     return (
         block_a,
         block_b,
@@ -171,4 +178,6 @@ def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]
         in_range,
         history,
         inherits,
+        rival,
+        play,
     )

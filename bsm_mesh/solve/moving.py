@@ -78,6 +78,7 @@ class MovingContacts:
     failed: BoolArray
     reach: FloatArray  # (m,) how far past the edge's ends the contact still bears, within this step
     touching: BoolArray
+    rivals: IntArray  # (k,) candidates that have a rival
 
     @property
     def count(self) -> int:
@@ -151,10 +152,10 @@ def gather_contacts(
     same = found.history >= 0
     first_along[same] = history.first_along[found.history[same]]
     overlapping = fresh & (found.gap < 0)
-    offset[overlapping] = (
-        np.minimum(found.gap[overlapping], 0.0) if first else np.maximum(found.gap[overlapping], -near)
-    )
+    offset[overlapping] = found.gap[overlapping]
     offset[meeting] = -near
+    corner_on_corner = ~known & (found.play > 0)
+    offset[corner_on_corner] = -found.play[corner_on_corner]
     return MovingContacts(
         candidates=found,
         properties=properties,
@@ -171,6 +172,7 @@ def gather_contacts(
         failed=failed,
         reach=np.where(touching, band, 0.0),
         touching=touching,
+        rivals=np.flatnonzero(found.rival >= 0),
     )
 
 
@@ -203,6 +205,7 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
     pressure = -contacts.normal_stiffness * (gap - contacts.offset)
     in_range = (along >= -contacts.reach) & (along <= c.edge_length + contacts.reach)
     bearing = in_range & (pressure >= -contacts.tension) & ((pressure > 0) | (contacts.tension > 0))
+    bearing[contacts.rivals] &= _nearer_way_out(c, contacts.rivals, gap)
     anchored = ~np.isnan(contacts.old_along)
     moved = np.where(anchored, along - contacts.old_along, 0.0)
     trial = np.where(anchored, contacts.old_shear + contacts.shear_stiffness * moved, 0.0)
@@ -232,6 +235,13 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
         failed=failed,
         forces=forces,
     )
+
+
+def _nearer_way_out(candidates: Candidates, rows: IntArray, gap: FloatArray) -> BoolArray:
+    """Return which of the rows that have a rival have more gap than it, (k,); of equal ones the first."""
+    rival = candidates.rival[rows]
+    nearer: BoolArray = (gap[rows] > gap[rival]) | ((gap[rows] == gap[rival]) & (rows < rival))
+    return nearer
 
 
 def tangent_stiffness(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:

@@ -17,7 +17,7 @@ from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate,
 from bsm_mesh.solve.system import external_loads, reference_weight
 
 STEP = 0.05  # of the block size: step length d
-BAND = 1.5  # of the step length: corners nearer than this to an edge are candidates for contact
+BAND = 3.0  # of the step length: corners nearer than this to an edge are candidates for contact
 DRIVEN = 0.5  # of the step length: how far supports move blocks in a step
 REACHED = 1e-6  # of the step length: what a prescribed displacement may lack at the end
 

@@ -19,9 +19,7 @@ def test_a_pile_ends_in_a_verdict(model):
         assert np.isfinite(values).all()
     assert results.status != "not_converged", stage.reason
     if results.status == "stable":
-        check = results.check()  # overlap is not held: corners that meet in a point may still pass through
-        assert max(check.block_residual, check.balance) <= check.tolerance, str(check)
-        assert check.utilisation <= 1 + 1e-9
+        assert results.check().ok, str(results.check())
         assert stage.unstable_blocks.size == 0
     else:
         assert stage.unstable_blocks.size > 0

@@ -391,7 +391,6 @@ APEX = [
 ]
 
 
-@pytest.mark.xfail(strict=True, reason="corners that meet corners in a point have no contact and pass through")
 @pytest.mark.parametrize(("polygons", "fixed"), [(CROSSING, (0,)), (APEX, (0, 1))])
 def test_wedges_that_meet_in_a_point_do_not_pass_through_each_other(polygons, fixed):
     model = model_of([np.array(p, dtype=float) for p in polygons], friction=10, fixed=fixed)
