@@ -153,6 +153,8 @@ def gather_contacts(
     first_along[same] = history.first_along[found.history[same]]
     overlapping = fresh & (found.gap < 0)
     offset[overlapping] = found.gap[overlapping]
+    slid_on = overlapping & (not first) & _slid_on(found, band)
+    offset[slid_on] = np.minimum(found.gap[slid_on] + near, 0.0)
     offset[meeting] = -near
     corner_on_corner = ~known & (found.play > 0)
     offset[corner_on_corner] = -found.play[corner_on_corner]
@@ -174,6 +176,16 @@ def gather_contacts(
         touching=touching,
         rivals=np.flatnonzero(found.rival >= 0),
     )
+
+
+def _slid_on(found: Candidates, band: float) -> BoolArray:
+    """Return which candidates are at the end of a face that has begun to slide onto another, (m,).
+
+    What lies behind them on the last face is pressed in as deep: they bear at once, or the block would sink on and on.
+    """
+    from_end = np.minimum(np.abs(found.along), np.abs(found.along - found.edge_length))
+    short: BoolArray = (found.parallel_edge >= 0) & (from_end < band) & (2 * found.length < band)
+    return short
 
 
 def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray:
