@@ -236,6 +236,8 @@ def _are_rivals(vertices: RecordArray, rules: Rules, one: Record, other: Record)
         cosine = -cosine
     else:
         return False
+    if other.leans or (one.leans and cosine > rules.parallel):
+        return False  # may become one and the same as they turn
     return bool(cosine < 0.0 or abs(sine) > rules.parallel)
 
 

@@ -25,6 +25,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "inherits")),
         ("rival", "i4"),
         ("in_range", "?"),
+        ("leans", "?"),  # an edge of the corner leads into the other block: a contact only once the blocks have turned
         ("was_tip", "?"),  # was corner on corner, but edges of theirs have come to lie on each other
         ("state", "i1"),  # a mark of `contact_rules`
     ],
@@ -113,6 +114,7 @@ def _add_facing(
             row = rows[count]
             row.block_a, row.block_b, row.corner, row.edge = a, b, v, e
             row.gap, row.along, row.edge_length = gap, along, length
+            row.leans = lean > rules.entrance
             _fill(vertices, h, rules, row)
             count += 1
     return count
