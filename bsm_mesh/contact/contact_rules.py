@@ -153,7 +153,7 @@ def _fresh_depth(h: float, band: float, rules: Rules, row: Record) -> float:  # 
     One that came over the end of its edge, or past a corner, was let in as deep as a step that is none.
     """
     from_end = min(abs(row.along), abs(row.along - row.edge_length))
-    over_the_end = from_end < band and (row.parallel_edge < 0 or 2.0 * row.length < band)
+    over_the_end = from_end < band and row.overlap < band
     return float((rules.let_in if row.play > 0.0 or row.was_tip or over_the_end else rules.fresh) * h)
 
 
@@ -236,8 +236,8 @@ def _are_rivals(vertices: RecordArray, rules: Rules, one: Record, other: Record)
         cosine = -cosine
     else:
         return False
-    if other.leans or (one.leans and cosine > rules.parallel):
-        return False  # may become one and the same as they turn
+    if one.lean >= 0 or other.lean >= 0:
+        return False  # no way out before the blocks have turned
     return bool(cosine < 0.0 or abs(sine) > rules.parallel)
 
 
@@ -254,8 +254,9 @@ def _one_edge_a_corner(
     for j in range(rows.size):
         if j == i or rows[j].corner != rows[i].corner or not rows[j].in_range or rows[j].state == DROPPED:
             continue
-        if rows[i].play > 0.0 or rows[j].play > 0.0:  # which one is found while it moves
-            continue
+        on_corner = rows[i].gap > -rules.closed * h and rows[j].gap > -rules.closed * h
+        if rows[i].play > 0.0 or rows[j].play > 0.0 or (on_corner and _are_rivals(vertices, rules, rows[i], rows[j])):
+            continue  # which one it will be is found while it moves
         if (rows[i].history >= 0) == (rows[j].history >= 0):
             better = rows[j].gap - rows[i].gap
             if abs(better) <= rules.rounding * h:

@@ -21,11 +21,11 @@ ROWS_PER_PAIR = 3  # space at first; the table grows where there are more
 FULL = -1  # returned where the table of rows has no space left
 ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
-        *((name, "f8") for name in ("gap", "along", "edge_length", "length", "play")),
+        *((name, "f8") for name in ("gap", "along", "edge_length", "overlap", "length", "play")),
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "inherits")),
         ("rival", "i4"),
+        ("lean", "i4"),
         ("in_range", "?"),
-        ("leans", "?"),  # an edge of the corner leads into the other block: a contact only once the blocks have turned
         ("was_tip", "?"),  # was corner on corner, but edges of theirs have come to lie on each other
         ("state", "i1"),  # a mark of `contact_rules`
     ],
@@ -100,7 +100,8 @@ def _add_facing(
             gap = x_e * ty - y_e * tx
             if gap > band or gap < -rules.deepest * h:
                 continue
-            lean = -min(out_x * ty - out_y * tx, back_x * ty - back_y * tx)
+            lean_out, lean_back = out_y * tx - out_x * ty, back_y * tx - back_x * ty
+            lean = max(lean_out, lean_back)
             if lean > rules.entrance and (lean > most_lean or gap < lean * rules.ahead * h):
                 continue  # an edge of the corner leads into the other block
             along = x_e * tx + y_e * ty
@@ -114,7 +115,9 @@ def _add_facing(
             row = rows[count]
             row.block_a, row.block_b, row.corner, row.edge = a, b, v, e
             row.gap, row.along, row.edge_length = gap, along, length
-            row.leans = lean > rules.entrance
+            row.lean = -1
+            if lean > rules.entrance:
+                row.lean = v if lean_out > lean_back else vertices[v].preceding
             _fill(vertices, h, rules, row)
             count += 1
     return count
@@ -129,7 +132,7 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
     overlap, parallel_edge, shorter = _overlap(vertices, rules, row)
     from_end = min(abs(row.along), abs(row.along - row.edge_length))
     end_to_end = parallel_edge >= 0 and from_end < rules.seam * h and overlap < min(rules.seam * h, 0.5 * shorter)
-    row.parallel_edge = parallel_edge
+    row.parallel_edge, row.overlap = parallel_edge, overlap
     row.length = 0.5 * overlap if overlap > 0.0 and not end_to_end else rules.corner_share * h
     diagonal = from_end < rules.tip * h and _meets_diagonally(vertices, h, rules, row)
     row.was_tip = diagonal and _lies_on(vertices, h, rules, row, overlap)

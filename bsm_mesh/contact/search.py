@@ -89,6 +89,8 @@ class Candidates:
         Row of the other way out where two corners meet; -1 if there is none. Of the two the one with more gap bears.
     play : (m,) float64 [m]
         Corner on corner: how deep the one may go into the other before it bears; else 0.
+    lean : (m,) int32
+        Edge of a at the corner that leads into b: the contact bears only once the blocks have turned; else -1.
     """
 
     block_a: IntArray
@@ -107,6 +109,7 @@ class Candidates:
     inherits: IntArray
     rival: IntArray
     play: FloatArray
+    lean: IntArray
 
     @property
     def count(self) -> int:
@@ -152,7 +155,8 @@ def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]
     pair, key = np.empty(n, i8), np.empty(n, i8)
     gap, along, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     parallel_edge, in_range = np.empty(n, i4), np.empty(n, np.bool_)
-    history, inherits, rival, play = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n)
+    history, inherits, rival = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
+    play, lean = np.empty(n), np.empty(n, i4)
     for i in range(n):
         row = rows[i]
         a, b = row.block_a, row.block_b
@@ -162,7 +166,7 @@ def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]
         gap[i], along[i], edge_length[i], length[i] = row.gap, row.along, row.edge_length, row.length
         parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
         history[i], inherits[i], rival[i] = row.history, row.inherits, row.rival
-        play[i] = row.play
+        play[i], lean[i] = row.play, row.lean
     return (
         block_a,
         block_b,
@@ -180,4 +184,5 @@ def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]
         inherits,
         rival,
         play,
+        lean,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
 from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws import JointLaw
@@ -79,6 +80,8 @@ class MovingContacts:
     reach: FloatArray  # (m,) how far past the edge's ends the contact still bears, within this step
     touching: BoolArray
     rivals: IntArray  # (k,) candidates that have a rival
+    leaning: IntArray  # (l,) candidates whose corner has an edge that leads into the other block
+    lean: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
 
     @property
     def count(self) -> int:
@@ -156,6 +159,7 @@ def gather_contacts(
     slid_on = overlapping & (not first) & _slid_on(found, band)
     offset[slid_on] = np.minimum(found.gap[slid_on] + near, 0.0)
     offset[meeting] = -near
+    leaning = np.flatnonzero(found.lean >= 0)
     corner_on_corner = ~known & (found.play > 0)
     offset[corner_on_corner] = -found.play[corner_on_corner]
     return MovingContacts(
@@ -175,6 +179,8 @@ def gather_contacts(
         reach=np.where(touching, band, 0.0),
         touching=touching,
         rivals=np.flatnonzero(found.rival >= 0),
+        leaning=leaning,
+        lean=_edges_from_corners(outlines.corners, blocks.following, found.lean[leaning], found.corner[leaning]),
     )
 
 
@@ -218,6 +224,7 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
     in_range = (along >= -contacts.reach) & (along <= c.edge_length + contacts.reach)
     bearing = in_range & (pressure >= -contacts.tension) & ((pressure > 0) | (contacts.tension > 0))
     bearing[contacts.rivals] &= _nearer_way_out(c, contacts.rivals, gap)
+    bearing[contacts.leaning] &= _turned_away(contacts, position, tangent)
     anchored = ~np.isnan(contacts.old_along)
     moved = np.where(anchored, along - contacts.old_along, 0.0)
     trial = np.where(anchored, contacts.old_shear + contacts.shear_stiffness * moved, 0.0)
@@ -254,6 +261,22 @@ def _nearer_way_out(candidates: Candidates, rows: IntArray, gap: FloatArray) -> 
     rival = candidates.rival[rows]
     nearer: BoolArray = (gap[rows] > gap[rival]) | ((gap[rows] == gap[rival]) & (rows < rival))
     return nearer
+
+
+def _turned_away(contacts: MovingContacts, position: FloatArray, tangent: FloatArray) -> BoolArray:
+    """Return which of the leaning rows have no edge any more that leads into the other block, (l,)."""
+    edge = turned(contacts.lean, position[contacts.candidates.block_a[contacts.leaning], 2])
+    t = tangent[contacts.leaning]
+    away: BoolArray = edge[:, 1] * t[:, 0] - edge[:, 0] * t[:, 1] <= RULES.entrance
+    return away
+
+
+def _edges_from_corners(corners: FloatArray, following: IntArray, edge: IntArray, corner: IntArray) -> FloatArray:
+    """Return the unit directions (l, 2) of edges at their corners, away from those."""
+    vector = corners[following[edge]] - corners[edge]
+    vector[edge != corner] *= -1.0
+    unit: FloatArray = vector / np.hypot(*vector.T)[:, None]
+    return unit
 
 
 def tangent_stiffness(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
