@@ -57,7 +57,7 @@ def settle(
         h = min(blocks[i].size, blocks[j].size)
         here = rows[starts[p] : starts[p + 1]]
         _settle_pair(vertices, blocks, active[first:last], h, band, rules, here)
-        _find_rivals(vertices, rules, here, count)
+        _find_rivals(vertices, h, rules, here, count)
         for k in range(here.size):
             if here[k].state == KEPT:
                 here[k].in_range &= here[k].play == 0.0  # it bears where it is pressed in, no more
@@ -147,6 +147,12 @@ def _touches(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover -
 
 
 @nb.njit(cache=True, forceinline=True)
+def _is_face(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
+    """Whether edges lie along each other there."""
+    return bool(row.parallel_edge >= 0 and row.overlap >= rules.seam * h)
+
+
+@nb.njit(cache=True, forceinline=True)
 def _fresh_depth(h: float, band: float, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
     """Return how deep a contact without history may be.
 
@@ -189,17 +195,22 @@ def _is_behind_active(
 
 @nb.njit(cache=True, forceinline=True)
 def _find_rivals(
-    vertices: RecordArray, rules: Rules, rows: RecordArray, first: int
+    vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, first: int
 ) -> None:  # pragma: no cover - compiled
-    """Fill in the rivals of the rows that stand; they will be rows `first`, `first` + 1, ... of the table."""
+    """Fill in the rivals of the rows that stand; they will be rows `first`, `first` + 1, ... of the table.
+
+    Those on a face have none. Where two rivals touch, one does at first: together they would hold a block that stands on its corner.
+    """
     for i in range(rows.size):
-        if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].inherits >= 0:
+        if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].inherits >= 0 or _is_face(h, rules, rows[i]):
             continue
         place = first
         for j in range(rows.size):
             if rows[j].state == KEPT:
                 if _are_rivals(vertices, rules, rows[i], rows[j]):
                     rows[i].rival = place
+                    on_corner = max(abs(rows[i].gap), abs(rows[j].gap)) <= rules.closed * h
+                    rows[i].in_range &= j > i or not (on_corner and rows[j].in_range)
                     break
                 place += 1
 
@@ -254,7 +265,8 @@ def _one_edge_a_corner(
     for j in range(rows.size):
         if j == i or rows[j].corner != rows[i].corner or not rows[j].in_range or rows[j].state == DROPPED:
             continue
-        on_corner = rows[i].gap > -rules.closed * h and rows[j].gap > -rules.closed * h
+        on_corner = min(rows[i].gap, rows[j].gap) > -rules.closed * h
+        on_corner &= not (_is_face(h, rules, rows[i]) or _is_face(h, rules, rows[j]))
         if rows[i].play > 0.0 or rows[j].play > 0.0 or (on_corner and _are_rivals(vertices, rules, rows[i], rows[j])):
             continue  # which one it will be is found while it moves
         if (rows[i].history >= 0) == (rows[j].history >= 0):
@@ -318,6 +330,7 @@ def _no_dual_of_kept(
             rows[j].state == KEPT
             and _touches(h, rules, rows[j])
             and _are_duals(vertices, rows[i], rows[j], rules.dual * band)
+            and (rows[j].parallel_edge >= 0 or not _are_rivals(vertices, rules, rows[i], rows[j]))
         ) or (rows[j].state == KEPT and _same_tips(vertices, rules, rows[i], rows[j])):
             rows[i].state = DROPPED
             return

@@ -6,8 +6,8 @@ in the base are like. A step that is higher than 0.005 of the block size stops i
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 from jointed_scenes import GAMMA, model_of, moved_polygons
+from numpy.testing import assert_allclose
 from scenes import rectangle, turned
 
 import bsm_mesh as bsm

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from jointed_scenes import GAMMA, model_of
 from numpy.testing import assert_allclose
-from jointed_scenes import GAMMA, model_of, moved_polygons
 from scenes import LINEAR, rectangle, running_bond, turned
 
 import bsm_mesh as bsm

@@ -1,0 +1,156 @@
+"""Corner on corner: which way out bears, against the least penetration of convex polygons; what is let in before."""
+
+import numpy as np
+import pytest
+from contact_scenes import Scene
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from jointed_scenes import model_of
+from numpy.testing import assert_allclose
+from scenes import grid, rectangle, square, turned
+
+from bsm_mesh.contact.rules import RULES
+from bsm_mesh.solve.moving import History
+from bsm_mesh.solve.moving_model import MovingModel
+
+angles = st.floats(30.0, 140.0)
+turns = st.floats(-25.0, 25.0)
+shifts = st.floats(-0.03, 0.03)
+
+
+def ways_out(p, q):
+    """Return how deep two convex polygons are in each other, and the unit vectors along which q leaves (about) soonest.
+
+    Both stay apart along the outward normal of an edge of one of them, or they overlap (separating axes).
+    """
+    ways = []
+    for one, other, sign in ((p, q, 1.0), (q, p, -1.0)):
+        for start, end in zip(one, np.roll(one, -1, axis=0), strict=True):
+            along = (end - start) / np.hypot(*(end - start))
+            normal = np.array([along[1], -along[0]])
+            ways.append((-((other - start) @ normal).min(), sign * normal))
+    depth = min(inside for inside, _ in ways)
+    return depth, [normal for inside, normal in ways if inside < depth + 0.2 * abs(depth) + 1e-9]
+
+
+def wedge(angle, turn, up):
+    """Return a triangle with its tip of `angle` at the origin, pointing down or up."""
+    half = np.radians(angle / 2)
+    tip = np.array([(0.0, 0.0), (np.sin(half), np.cos(half)), (-np.sin(half), np.cos(half))])
+    return turned(tip, turn + (180.0 if up else 0.0))
+
+
+def force_on_upper(lower, upper, shift, first=True):
+    """Return the contact force on the upper block, moved by `shift` in one step, and the contacts of the step."""
+    moving = MovingModel(model_of([lower, upper], kn=1.0, friction=0.0))
+    contacts = moving.gather(History.none(), moving.start, first=first)
+    position = moving.start.copy()
+    position[1, :2] += shift
+    return moving.evaluate(contacts, position).forces[1, :2], contacts
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(angles, angles, turns, turns, shifts, st.floats(0.0, 0.03), st.floats(1e-3, 0.03))
+def test_the_nearer_way_out_bears(below, above, turn, other_turn, aside, apart, pressed):
+    """Two tips, above each other or a little aside, pressed into each other in one step; no edges nearly parallel."""
+    edges = [[turn + below / 2, turn - below / 2], [other_turn + above / 2, other_turn - above / 2]]
+    assume(min(abs(p - q) for p in edges[0] for q in edges[1]) > 7.0)
+    lower, upper = wedge(below, turn, up=True), wedge(above, other_turn, up=False) + (aside, apart)
+    assume(ways_out(lower, upper)[0] <= 0.0)
+    shift = np.array([0.0, -apart - pressed])
+    force, contacts = force_on_upper(lower, upper, shift)
+    depth, directions = ways_out(lower, upper + shift)
+    assume(abs(depth) > 1e-9)
+    if depth < 0:
+        assert_allclose(force, 0.0, atol=1e-12)
+        return
+    direction = max(directions, key=lambda normal: force @ normal)
+    aside_of_it = abs(force @ (-direction[1], direction[0]))
+    assert aside_of_it <= RULES.parallel * np.hypot(*force), "no other edge bears, but one within 6 degrees"
+    assert force @ direction <= 2 * depth * contacts.normal_stiffness.max() * (1 + 1e-9)
+    if depth > 1e-2:
+        assert force @ direction > 0.0
+
+
+@pytest.mark.parametrize(("left", "down"), [(0.02, 0.008), (0.008, 0.02)])
+def test_squares_that_meet_in_a_corner_bear_on_one_side(left, down):
+    """Both ways out have parallel edges that only meet end to end: neither is a seam when pressed in."""
+    force, contacts = force_on_upper(square(0, 0), square(1, 1), (-left, -down))
+    assert not contacts.touching.any(), "at the start they bear nothing"
+    expected = (0, 1) if down < left else (1, 0)
+    assert_allclose(force / np.hypot(*force), expected, atol=1e-12)
+    shallow, _ = force_on_upper(square(0, 0), square(1, 1), (-0.9 * RULES.seam, -0.5))
+    assert_allclose(shallow, 0.0, atol=0.0)
+
+
+def test_rivals_name_each_other_and_stand_on_different_sides():
+    scene = Scene.of(grid(2, 2))
+    for pair in ((0, 3), (1, 2)):
+        found = scene.detect()
+        rows = np.flatnonzero(found.pair == (pair[0] << 32 | pair[1]))
+        assert len(rows) == 2
+        assert found.rival[rows].tolist() == rows[::-1].tolist()
+        assert abs(np.prod(scene.normals(found.edge[rows]).sum(axis=0))) == pytest.approx(1.0)
+        assert_allclose(found.play[rows], RULES.seam)
+    faces = found.parallel_edge >= 0
+    assert (found.rival[faces & (found.play == 0)] == -1).all(), "faces have one way out"
+
+
+def test_a_notch_has_no_rivals():
+    notched = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
+    scene = Scene.of([notched, rectangle(1, 1, 2, 2)]).moved(1, (0.02, 0.02))
+    found = scene.detect()
+    assert found.count > 0
+    assert (found.rival == -1).all()
+
+
+def toe_at_a_step(x, step, rules=RULES):
+    """Return what a block with a sloping front finds at the next block, which stands out by `step`."""
+    toe = np.array([(-1, 0), (0, 0), (-0.7, 1), (-1, 1)])
+    scene = Scene.of([rectangle(-3, -1, 0, 0), rectangle(0, -1, 3, step), toe], held=[0, 1]).moved(2, (x, 0.0))
+    found = scene.detect(rules=rules)
+    mine = (found.block_a == 2) & (found.block_b == 1) | (found.block_a == 1) & (found.block_b == 2)
+    return found, mine, scene.normals(found.edge)
+
+
+@pytest.mark.parametrize("x", [0.0, -0.01])
+def test_the_front_of_a_low_step_lets_the_toe_in_whatever_its_slope(x):
+    found, mine, normals = toe_at_a_step(x, 1e-3)
+    front = mine & (np.abs(normals[:, 0]) > 0.5)
+    assert front.sum() == 1
+    assert found.play[front] == pytest.approx(RULES.seam * np.sqrt(0.65))
+    assert found.rival[front] >= 0
+    found, mine, normals = toe_at_a_step(x, 0.02)
+    assert (found.play[mine & (np.abs(normals[:, 0]) > 0.5)] == 0).all(), "a real step"
+
+
+def test_a_face_that_slides_on_is_let_in_at_the_end_only():
+    def rows(x, depth, rules=RULES):
+        scene = Scene.of([square(0, 0), square(-1.5, 1)], held=[0]).moved(1, (0.5 + x, -depth))
+        return scene.detect(rules=rules).count
+
+    assert rows(0.03, 4e-3) > 0
+    assert rows(0.03, 4e-3, RULES._replace(let_in=1e-3)) == 0
+    assert rows(0.3, 4e-3) == 0, "deep inside a face nothing may start"
+
+
+@pytest.mark.parametrize("degrees", [2.0, 6.0, 10.0])
+def test_an_open_corner_may_turn_onto_an_edge(degrees):
+    """A slab that stands on one corner comes down on the next within a step."""
+    slab = turned(rectangle(0, 0, 0.4, 0.2), degrees)
+    scene = Scene.of([rectangle(-3, -1, 3, 0), slab, square(5, 0)])
+    found = scene.detect(band=0.15)
+    assert (found.block_a == 1).sum() == 2
+    off = scene.detect(band=0.15, rules=RULES._replace(turn=0.0))
+    assert (off.block_a == 1).sum() == (2 if degrees < 3 else 1)
+
+
+def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():
+    """They met in its tip and bore nothing there; closed on each other they do."""
+    lower, upper = np.array([(0, 0), (3, -1), (3, 0)]), np.array([(0, 0), (3, 0.3), (2, 2)])
+    scene = Scene.of([lower, np.array([(0, 0), (3, 0), (3, 0.3)]), upper])
+    closed = scene.moved(1, (9, 0)).moved(2, degrees=-np.degrees(np.arctan2(0.3, 3)), about=(0, 0))
+    found = closed.detect()
+    assert len(closed.touching(found)) == 2
+    assert (found.play[closed.touching(found)] == 0).all()
+    assert len(scene.moved(1, (9, 0)).touching(scene.moved(1, (9, 0)).detect())) == 0
