@@ -199,7 +199,8 @@ def _find_rivals(
 ) -> None:  # pragma: no cover - compiled
     """Fill in the rivals of the rows that stand; they will be rows `first`, `first` + 1, ... of the table.
 
-    Those on a face have none. Where two rivals touch, one does at first: together they would hold a block that stands on its corner.
+    Those on a face have none. Where two rivals touch, one does at first: together they would hold a block that stands
+    on its corner.
     """
     for i in range(rows.size):
         if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].inherits >= 0 or _is_face(h, rules, rows[i]):

@@ -55,7 +55,7 @@ def test_the_nearer_way_out_bears(below, above, turn, other_turn, aside, apart, 
     """Two tips, above each other or a little aside, pressed into each other in one step; no edges nearly parallel."""
     edges = [[turn + below / 2, turn - below / 2], [other_turn + above / 2, other_turn - above / 2]]
     assume(min(abs(p - q) for p in edges[0] for q in edges[1]) > 7.0)
-    lower, upper = wedge(below, turn, up=True), wedge(above, other_turn, up=False) + (aside, apart)
+    lower, upper = wedge(below, turn, up=True), wedge(above, other_turn, up=False) + np.array([aside, apart])
     assume(ways_out(lower, upper)[0] <= 0.0)
     shift = np.array([0.0, -apart - pressed])
     force, contacts = force_on_upper(lower, upper, shift)

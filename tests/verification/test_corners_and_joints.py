@@ -103,7 +103,7 @@ def test_a_slab_does_not_sink_while_it_slides_over_joints():
 def test_a_block_on_the_tip_of_another_comes_down_on_the_side_it_leans_to(side, angle):
     half = np.radians(angle / 2)
     wedge = np.array([(0, 1), (-np.tan(half), 0), (np.tan(half), 0)])
-    kite = np.array([(0, 1), (0.7, 1.7), (0, 2.4), (-0.7, 1.7)]) + (side * 2e-3, 0)
+    kite = np.array([(0, 1), (0.7, 1.7), (0, 2.4), (-0.7, 1.7)]) + np.array([side * 2e-3, 0])
     model = model_of([rectangle(-6, -1, 6, 0), wedge, kite], friction=10, fixed=(0, 1))
     results = run(model, limit=9.0)
     assert results.status == "stable"
