@@ -109,10 +109,9 @@ def _settle_pair(
     for i in range(rows.size):
         _low_step(vertices, h, rules, rows, i)
     for i in range(rows.size):
-        if rows[i].history < 0 and rows[i].inherits < 0:
-            too_deep = rows[i].gap < -_fresh_depth(h, band, rules, rows[i])
-            if too_deep or _is_behind_active(vertices, h, rules, rows, i):
-                rows[i].state = DROPPED
+        fresh = rows[i].history < 0 and rows[i].inherits < 0
+        if fresh and rows[i].gap < -_fresh_depth(h, band, rules, rows[i]):
+            rows[i].state = DROPPED
     for i in range(rows.size):
         if rows[i].history < 0 and rows[i].state == UNDECIDED:
             _one_edge_a_corner(vertices, h, rules, rows, i)
@@ -178,19 +177,6 @@ def _low_step(
         level = rows[j].parallel_edge >= 0 and abs(rows[j].gap) < rules.seam * h
         if level and _are_rivals(vertices, rules, rows[i], rows[j]):
             rows[i].play = rules.seam * h
-
-
-@nb.njit(cache=True, forceinline=True)
-def _is_behind_active(
-    vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
-) -> bool:  # pragma: no cover - compiled
-    """Whether the corner of row i is behind its edge because it bears on the other side of the same corner."""
-    if rows[i].gap > rules.closed * h:
-        return False
-    for j in range(rows.size):
-        if rows[j].history >= 0 and rows[j].state == KEPT and _are_rivals(vertices, rules, rows[i], rows[j]):
-            return True
-    return False
 
 
 @nb.njit(cache=True, forceinline=True)
