@@ -191,7 +191,7 @@ def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
     kept = np.flatnonzero(at.bearing | table.touching)
     c = table.candidates
     normal = np.stack([at.tangent[:, 1], -at.tangent[:, 0]], axis=1)
-    status = np.where(at.sticking, ContactStatus.STICKING, ContactStatus.SLIPPING)
+    status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
     status = np.where(at.bearing, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
