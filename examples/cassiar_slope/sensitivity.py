@@ -129,20 +129,28 @@ def findings(results, whole, since_dry):
     )
 
 
+def statics(model):
+    """Return whether forces within strength balance weight and high water where the blocks are given."""
+    at_once = dataclasses.replace(model, in_situ=None, stages=(), water=model.stages[-1].water)
+    return bsm.limit_analysis(at_once).admissible
+
+
 def main():
     """Print the table."""
     began = time.perf_counter()
     print("Findings: " + "; ".join(f"({k}) {text}" for k, text in zip("abcde", FINDINGS, strict=True)) + "\n")
-    print("| changed | last stage | 1, zero stress | 5, zero stress | 1, dry state | 5, dry state | 6 | a b c d e |")
-    print("|---|---|---|---|---|---|---|---|")
+    columns = "last stage | statics | 1, zero stress | 5, zero stress | 1, dry state | 5, dry state | 6 | a b c d e |"
+    print(f"| changed | {columns}")
+    print("|---|---|---|---|---|---|---|---|---|")
     for name, model, points in variants(bsm.load(FILE)):
         results, whole, since_dry = as_the_water_rises(model, points)
         last, held = results.stages[-1], findings(results, whole, since_dry)
         marks = " ".join("+" if one else "no" for one in held)
+        may_stand = "admits" if statics(model) else "refuses"
         numbers = (whole[-1, 0], whole[-1, 4], since_dry[-1, 0], since_dry[-1, 4], whole[-1, 5])
         print(
-            f"| {name} | {last.name}: {last.status.value} | "
-            + " | ".join(f"{n:.2f}" for n in numbers)
+            f"| {name} | {last.name}: {last.status.value} | {may_stand} | "
+            + " | ".join(f"{number:.2f}" for number in numbers)
             + f" | {marks} |",
             flush=True,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 
@@ -102,3 +102,17 @@ def test_few_steps() -> None:
     stage = bsm.run(bsm.load(EXAMPLE / "high_water.toml"), bsm.Options(scheme="continuation")).stages[-1]
     assert stage.status == "stable"
     assert len(stage.steps) < 51
+
+
+@pytest.mark.parametrize(("friction", "stands"), [(28.0, False), (30.0, True)])
+def test_two_degrees_of_friction_decide_and_statics_agrees(friction: float, stands: bool) -> None:
+    """The report: "extremely sensitive to changes in the friction angle"; by the steps and by the linear program."""
+    model = bsm.load(EXAMPLE / "high_water.toml")
+    argillite = bsm.Patton(friction=friction, cohesion=0.536e6)
+    joints = [replace(joint, law=argillite) if joint.law.friction == 30 else joint for joint in model.joints]
+    model = replace(model, joints=joints)
+    results = bsm.run(model, bsm.Options(scheme="continuation", displacement_limit=10.0))
+    assert results.status == ("stable" if stands else "unstable")
+    assert bsm.limit_analysis(model).admissible is stands
+    if not stands:
+        assert results.unstable_blocks.tolist() == [3, 4, 5, 6, 7]
