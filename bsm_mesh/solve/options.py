@@ -38,7 +38,7 @@ class Options:
         Threads of the linear solver; 0: as many as there are cores.
     """
 
-    scheme: Scheme = "linear"
+    scheme: Scheme = "continuation"
     tolerance: float = 1e-6
     max_steps: int = 500
     displacement_limit: float | None = None
