@@ -16,6 +16,7 @@ from bsm_mesh.solve.pattern import BlockPattern
 
 _ANALYSE, _FACTORIZE, _SOLVE, _RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
+WORTH_THREADS = {_ANALYSE: 3000, _FACTORIZE: 3000, _SOLVE: 30_000}  # blocks: below, threads wait more than they work
 
 
 @cache
@@ -47,7 +48,7 @@ class Pardiso:
     pattern : BlockPattern
         Upper triangle of the matrix.
     threads : int
-        Threads to use; 0: as many as there are cores.
+        Threads to use; 0: as many as there are cores, where the matrix is large enough to gain by them.
 
     Raises
     ------
@@ -75,7 +76,7 @@ class Pardiso:
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
-        self._mkl.MKL_Set_Num_Threads(ctypes.c_int(threads or os.cpu_count() or 1))
+        self._threads = threads
 
     def factorize(self, data: FloatArray) -> None:
         """Factorize the values (n_places, 3, 3); the first call analyses the pattern too."""
@@ -102,8 +103,13 @@ class Pardiso:
     def __del__(self) -> None:
         self.close()
 
+    def _threads_for(self, phase: int) -> int:
+        worth_it = self._pattern.rows >= WORTH_THREADS.get(phase, 0)
+        return self._threads or (os.cpu_count() or 1 if worth_it else 1)
+
     def _call(self, phase: int, b: FloatArray | None = None, x: FloatArray | None = None) -> None:
         error = ctypes.c_int(0)
+        self._mkl.MKL_Set_Num_Threads(ctypes.c_int(self._threads_for(phase)))
         one, message_level = ctypes.c_int(1), ctypes.c_int(0)
         self._mkl.pardiso(
             _pointer(self._handle),
