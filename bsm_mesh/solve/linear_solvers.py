@@ -7,6 +7,7 @@ from typing import Protocol
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.solve import pardiso
+from bsm_mesh.solve.ordering import elimination_order
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.superlu import SuperLU
 
@@ -32,7 +33,9 @@ class LinearSolver(Protocol):
         """Give the memory of the factors back."""
 
 
-def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, threads: int = 0) -> LinearSolver:
+def make_linear_solver(
+    name: str, pattern: BlockPattern, position: FloatArray, threads: int = 0, *, once: bool = False
+) -> LinearSolver:
     """Return the named solver with the pattern analysed when first factorized.
 
     Parameters
@@ -42,9 +45,11 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     pattern : BlockPattern
         Upper triangle of the matrix.
     position : (n, 2) float64 [m]
-        Centroids of the blocks, for SuperLU's elimination order.
+        Centroids of the blocks, for an elimination order.
     threads : int
         Threads that Pardiso may use; 0: as many as there are cores.
+    once : bool
+        Whether the pattern will be factorized once only: then Pardiso takes a quick order instead of a good one.
 
     Raises
     ------
@@ -54,7 +59,7 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso":
-        return pardiso.Pardiso(pattern, threads)
+        return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
     if name == "superlu":
         return SuperLU(pattern, position)
     raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu'))}")

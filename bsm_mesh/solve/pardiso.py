@@ -10,7 +10,7 @@ from importlib import metadata
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, SingularMatrixError
 from bsm_mesh.solve.pattern import BlockPattern
 
@@ -49,6 +49,9 @@ class Pardiso:
         Upper triangle of the matrix.
     threads : int
         Threads to use; 0: as many as there are cores, where the matrix is large enough to gain by them.
+    order : (n,) int32, optional
+        Blocks in the order in which they are eliminated; by default METIS finds one, which takes five times as long
+        and saves a tenth of a factorization.
 
     Raises
     ------
@@ -59,7 +62,7 @@ class Pardiso:
     name = "pardiso"
     _analysed = False  # also where __init__ raises, for __del__
 
-    def __init__(self, pattern: BlockPattern, threads: int = 0) -> None:
+    def __init__(self, pattern: BlockPattern, threads: int = 0, order: IntArray | None = None) -> None:
         library = _library()
         if library is None:
             raise ModelError(
@@ -73,10 +76,11 @@ class Pardiso:
         self._parameters = np.zeros(64, dtype=np.int32)
         self._parameters[0] = 1  # no defaults
         self._parameters[1] = 3  # nested dissection (METIS) on all threads
+        self._parameters[4] = order is not None  # or the order given
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
-        self._threads = threads
+        self._threads, self._order = threads, order
 
     def factorize(self, data: FloatArray) -> None:
         """Factorize the values (n_places, 3, 3); the first call analyses the pattern too."""
@@ -121,7 +125,7 @@ class Pardiso:
             _pointer(self._data),
             _pointer(self._pattern.row_start),
             _pointer(self._pattern.column),
-            None,
+            _pointer(self._order),
             ctypes.byref(one),
             _pointer(self._parameters),
             ctypes.byref(message_level),

@@ -141,7 +141,7 @@ class LinearSystem:
             If the matrix is singular, or a solver is chosen that is not there.
         """
         solver = make_linear_solver(
-            options.linear_solver, self.pattern, self.model.blocks.moments.centroid, options.threads
+            options.linear_solver, self.pattern, self.model.blocks.moments.centroid, options.threads, once=True
         )
         try:
             solver.factorize(stiffness)

@@ -51,11 +51,12 @@ def positions(pattern):
 
 
 @pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("once", [False, True])
 @pytest.mark.parametrize(("n", "links"), [(1, 0), (2, 1), (2, 0), (7, 10), (60, 150), (300, 900)])
-def test_against_dense(name, n, links):
+def test_against_dense(name, n, links, once):
     pattern, data, full = random_system(n, links, seed=n)
     b = np.random.default_rng(0).normal(size=(n, 3))
-    solver = make_linear_solver(name, pattern, positions(pattern))
+    solver = make_linear_solver(name, pattern, positions(pattern), once=once)
     assert solver.name == name
     solver.factorize(data)
     assert_allclose(solver.solve(b).reshape(-1), np.linalg.solve(full, b.reshape(-1)), rtol=RTOL, atol=1e-12)
