@@ -40,8 +40,9 @@ def make_linear_solver(
 
     Parameters
     ----------
-    name : {"auto", "pardiso", "superlu"}
-        ``"auto"`` is Pardiso where the `mkl` package is installed, else SuperLU. The results record which.
+    name : {"auto", "pardiso", "superlu", "cluster"}
+        ``"auto"`` is Pardiso where the `mkl` package is installed, else SuperLU. ``"cluster"`` is Pardiso on MPI
+        ranks. The results record which.
     pattern : BlockPattern
         Upper triangle of the matrix.
     position : (n, 2) float64 [m]
@@ -60,6 +61,10 @@ def make_linear_solver(
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso":
         return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
+    if name == "cluster":
+        from bsm_mesh.solve.cluster import ClusterPardiso  # MPI: only where it is asked for
+
+        return ClusterPardiso(pattern, threads)
     if name == "superlu":
         return SuperLU(pattern, position)
-    raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu'))}")
+    raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu', 'cluster'))}")
