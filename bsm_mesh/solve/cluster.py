@@ -102,7 +102,7 @@ class ClusterPardiso(Pardiso):
 
     def __init__(self, pattern: BlockPattern, threads: int = 0) -> None:
         super().__init__(pattern, threads)  # without an order: where one is given this solver returns nonsense
-        self._number = next(self._numbers)
+        self._number, self._threads = next(self._numbers), threads
 
     def _load(self) -> ctypes.CDLL:
         if _communicator().rank:

@@ -18,7 +18,7 @@ from bsm_mesh.solve.pattern import BlockPattern
 
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
-WORTH_THREADS = {ANALYSE: 3000, FACTORIZE: 3000, SOLVE: 30_000}  # blocks: below, threads wait more than they work
+WORTH_THREADS, WORTH_SOLVING = 3000, 30_000  # blocks: below, threads wait more than they work
 
 
 def find_library(package: str, *stems: str) -> str | None:
@@ -77,10 +77,12 @@ class Pardiso:
         self._parameters[0] = 1  # no defaults
         self._parameters[1] = 3  # nested dissection (METIS) on all threads
         self._parameters[4] = order is not None  # or the order given
+        self._parameters[24] = pattern.rows < WORTH_SOLVING  # one thread solves
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
-        self._threads, self._order = threads, order
+        cores = os.cpu_count() or 1 if pattern.rows >= WORTH_THREADS else 1
+        self._threads, self._order = threads or cores, order
 
     def _load(self) -> ctypes.CDLL:
         library = _library()
@@ -116,10 +118,6 @@ class Pardiso:
     def __del__(self) -> None:
         self.close()
 
-    def _threads_for(self, phase: int) -> int:
-        worth_it = self._pattern.rows >= WORTH_THREADS.get(phase, 0)
-        return self._threads or (os.cpu_count() or 1 if worth_it else 1)
-
     def _call(self, phase: int, b: FloatArray | None = None, x: FloatArray | None = None) -> None:
         error = self._run(phase, b, x)
         if error == -2:
@@ -132,7 +130,7 @@ class Pardiso:
     def _run(self, phase: int, b: FloatArray | None, x: FloatArray | None) -> int:
         """Return Pardiso's error code after a phase."""
         error = ctypes.c_int(0)
-        self._mkl.MKL_Set_Num_Threads(ctypes.c_int(self._threads_for(phase)))
+        self._mkl.MKL_Set_Num_Threads(ctypes.c_int(self._threads))
         self._mkl.pardiso(*self._arguments(phase, b, x), ctypes.byref(error))
         return error.value
 
