@@ -67,7 +67,7 @@ def run_case(name: str, given: argparse.Namespace) -> dict[str, list[Row]]:
     for size in given.sizes or case.sizes:
         for program, label in labels.items():
             before = rows[label][-1:]
-            if before and before[0]["verdict"] in ("no answer", "failed", "not tried"):
+            if before and gave_up(before[0], given.time_limit):
                 row = {
                     "blocks": int(size),
                     "verdict": "not tried",
@@ -80,6 +80,12 @@ def run_case(name: str, given: argparse.Namespace) -> dict[str, list[Row]]:
     print_findings(rows)
     draw(case, rows, Path(given.folder) / f"{name}.png")
     return rows
+
+
+def gave_up(row: Row, time_limit: float) -> bool:
+    """Return whether a program had no answer in time, so that a larger scene is not worth trying."""
+    late = row["verdict"] == "not_converged" and row["seconds"] >= time_limit
+    return late or row["verdict"] in ("no answer", "failed", "not tried")
 
 
 def in_own_process(case: str, program: str, n: int, given: argparse.Namespace) -> Row:
