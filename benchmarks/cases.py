@@ -91,7 +91,7 @@ CASES = {
     ),
     "layers": Case(
         title="Layers at 40 degrees that slide a metre to a toe, friction 25 degrees (Wang's Example 3 in kind)",
-        sizes=(100, 1000),
+        sizes=(100, 1000, 10_000),
         programs=at_rest(scenes.sliding_layers) | peers(scenes.sliding_layers, *BOTH),
         build=scenes.sliding_layers,
     ),
