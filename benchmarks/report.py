@@ -24,6 +24,7 @@ COLUMNS = {
     "memory": ("GB", "5.2f"),
 }
 LIBRARIES = ("bsm-mesh", "numpy", "scipy", "numba", "mkl", "pymunk", "scikit-fem")
+NO_ANSWER = ("not_converged", "no answer")
 ENOUGH = 1000  # blocks from which on growth is measured: smaller runs are mostly start-up
 
 
@@ -63,7 +64,7 @@ def _width(form: str) -> int:
 
 def exponent(rows: list[Row], key: str = "seconds") -> float | None:
     """Return the exponent of growth with the number of blocks over the rows with an answer; None for fewer than two."""
-    answered = [row for row in rows if key in row and row["blocks"] >= 0.9 * ENOUGH]
+    answered = [row for row in rows if key in row and row["verdict"] not in NO_ANSWER and row["blocks"] >= 0.9 * ENOUGH]
     if len(answered) < 2:
         return None
     sizes, values = np.log([row["blocks"] for row in answered]), np.log([row[key] for row in answered])
@@ -105,7 +106,7 @@ def draw(case: Case, rows: dict[str, list[Row]], path: Path) -> None:
         growth = exponent(found)
         label = program if growth is None else f"{program} (exponent {growth:.2f})"
         axes.plot(blocks, seconds, "-", color=f"C{number}", marker="o", label=label)
-        open_ends = [row for row in timed if row["verdict"] in ("not_converged", "no answer")]
+        open_ends = [row for row in timed if row["verdict"] in NO_ANSWER]
         size = {"marker": "o", "s": 60, "zorder": 3, "facecolors": "white", "edgecolors": f"C{number}"}
         axes.scatter([row["blocks"] for row in open_ends], [row["seconds"] for row in open_ends], **size)
         floors = [row for row in timed if "factorizations" in row and row["parts"]["factorization"] > 0]

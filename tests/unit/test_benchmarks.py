@@ -57,8 +57,9 @@ def test_split_counts_inner_work_once_and_leaves_no_trace():
 
 
 def test_growth():
-    rows = [{"blocks": n, "seconds": 1e-4 * n**1.2} for n in (10, 1000, 10_000, 100_000)]
+    rows = [{"blocks": n, "verdict": "stable", "seconds": 1e-4 * n**1.2} for n in (10, 1000, 10_000, 100_000)]
     rows[0]["seconds"] = 5.0  # start-up
+    rows.append({"blocks": 1_000_000, "verdict": "not_converged", "seconds": 60.0})
     assert module("report").exponent(rows) == pytest.approx(1.2)
     assert module("report").exponent(rows[:2]) is None
 

@@ -162,7 +162,7 @@ def test_options(options, message):
 @pytest.mark.parametrize("whole", [False, True])
 def test_enough_blocks_for_all_threads(name, whole):
     """Pardiso dies where the number of threads changes from factorization to solution."""
-    side = 64  # of a grid: more blocks than are left to one thread
+    side = 80  # of a grid: more blocks than are left to one thread
     number = np.arange(side * side, dtype=np.int32).reshape(side, side)
     a = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
     b = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
