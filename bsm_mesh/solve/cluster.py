@@ -30,6 +30,7 @@ NEEDS = (
     "pip install 'bsm-mesh[mpi]'"
 )
 LIBRARIES = ("libmkl_core.so", "libmkl_intel_thread.so", "libmkl_intel_lp64.so")
+_helped = False  # whether the other ranks wait in `ranks`
 
 
 class _Call(NamedTuple):
@@ -94,7 +95,7 @@ class ClusterPardiso(Pardiso):
     Raises
     ------
     ModelError
-        On another rank than the first, and where MPI or MKL is not installed.
+        Outside `ranks`, where there are several, and where MPI or MKL is not installed.
     """
 
     name = "cluster"
@@ -105,10 +106,10 @@ class ClusterPardiso(Pardiso):
         self._number, self._threads = next(self._numbers), threads
 
     def _load(self) -> ctypes.CDLL:
-        if _communicator().rank:
+        if _communicator().size > 1 and not _helped:
             raise ModelError(
-                "linear_solver = 'cluster' works for the first MPI rank; start with "
-                "'mpiexec -n N python -m bsm_mesh.app.mpi run MODEL', or see bsm_mesh.solve.cluster"
+                "linear_solver = 'cluster' needs the help of all MPI ranks; start with "
+                "'mpiexec -n N python -m bsm_mesh.app.mpi run MODEL', or see bsm_mesh.solve.cluster.ranks"
             )
         return _library()
 
@@ -147,9 +148,12 @@ def ranks() -> Iterator[bool]:
         _help(comm)
         yield False
         return
+    global _helped
+    _helped = True
     try:
         yield True
     finally:
+        _helped = False
         comm.bcast(None, root=0)
 
 

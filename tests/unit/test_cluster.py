@@ -76,6 +76,13 @@ def test_two_ranks_give_the_serial_results():
 
 
 @needs_mpi
+def test_without_help_every_rank_says_what_to_do():
+    outside = SCRIPT.replace("with ranks() as first:", "for first in [True]:")
+    with pytest.raises(AssertionError, match=r"needs the help of all MPI ranks; start with 'mpiexec"):
+        on_ranks(2, "-c", outside)
+
+
+@needs_mpi
 def test_command_line(tmp_path):
     model = (ROOT / "examples" / "tilted_wall" / "model.toml").read_text(encoding="utf-8")
     (tmp_path / "model.toml").write_text(model.replace("[solver]", '[solver]\nlinear_solver = "cluster"'))
