@@ -77,7 +77,7 @@ def run_case(name: str, given: argparse.Namespace) -> dict[str, list[Row]]:
                 row = in_own_process(name, program, int(size), given)
             rows[label].append(row | {"asked": int(size)})
             print_row(case, label, row)
-    print_findings(rows)
+    print_findings(case, rows)
     draw(case, rows, Path(given.folder) / f"{name}.png")
     return rows
 

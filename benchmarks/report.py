@@ -71,7 +71,7 @@ def exponent(rows: list[Row], key: str = "seconds") -> float | None:
     return float(np.polyfit(sizes, values, 1)[0])
 
 
-def print_findings(rows: dict[str, list[Row]]) -> None:
+def print_findings(case: Case, rows: dict[str, list[Row]]) -> None:
     """Print growth, the floor, and how many times as long others take, from a case's rows by program."""
     for program, found in rows.items():
         growth = exponent(found)
@@ -82,6 +82,8 @@ def print_findings(rows: dict[str, list[Row]]) -> None:
                 texts.append(f"{row['blocks']} blocks: {row['seconds'] / floor:.2f} times its own factorizations")
         if texts:
             print(f"{program}: {'; '.join(texts)}")
+    if "factorization" not in case.parts:  # its programs do different things
+        return
     ours = {row["asked"]: row for found in list(rows.values())[:1] for row in found if "seconds" in row}
     for program, found in list(rows.items())[1:]:
         for row in found:
