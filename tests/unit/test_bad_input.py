@@ -53,7 +53,7 @@ TYPES = [
     (SUPPORT, '[[support]]\nblocks = [0.5]\nfix = "all"\n', ["[[support]] number 1", "must be a whole number"]),
     (ROCK, ROCK + '[groups]\n"joint:J1" = 3\n', ['[groups] "joint:J1" = 3', "must be a text"]),
     (FILE, FILE + 'contact_points = "end"\n', ["[mesh] contact_points", "did you mean 'ends'"]),
-    (LOAD, '[solver]\nlinear_solver = "mumps"\n', ["linear_solver", "known: auto, pardiso, superlu"]),
+    (LOAD, '[solver]\nlinear_solver = "mumps"\n', ["linear_solver", "known: auto, cluster, pardiso, superlu"]),
     (LOAD, '[solver]\ntolerance = "1e-6"\n', ["[solver] tolerance", "without quotes"]),
     (LOAD, '[output]\nfolder = ""\n', ["[output] folder", "must be the name of a file or folder"]),
     ("mesh.msh", "me\\u0000sh.msh", ["[mesh] file", "must be the name of a file or folder"]),
