@@ -11,14 +11,17 @@ import numpy as np
 from geometries.cutting.block_cut import BlockCut
 from geometries.cutting.faces import Faces
 from geometries.cutting.pieces import IntArray
+from geometries.errors import GeometryError
 
 ON_LINE = 1e-6  # m: a point this near to an outline lies on it
+MOST_HALVINGS = 6
 
 
 def close_short_sides(cut: BlockCut, shortest: float, outlines: Any) -> BlockCut:
     """Return the blocks with the ends of every short side made one point; blocks without area are left out.
 
-    The point that stays is a corner of the outlines, else one on an outline, else the mean of the ends.
+    The point that stays is a corner of the outlines, else one on an outline, else the mean of the ends. Where a block
+    would cross itself, all are closed to half that length instead, and so on.
 
     Parameters
     ----------
@@ -28,7 +31,28 @@ def close_short_sides(cut: BlockCut, shortest: float, outlines: Any) -> BlockCut
         Sides shorter than this are closed [m].
     outlines : shapely.Geometry
         Polygons whose outlines and corners stay where they are.
+
+    Raises
+    ------
+    GeometryError
+        Where blocks cross themselves even so.
     """
+    for halving in range(MOST_HALVINGS):
+        closed = _close(cut, shortest / 2**halving, outlines)
+        if _valid(closed):
+            return closed
+    raise GeometryError(f"sides of {shortest:g} m and less cannot be closed; move the joints a little")
+
+
+def _valid(cut: BlockCut) -> bool:
+    """Return whether all blocks are simple and lie on the left of their outlines."""
+    import shapely
+
+    rings = shapely.linearrings(cut.points[cut.corners], indices=np.repeat(np.arange(cut.count), np.diff(cut.rings)))
+    return bool(np.all(shapely.is_valid(shapely.polygons(rings)) & shapely.is_ccw(rings)))
+
+
+def _close(cut: BlockCut, shortest: float, outlines: Any) -> BlockCut:
     faces = Faces(corners=cut.corners, rings=cut.rings, faces=cut.faces)
     number, points = _join(cut, faces, shortest, outlines)
     corner = number[cut.corners]

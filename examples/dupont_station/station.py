@@ -46,7 +46,7 @@ class Movement:
         return points, self.at(points, blocks.owner[chosen])
 
     def along(self, start, end, count=120):
-        """Return distances from `start` [m] and the displacement [m] against the direction to `end`, into the opening."""
+        """Return distances from `start` [m] and the displacement [m] against that direction, into the opening."""
         start, end = np.array(start), np.array(end)
         length = np.hypot(*(end - start))
         stations = np.linspace(0.01, length - 0.01, count)

@@ -1,7 +1,7 @@
 """The assumed numbers varied one at a time, Case 1: which conclusions survive.
 
-Run ``python examples/dupont_station/sweep.py``: prints the table of docs/dupont_station.md, a line a run. To be quick the
-model is smaller than that of the example, and its joints are 3 m apart.
+Run ``python examples/dupont_station/sweep.py``: prints the table of docs/dupont_station.md, a line a run. To be quick,
+the model is smaller than that of the example and its joints are 3 m apart.
 """
 
 import tempfile
@@ -14,7 +14,7 @@ import bsm_mesh as bsm
 import converters
 from geometries import dupont_station
 
-SMALL = {"width": 40.0, "below": 14.0, "joint_spacing": 3.0, "cross_spacing": 3.0}
+SMALL = {"width": 50.0, "below": 15.0, "joint_spacing": 3.0, "cross_spacing": 3.0}
 OPTIONS = bsm.Options(scheme="continuation", max_steps=60, displacement_limit=0.3)
 KS = 0.136e9
 VARIATIONS = [
@@ -28,12 +28,14 @@ VARIATIONS = [
     ("K0 = 1.6", {"k0": 1.6}),
     ("joints 2 m apart", {"joint_spacing": 2.0, "cross_spacing": 2.0}),
     ("cross joints 2 m apart", {"cross_spacing": 2.0}),
-    ("60 m wide, 20 m below the crown", {"width": 60.0, "below": 20.0}),
+    ("92 m wide, 25 m below the crown", {"width": 92.0, "below": 25.0}),
     ("zones and J1 dip 50", {"dip": 50.0, "cross_dip": -40.0}),
     ("zones and J1 dip 55", {"dip": 55.0, "cross_dip": -35.0}),
     ("zones and J1 dip 65", {"dip": 65.0, "cross_dip": -25.0}),
     ("zones and J1 dip 70", {"dip": 70.0, "cross_dip": -20.0}),
     ("cross joints level", {"cross_dip": 0.0}),
+    ("the same, joints 2 m apart", {"cross_dip": 0.0, "joint_spacing": 2.0, "cross_spacing": 2.0}),
+    ("K0 = 0.7, joints 2 m apart", {"k0": 0.7, "joint_spacing": 2.0, "cross_spacing": 2.0}),
     ("zone 2 m nearer the crown", {"zone_offset": -2.0}),
     ("zone through the upper right corner", {"zone_offset": -4.0}),
     ("zone 2 m farther", {"zone_offset": 2.0}),
