@@ -61,7 +61,6 @@ def _close(cut: BlockCut, shortest: float, outlines: Any) -> BlockCut:
     count = np.bincount(owner[kept], minlength=cut.count)
     there = count >= 3
     inside = kept & there[owner]
-    taken: set[tuple[int, int]] = set()
     old_to_new = np.cumsum(there) - 1
     return dataclasses.replace(
         cut,
@@ -71,8 +70,8 @@ def _close(cut: BlockCut, shortest: float, outlines: Any) -> BlockCut:
         faces=np.arange(int(there.sum()) + 1),
         rock=cut.rock[there],
         excavations={name: old_to_new[blocks[there[blocks]]] for name, blocks in cut.excavations.items()},
-        joints=_renumber(cut.joints, number, taken),
-        boundaries=_renumber(cut.boundaries, number, set()),
+        joints=_renumber(cut.joints, number),
+        boundaries=_renumber(cut.boundaries, number),
         dead={},
     )
 
@@ -99,12 +98,15 @@ def _join(cut: BlockCut, faces: Faces, shortest: float, outlines: Any) -> tuple[
     return number.astype(np.int64), points
 
 
-def _renumber(groups: Mapping[str, IntArray], number: IntArray, taken: set[tuple[int, int]]) -> dict[str, IntArray]:
+def _renumber(groups: Mapping[str, IntArray], number: IntArray) -> dict[str, IntArray]:
     """Return the edges that are left of each group; one that has become another's stays with the first."""
-    found = {}
+    found: dict[str, IntArray] = {}
+    size, taken = int(number.max()) + 1, np.zeros(0, dtype=np.int64)
     for name, edges in groups.items():
-        pairs = {(a, b) for a, b in np.sort(number[edges], axis=1).tolist() if a != b} - taken
-        taken |= pairs
-        if pairs:
-            found[name] = np.array(sorted(pairs), dtype=np.int64)
+        ends = np.sort(number[edges], axis=1)
+        key = np.unique(ends[ends[:, 0] != ends[:, 1]] @ np.array([size, 1]))
+        key = key[~np.isin(key, taken)]
+        taken = np.concatenate([taken, key])
+        if key.size:
+            found[name] = np.stack([key // size, key % size], axis=1)
     return found
