@@ -124,16 +124,17 @@ def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: 
 @model_argument
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for compare.vtu; the model's by default.")
 @click.option("--order", type=click.IntRange(1, 2), default=2, show_default=True, help="Order of the finite elements.")
+@click.option("--joints", is_flag=True, help="Joints as elastic interface elements; else they are ignored.")
 @json_option
 @quiet_option
-def compare(model: Path, output: Path | None, order: int, as_json: bool, quiet: bool) -> None:
+def compare(model: Path, output: Path | None, order: int, joints: bool, as_json: bool, quiet: bool) -> None:
     """Set MODEL beside a continuum (scikit-fem).
 
     Same mesh, same loads: a table, and a VTU file of both and of the difference.
     """
     from bsm_mesh.app.commands import compare_model
 
-    compare_model(model, output, order=order, as_json=as_json, quiet=quiet)
+    compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet)
 
 
 @cli.command()

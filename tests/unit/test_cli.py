@@ -136,6 +136,12 @@ def test_check_tells_what_is_in_the_model(case: Case) -> None:
     assert all(word in outcome.out for word in words)
 
 
+def test_compare_with_joints_says_so(case: Case) -> None:
+    told = json.loads(case.run("compare", "model.toml", "--joints", "--json").out)
+    assert any("neither slip nor open" in note for note in told["notes"])
+    assert not any("are ignored" in note for note in told["notes"])
+
+
 def test_compare_writes_both_and_their_difference(case: Case) -> None:
     outcome = case.run("compare", "model.toml", "-q")
     assert outcome.code == 0
