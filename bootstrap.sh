@@ -173,7 +173,7 @@ install_project() { # $1: "" or "test"
     fi
     rm -f "$stamp"
     what=$extras
-    case $(uname -s)-$(uname -m) in Linux-x86_64 | Linux-amd64) what="pardiso${extras:+,$extras}" ;; esac
+    case $(uname -s)-$(uname -m) in Linux-x86_64 | Linux-amd64) what="pardiso${extras:+,mpi,$extras}" ;; esac
     say "installing bsm-mesh and the pinned versions of what it needs into .venv; a minute or a few, once"
     if ! {
         pip_install setuptools && pip_install --no-build-isolation -e "$root${what:+[$what]}"

@@ -1,1 +1,1 @@
-"""Side-by-side measurements, run on demand: ``python -m benchmarks.linear``."""
+"""Side-by-side measurements, run on demand: ``python -m benchmarks``."""

@@ -75,8 +75,8 @@ def write_vtu(path: Path, grid: Grid) -> None:
         writer.SetInputData(data)
         writer.SetDataModeToAppended()
         writer.EncodeAppendedDataOff()
-        writer.SetCompressorTypeToZLib()
-        writer.SetCompressionLevel(1)  # a third of the time of the default, five percent larger
+        writer.SetCompressorTypeToLZ4()
+        writer.SetCompressionLevel(9)  # a fifth of the time of zlib at its quickest, a fifth larger
         if writer.Write() != 1 or not temporary.exists():
             raise OSError(f"cannot write {path}: is the folder writable, the disk full?")
 

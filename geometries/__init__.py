@@ -28,8 +28,10 @@ if TYPE_CHECKING:
         joint_sets_of_scan_line,
     )
     from geometries.patterns import Heads, Voronoi, bricks
+    from geometries.quarters import quarter_blocks
     from geometries.rock_mass import Excavation, Opening, Region, RockMass
     from geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
+    from geometries.short_sides import close_short_sides
     from geometries.spacings import Constant, Exponential, Lognormal, Normal
     from geometries.traces import read_scan_line, read_traces
 
@@ -62,6 +64,7 @@ __all__ = [
     "case_parameters",
     "circle",
     "circular_tunnel",
+    "close_short_sides",
     "cut_blocks",
     "dam",
     "draw_stereonet",
@@ -74,6 +77,7 @@ __all__ = [
     "name_groups",
     "parse_group_name",
     "parse_settings",
+    "quarter_blocks",
     "read_scan_line",
     "read_traces",
     "rectangle",
@@ -118,6 +122,8 @@ _HOME = {
     "bedding": "geometries.joint_sets",
     "cut_blocks": "geometries.cutting.cut",
     "mesh_blocks": "geometries.block_files",
+    "quarter_blocks": "geometries.quarters",
+    "close_short_sides": "geometries.short_sides",
     "write_blocks": "geometries.block_files",
 }
 

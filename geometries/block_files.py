@@ -41,7 +41,7 @@ def write_blocks(cut: BlockCut, path: str | os.PathLike[str]) -> Path:
         Where the file cannot be written.
     """
     points, triangles, block = divide_faces(cut)
-    groups, of_group = _surface_groups(cut)
+    groups, of_group = surface_groups(cut)
     with gmsh_session("blocks") as gmsh:
         first = True
         surfaces: dict[str, list[int]] = {}
@@ -55,7 +55,7 @@ def write_blocks(cut: BlockCut, path: str | os.PathLike[str]) -> Path:
             gmsh.model.mesh.addElementsByType(surface, TRIANGLE, [], (chosen + 1).ravel())
             for name in names:
                 surfaces.setdefault(name, []).append(surface)
-        curves = {name: [_add_lines(gmsh, edges)] for name, edges in _curve_groups(cut).items()}
+        curves = {name: [add_lines(gmsh, edges)] for name, edges in _curve_groups(cut).items()}
         gmsh.model.mesh.reclassifyNodes()
         name_groups(surfaces | curves)
         return write_mesh(path)
@@ -93,7 +93,7 @@ def mesh_blocks(
     """
     if cut.count > MOST_MESHED:
         raise GeometryError(f"{cut.count} blocks are too many to mesh; write_blocks takes any number")
-    groups, of_group = _surface_groups(cut)
+    groups, of_group = surface_groups(cut)
     with gmsh_session("blocks") as gmsh:
         curve_of = _add_geometry(gmsh, cut)
         if sizes:
@@ -113,7 +113,7 @@ def mesh_blocks(
         return write_mesh(path)
 
 
-def _surface_groups(cut: BlockCut) -> tuple[list[list[str]], IntArray]:
+def surface_groups(cut: BlockCut) -> tuple[list[list[str]], IntArray]:
     """Return the groups of each kind of block, by rock and excavations, and the kind of every block."""
     member = np.zeros((cut.count, len(cut.excavations)), dtype=np.int64)
     for k, blocks in enumerate(cut.excavations.values()):
@@ -135,7 +135,8 @@ def _curve_groups(cut: BlockCut) -> dict[str, IntArray]:
     return groups | {physical_groups.boundary(name): edges for name, edges in cut.boundaries.items()}
 
 
-def _add_lines(gmsh: Any, edges: IntArray) -> int:
+def add_lines(gmsh: Any, edges: IntArray) -> int:
+    """Add a curve of lines between points (k, 2), counted from 0, and return its tag."""
     curve: int = gmsh.model.addDiscreteEntity(1)
     gmsh.model.mesh.addElementsByType(curve, LINE, [], (edges + 1).ravel())
     return curve

@@ -16,7 +16,19 @@ FOR_CONVERTERS = (
     "bsm_mesh.arrays",
     "geometries.physical_groups",
 )
-HEAVY = ("gmsh", "vtk", "vtkmodules", "meshio", "skfem", "pyvista", "matplotlib", "numba", "scipy.sparse")
+HEAVY = (
+    "pint",
+    "pydantic",
+    "gmsh",
+    "vtk",
+    "vtkmodules",
+    "meshio",
+    "skfem",
+    "pyvista",
+    "matplotlib",
+    "numba",
+    "scipy.sparse",
+)
 
 
 def module_name(path: Path, root: Path) -> str:
@@ -119,7 +131,10 @@ def loaded_by(statement: str) -> set[str]:
     return set(done.stdout.split())
 
 
-@pytest.mark.parametrize("statement", ["import bsm_mesh", "import bsm_mesh.model, bsm_mesh.results"])
+HELP = "from bsm_mesh.app.cli import cli; cli.main(['run', '--help'], standalone_mode=False)"
+
+
+@pytest.mark.parametrize("statement", ["import bsm_mesh", "import bsm_mesh.model, bsm_mesh.results", HELP])
 def test_importing_the_package_stays_light(statement):
     modules = loaded_by(statement)
     assert "bsm_mesh" in modules

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from bsm_mesh.errors import ModelError
 
 EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 2, 3, 130
 EXIT_BROKEN_PIPE = 1  # as click and rich leave
+FEWER_COLLECTIONS = 5000  # new objects; at 700 collecting is a tenth of a short run, which is mostly imports
 
 model_argument = click.argument("model", type=click.Path(path_type=Path))
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout and nothing else.")
@@ -122,16 +124,17 @@ def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: 
 @model_argument
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for compare.vtu; the model's by default.")
 @click.option("--order", type=click.IntRange(1, 2), default=2, show_default=True, help="Order of the finite elements.")
+@click.option("--joints", is_flag=True, help="Joints as elastic interface elements; else they are ignored.")
 @json_option
 @quiet_option
-def compare(model: Path, output: Path | None, order: int, as_json: bool, quiet: bool) -> None:
+def compare(model: Path, output: Path | None, order: int, joints: bool, as_json: bool, quiet: bool) -> None:
     """Set MODEL beside a continuum (scikit-fem).
 
     Same mesh, same loads: a table, and a VTU file of both and of the difference.
     """
     from bsm_mesh.app.commands import compare_model
 
-    compare_model(model, output, order=order, as_json=as_json, quiet=quiet)
+    compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet)
 
 
 @cli.command()
@@ -178,6 +181,7 @@ def schema() -> None:
 
 def main(arguments: list[str] | None = None) -> Any:
     """Run a command; bad input is one message and exit code 2, never a traceback."""
+    gc.set_threshold(FEWER_COLLECTIONS)
     try:
         result = cli.main(arguments, standalone_mode=False)
         sys.stdout.flush()

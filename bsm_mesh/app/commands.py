@@ -172,7 +172,7 @@ def print_cases(case: str | None) -> None:
     )
 
 
-def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool, quiet: bool) -> None:
+def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, as_json: bool, quiet: bool) -> None:
     """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
     from converters import compare
     from converters.continuum.files import write_comparison
@@ -182,7 +182,7 @@ def compare_model(path: Path, output: Path | None, *, order: int, as_json: bool,
         refuse_folder(output or loaded.output_folder)
         results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
-        comparison = compare(loaded.model, results, order=order)
+        comparison = compare(loaded.model, results, order=order, joints=joints)
         file = (output or loaded.output_folder) / "compare.vtu"
         write_comparison(comparison, loaded.model.blocks, file)
     if as_json:

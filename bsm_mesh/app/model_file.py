@@ -280,7 +280,7 @@ class StageTable(Table):
 class SolverTable(Table):
     """How to solve."""
 
-    scheme: Scheme = "linear"
+    scheme: Scheme = "continuation"
     tolerance: Number = 1e-6
     max_steps: StrictInt = Field(default=500, description="steps, or cycles of wang, before it gives up")
     displacement_limit: Length | None = Field(default=None, description="unstable beyond; default: the model's size")

@@ -126,6 +126,9 @@ def save_picture(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) ->
     plotter.enable_parallel_projection()
     plotter.view_xy()
     plotter.camera.tight(padding=0.2, adjust_render_window=False)
+    x, y, z = plotter.camera.focal_point  # tight leaves the camera 1 m above the middle: inside a large model
+    plotter.camera.position = (x, y, z + scene.size)
+    plotter.reset_camera_clipping_range()
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.png")
     try:
         plotter.screenshot(str(temporary))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -67,6 +67,10 @@ class Blocks:
     excavations: Mapping[str, IntArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self._own_arrays()
+        raise_faults(outline_faults(self.vertices, self.offsets))
+
+    def _own_arrays(self) -> None:
         own_array(self, "vertices", np.float64, (None, 2))
         own_array(self, "offsets", np.int32, (None,))
         for name in ("nodes", "rock", "edge_joint"):
@@ -80,7 +84,6 @@ class Blocks:
         object.__setattr__(self, "rock_names", tuple(self.rock_names))
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
         self._check_sizes()
-        raise_faults(outline_faults(self.vertices, self.offsets))
 
     def _check_sizes(self) -> None:
         """Raise for arrays that do not fit together; outlines are looked at only once these do."""
@@ -226,7 +229,7 @@ class Blocks:
         chosen = edges[self._edges_where(where)[edges]]
         if chosen.size == 0:
             raise ModelError(f"boundary '{name}': no outer edge fulfils the condition at both its ends")
-        return dataclasses.replace(self, boundaries={**self.boundaries, name: chosen})
+        return self._with(boundaries={**self.boundaries, name: chosen})
 
     def with_joint(self, name: str, where: EdgePredicate) -> Blocks:
         """Return a copy in which the edges with ``where(x, y)`` true at both ends bear the joint `name`."""
@@ -235,7 +238,15 @@ class Blocks:
             raise ModelError(f"joint '{name}': no edge fulfils the condition at both its ends")
         names = self.joint_names if name in self.joint_names else (*self.joint_names, name)
         edge_joint = np.where(chosen, names.index(name), self.edge_joint).astype(np.int32)
-        return dataclasses.replace(self, edge_joint=edge_joint, joint_names=names)
+        return self._with(edge_joint=edge_joint, joint_names=names)
+
+    def _with(self, **changes: object) -> Blocks:
+        """Return a copy with other groups; the outlines, and what was found out about them, stay as they are."""
+        made = copy.copy(self)
+        for name, value in changes.items():
+            object.__setattr__(made, name, value)
+        made._own_arrays()
+        return made
 
     def _edges_where(self, where: EdgePredicate) -> npt.NDArray[np.bool_]:
         at_corner = np.broadcast_to(np.asarray(where(*self.vertices.T), dtype=bool), self.nodes.shape)

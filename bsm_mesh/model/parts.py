@@ -68,7 +68,7 @@ def part_of(model: Model, present: BoolArray, bars: Bars, forces: PointForces, w
     bar = np.flatnonzero(present[bars.block]).astype(np.int32)
     acting = present[forces.block]
     part = Model(
-        blocks=_some_blocks(model.blocks, present, corner),
+        blocks=some_blocks(model.blocks, present),
         rocks=model.rocks,
         joints=model.joints,
         default_joint=model.default_joint,
@@ -91,9 +91,11 @@ def _rows(table: Table, chosen: IntArray, number: IntArray) -> Table:
     return dataclasses.replace(table, **columns)
 
 
-def _some_blocks(blocks: Blocks, present: BoolArray, corner: IntArray) -> Blocks:
+def some_blocks(blocks: Blocks, present: BoolArray) -> Blocks:
+    """Return the blocks with ``present`` (n,) true, in their order, without excavation groups."""
     if present.all():
         return blocks
+    corner = np.flatnonzero(present[blocks.owner]).astype(np.int32)
     new_corner = np.full(len(blocks.vertices), -1, dtype=np.int32)
     new_corner[corner] = np.arange(len(corner))
     boundaries = {name: new_corner[edges][new_corner[edges] >= 0] for name, edges in blocks.boundaries.items()}

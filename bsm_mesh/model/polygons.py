@@ -106,7 +106,8 @@ def self_crossing(vertices: FloatArray, offsets: IntArray) -> IntArray:
 
     Triangles and convex polygons are settled at once; only the others are looked at one by one (by GEOS).
     """
-    suspects = np.flatnonzero((np.diff(offsets) > 3) & ~convex_polygons(vertices, offsets))
+    many = np.diff(offsets) > 3
+    suspects = np.flatnonzero(many & ~convex_polygons(vertices, offsets)) if many.any() else np.flatnonzero(many)
     if suspects.size == 0:
         return suspects.astype(np.int32)
     import shapely

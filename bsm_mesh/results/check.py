@@ -8,7 +8,6 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.overlap import find_overlaps
 from bsm_mesh.results.records import Results, StageResult
 
 
@@ -88,11 +87,13 @@ def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
     cosine, sine = np.cos(turn), np.sin(turn)
     centre = blocks.moments.centroid[owner]
     corners = centre + np.stack([u + cosine * x - sine * y, v + sine * x + cosine * y], axis=1)
+    from bsm_mesh.results.shared_area import shared_area  # compiled code: not before it is needed
+
     there = stage.present[owner]
     offsets = np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[stage.present])]).astype(np.int32)
-    found = find_overlaps(corners[there], offsets, np.arange(int(there.sum()), dtype=np.int32))
+    shared = shared_area(corners[there], offsets)
     closure = float((np.maximum(-stage.contacts.opening, 0.0) * stage.contacts.length).sum())
-    return (float(found.area.sum()) - closure) / float(np.median(blocks.moments.area))
+    return (shared - closure) / float(np.median(blocks.moments.area))
 
 
 def block_residuals(results: Results, stage: StageResult) -> FloatArray:

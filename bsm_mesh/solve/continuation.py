@@ -8,7 +8,7 @@ The step, numbered as in the loop:
 
 1. contacts near the accepted position, with their history;
 2. the step's equations, at the start with the least lam first: by Newton's method, and where too many contacts
-   change for it, by the interior point method and Newton's from there;
+   change for it, by the interior point method, while blocks move with the shear strengths held;
 3. a step that is not solved or moves too far is taken again with a greater lam;
 4. accepted: history and bolts are committed; lam is adapted to the movement;
 5. verdict.
@@ -18,34 +18,28 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.balance import fall_rate
 from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
-from bsm_mesh.solve.interior_point import interior_point
-from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, commit
+from bsm_mesh.solve.falling import Falling
+from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, commit, recall
 from bsm_mesh.solve.moving_model import MovingModel
-from bsm_mesh.solve.newton import LONGEST, MOST_ITERATIONS, Found, elastic_position, newton
+from bsm_mesh.solve.newton import LONGEST, Found, newton
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Factors, Step
+from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, solve_at_once
 
 FIRST_LAM = 1e-3  # over d
+HELD_LAM = 0.1  # over d: least for a step with shear strengths held
+MOST_UPDATES = 4  # of the contacts within the first step
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
-QUICK = 0.1  # Newton's method at the start goes on while it shrinks the 2-norm to this with every factorization
-MOST_MOVING = 6  # iterations of Newton's method in a moving step
-NEAR_REST = 1e-4  # tolerance of a step below which few contacts still change: Newton's method is given time
-BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
-HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
-FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
-RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -79,6 +73,15 @@ class Motion:
     linear_solver: str
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Taken:
+    """A step as it was taken, and whether a smaller lam had been tried before."""
+
+    found: Found
+    step: Step
+    rejected: bool = False
+
+
 class Continuation:
     """The continuation of one model.
 
@@ -108,9 +111,10 @@ class Continuation:
             position=self.moving.start, history=History.none(), intact=True, bolts=self.moving.bolts
         )
         self.start_residual = 0.0
-        self.limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
+        limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
+        self.falling = Falling(self.moving, self.begin.position, limit)
         self.least_lam = LEAST_LAM / self.moving.d
-        self.parted = self.begin.position.copy()  # where each block last had a contact or a support
+        self.movement = MovingSteps()
         self.steps: list[StepRecord] = []
 
     def run(self) -> Motion:
@@ -118,7 +122,6 @@ class Continuation:
         moving, d = self.moving, self.moving.d
         position, history = self.begin.position, self.begin.history
         lam, quiet, rejected_before = FIRST_LAM / d, 0, False
-        recent: list[FloatArray] = [position]
         for number in range(self.options.max_steps):
             began, count = time.perf_counter(), self.factors.count
             contacts = moving.gather(history, position, first=number == 0 and self.begin.intact)  # (1)
@@ -126,21 +129,21 @@ class Continuation:
             if number == 0:
                 self.start_residual = residual
             inner = max(0.1 * self.options.tolerance, 1e-2 * min(residual, 1.0))
-            found, lam, rejected = self._take(contacts, position, lam, inner, direct=number == 0, quiet=quiet > 0)
-            if found is None:
+            taken = self._take(contacts, position, lam, inner, direct=number == 0, quiet=quiet > 0)
+            if taken is None:
                 return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", contacts, position)
+            found, contacts, lam, rejected = taken.found, taken.step.contacts, taken.step.lam, taken.rejected
             greatest = float(np.abs((found.position - position) / moving.scale).max())
             position, at = found.position, found.at
             history, changed = commit(contacts, at, position, moving.outlines.size)  # (4)
             moving.bolts = moving.bolts.commit(moving.bolts.evaluate(position))
             residual = moving.static_residual(contacts, position)
             self._record(number, residual, position, contacts, at, began, count)
-            recent = [*recent[-RECENT_STEPS:], position]
             at_rest = residual < self.options.tolerance and changed == 0 and moving.reached(position)
             quiet = quiet + 1 if at_rest else 0
             if quiet >= 2:  # (5)
                 return self._end(Status.STABLE, "static equilibrium", contacts, position)
-            reason, blocks = self._falling(contacts, at, position, recent)
+            reason, blocks = self.falling.look(contacts, at, position)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
@@ -158,84 +161,55 @@ class Continuation:
 
     def _take(
         self, contacts: MovingContacts, anchor: FloatArray, lam: float, inner: float, *, direct: bool, quiet: bool
-    ) -> tuple[Found | None, float, bool]:
-        """Return the step's end, the lam it was solved with, and whether a greater one was needed; (2) and (3)."""
-        rejected, from_rest = False, direct
+    ) -> _Taken | None:
+        """Return the step as it was taken, with a greater lam where it needs one; (2) and (3)."""
+        wanted, failures, from_rest = lam, 0, direct
         while lam <= MOST_LAM / self.moving.d:
-            step_lam = self.least_lam if direct else lam
-            step = Step(self.moving, self.factors, contacts, anchor, step_lam)
-            found = self._at_once(step) if direct else self._moving(step, inner, from_rest=from_rest)
-            greatest = step.movement(found.position - anchor)
+            step = Step(self.moving, self.factors, contacts, anchor, self.least_lam if direct else lam)
+            taken = self._at_once(step) if direct else self._move(step, inner, failures, from_rest=from_rest)
+            found, greatest = taken.found, step.movement(taken.found.position - anchor)
             if found.converged and greatest <= LONGEST * self.moving.d:
-                fall = 0.0 if quiet else fall_rate(step, found.position, found.at, self.options.tolerance)
-                if fall == 0 or step_lam >= 2 * fall:
-                    return found, step_lam, rejected
+                fall = 0.0 if quiet else fall_rate(taken.step, found.position, found.at, self.options.tolerance)
+                if fall == 0 or step.lam >= 2 * fall:
+                    return replace(taken, rejected=failures > 0)
                 self.least_lam = max(self.least_lam, 2 * fall)
-                lam, rejected = max(lam, self.least_lam), True
+                lam = wanted = max(lam, self.least_lam)
+                failures += 1
             elif not direct:
-                rejected = True
+                failures += 1
                 farther = lam * max(2.0, greatest / self.moving.d)
                 lam = farther if found.converged else max(4 * lam, FIRST_LAM / self.moving.d)
+                if failures == MOST_FAILURES and not from_rest:
+                    lam = max(wanted, HELD_LAM / self.moving.d)
             direct = False
-        return None, lam, True
+        return None
 
-    def _at_once(self, step: Step) -> Found:
-        """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
+    def _move(self, step: Step, inner: float, failures: int, *, from_rest: bool) -> _Taken:
+        return _Taken(self.movement.solve(step, inner, from_rest=from_rest, failures=failures), step)
+
+    def _at_once(self, step: Step) -> _Taken:
+        """Return the equilibrium next to the start with the contacts as they are there.
+
+        The lengths that contacts share change with the movement. They are updated before anything is committed: what
+        slides still remembers where it began to, so that Newton's method need not find that out again.
+        """
         tolerance = 0.5 * self.options.tolerance
-        rest = newton(step, step.start, tolerance, most=0)
-        if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
-            return rest
-        elastic = elastic_position(step)
-        if step.norm_at(elastic) <= QUICK * step.norm_at(step.start):
-            found = newton(step, elastic, tolerance, contraction=QUICK)
-            if found.converged:
-                return found
-        return self._from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
-
-    def _moving(self, step: Step, inner: float, *, from_rest: bool) -> Found:
-        """Return the end of a step in which blocks move."""
-        most = MOST_ITERATIONS if inner < NEAR_REST else MOST_MOVING
-        found = newton(step, step.start, inner, from_rest=from_rest, most=most)
-        return found if found.converged else self._from_inside(step, step.start, inner, MOST_MOVING)
-
-    def _from_inside(
-        self, step: Step, elastic: FloatArray, tolerance: float, most: int, barriers: tuple[float, ...] = (1.0,)
-    ) -> Found:
-        """Return what Newton's method finds from where the interior point method ends."""
-        for barrier in barriers:
-            near = interior_point(step, elastic, HAND_OVER, barrier=barrier)
-            if near is not None:
-                return newton(step, near, tolerance, most=most)
-        return Found(step.start, step.evaluate(step.start), converged=False)
-
-    def _falling(
-        self, contacts: MovingContacts, at: Evaluation, position: FloatArray, recent: list[FloatArray]
-    ) -> tuple[str, IntArray]:
-        """Return why and which blocks come down; an empty reason if none does."""
-        moving, supported = self.moving, self._supported(contacts, at, position)
-        self.parted[supported] = position[supported]
-        moved = np.hypot(*(position - self.begin.position)[:, :2].T)
-        fallen = np.hypot(*(position - self.parted)[:, :2].T)
-        size = np.sqrt(moving.model.blocks.moments.area)
-        loaded = np.abs(moving.loads).max(axis=1) > 0
-        free = ~supported & loaded & (fallen > FREE_MOVE * size)
-        if free.any():
-            reason = "a block has lost all contact and moves freely"
-        elif moved.max() > self.limit:
-            reason = f"a block has moved more than {self.limit:.3g} m"
-        else:
-            return "", np.zeros(0, dtype=np.int32)
-        lately = np.abs((recent[-1] - recent[0]) / moving.scale).max(axis=1) * ~moving.driven
-        return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
-
-    def _supported(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> BoolArray:
-        """Return which blocks a chain of bearing contacts and bolts joins to a support, (n,); others fall."""
-        c, n, bolts = contacts.candidates, self.moving.model.blocks.count, self.moving.bolts
-        near, far = bolts.holding_pairs(bolts.evaluate(position))
-        ends = (np.concatenate([c.block_a[at.bearing], near]), np.concatenate([c.block_b[at.bearing], far]))
-        _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
-        held: BoolArray = np.isin(part, part[self.moving.bars.block])
-        return held
+        found = solve_at_once(step, tolerance)
+        for _ in range(MOST_UPDATES):
+            if not found.converged or found.position is step.start:
+                break
+            size = self.moving.outlines.size
+            history, _ = commit(step.contacts, found.at, found.position, size)
+            contacts = self.moving.gather(history, found.position, first=False)
+            contacts = recall(contacts, step.contacts, found.at, size)
+            updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
+            again = newton(updated, found.position, tolerance)
+            if not again.converged:
+                break
+            step, found, same = updated, again, again.position is found.position
+            if same:
+                break
+        return _Taken(found, step)
 
     def _record(
         self,
@@ -255,7 +229,7 @@ class Continuation:
             newton_iterations=self.factors.count - before,
             factorizations=self.factors.count - before,
             open_contacts=int((contacts.touching & ~at.bearing).sum()),
-            slipping_contacts=int((at.bearing & ~at.sticking).sum()),
+            slipping_contacts=int(at.at_strength.sum()),
             seconds=time.perf_counter() - began,
         )
         self.steps.append(record)

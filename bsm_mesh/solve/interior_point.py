@@ -33,6 +33,7 @@ MOST_ITERATIONS = 60
 MOST_JAMMED, JAMMED = 4, 0.02  # iterations in a row that get no farther than this part of their step
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 NEAR = 1e-2  # mean product over that of the reference weight, from which on the exact laws are looked at
+SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
 INSIDE = 0.9  # least part of the way to the nearest bound that an iteration goes
 LEAST_CENTRING = 1e-5
 BELOW_STRENGTH = 1 - 1e-12
@@ -64,7 +65,8 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier
         nearness = barrier / unit
         if nearness < NEAR:
             found = step.unbalanced(position, step.evaluate(position).forces)
-            if step.sizes(found, weight)[0] < tolerance:
+            solved = nearness < SOLVED and step.sizes(problem.forces, weight)[0] < tolerance
+            if solved or step.sizes(found, weight)[0] < tolerance:
                 return position
         jammed = jammed + 1 if part < JAMMED else 0
         far = nearness < 1 and step.movement(position - step.anchor) > FAR * step.moving.d
@@ -114,7 +116,7 @@ class _Problem:
         self.kind[0, on_edge & np.isinf(c.tension)] = BONDED
         self.now[0], self.now[1] = gap - c.offset, self._trial(along)
         state = smoothed_pressure(self.now, self.spring, self.kind, barrier)
-        self.now[2], self.now[3] = strength_of(c, self.laws, state[0])
+        self._set_strength(state)
         self.kind[1, on_edge & self.anchored & (self.now[2] > 0)] = LIMITED
         self.kind[1, on_edge & self.anchored & np.isinf(self.now[2])] = BONDED
         smoothed_shear(self.now, self.spring, self.kind, barrier, state)
@@ -125,11 +127,18 @@ class _Problem:
         c, self.position = self.step.contacts, position
         gap, along, *self.frame = self._relative(position)
         self.now[0], self.now[1] = gap - c.offset, self._trial(along)
-        self.now[2], self.now[3] = strength_of(c, self.laws, state[0])
+        self._set_strength(state)
         limited = self.kind[1] == LIMITED
         most = np.where(limited, BELOW_STRENGTH * self.now[2], np.inf)
         np.clip(state[1], -most, most, out=state[1])
         self.forces = self.step.unbalanced(position, self._on_blocks(state[0], state[1]))
+
+    def _set_strength(self, state: FloatArray) -> None:
+        held = self.step.friction_pressure
+        pressure = state[0] if held is None else held
+        self.now[2], self.now[3] = strength_of(self.step.contacts, self.laws, pressure)
+        if held is not None:
+            self.now[3] = 0.0
 
     def barrier(self, state: FloatArray) -> float:
         """Return the mean product of a state."""

@@ -171,6 +171,8 @@ class LinearScheme:
 
 def _contacts_of(part: Part, contacts: ContactTable, chosen: IntArray) -> ContactTable:
     """Return rows of the whole's contacts in the part's numbers."""
+    if part.present.all():
+        return contacts
     columns = {field.name: getattr(contacts, field.name)[chosen] for field in fields(ContactTable)}
     for name, known in (("block_a", part.block), ("block_b", part.block), ("edge", part.corner)):
         columns[name] = np.searchsorted(known, columns[name]).astype(np.int32)

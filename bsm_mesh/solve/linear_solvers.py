@@ -7,6 +7,7 @@ from typing import Protocol
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.solve import pardiso
+from bsm_mesh.solve.ordering import elimination_order
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.superlu import SuperLU
 
@@ -32,19 +33,24 @@ class LinearSolver(Protocol):
         """Give the memory of the factors back."""
 
 
-def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, threads: int = 0) -> LinearSolver:
+def make_linear_solver(
+    name: str, pattern: BlockPattern, position: FloatArray, threads: int = 0, *, once: bool = False
+) -> LinearSolver:
     """Return the named solver with the pattern analysed when first factorized.
 
     Parameters
     ----------
-    name : {"auto", "pardiso", "superlu"}
-        ``"auto"`` is Pardiso where the `mkl` package is installed, else SuperLU. The results record which.
+    name : {"auto", "pardiso", "superlu", "cluster"}
+        ``"auto"`` is Pardiso where the `mkl` package is installed, else SuperLU. ``"cluster"`` is Pardiso on MPI
+        ranks. The results record which.
     pattern : BlockPattern
         Upper triangle of the matrix.
     position : (n, 2) float64 [m]
-        Centroids of the blocks, for SuperLU's elimination order.
+        Centroids of the blocks, for an elimination order.
     threads : int
         Threads that Pardiso may use; 0: as many as there are cores.
+    once : bool
+        Whether the pattern will be factorized once only: then Pardiso takes a quick order instead of a good one.
 
     Raises
     ------
@@ -54,7 +60,11 @@ def make_linear_solver(name: str, pattern: BlockPattern, position: FloatArray, t
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso":
-        return pardiso.Pardiso(pattern, threads)
+        return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
+    if name == "cluster":
+        from bsm_mesh.solve.cluster import ClusterPardiso  # MPI: only where it is asked for
+
+        return ClusterPardiso(pattern, threads)
     if name == "superlu":
         return SuperLU(pattern, position)
-    raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu'))}")
+    raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu', 'cluster'))}")

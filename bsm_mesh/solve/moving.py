@@ -16,6 +16,7 @@ from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.model.model import Model
 
 IDLE = 1e-6  # of the block size: an intact contact open by less has not been parted
+FULL = 1 - 1e-9  # of its strength: what a contact bears that slips
 TOUCHING = 1e-3  # of the block size: a gap or overlap up to this is contact when two blocks meet
 
 
@@ -106,6 +107,12 @@ class Evaluation:
     by_pressure: FloatArray
     failed: BoolArray
     forces: FloatArray
+
+    @property
+    def at_strength(self) -> BoolArray:
+        """Which contacts bear all the shear they can, (m,): they slip, or would under the least more."""
+        full: BoolArray = self.bearing & ~(self.sticking & (np.abs(self.shear) < FULL * self.strength))
+        return full
 
 
 def gather_contacts(
@@ -214,8 +221,16 @@ def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
-def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: FloatArray) -> Evaluation:
-    """Return the contact forces on the blocks at a position, (n, 3), and all that the tangent needs."""
+def evaluate(
+    contacts: MovingContacts,
+    laws: tuple[JointLaw, ...],
+    position: FloatArray,
+    friction_pressure: FloatArray | None = None,
+) -> Evaluation:
+    """Return the contact forces on the blocks at a position, (n, 3), and all that the tangent needs.
+
+    Where `friction_pressure` (m,) is given, shear strengths are those at that pressure, whatever a contact bears.
+    """
     c = contacts.candidates
     gap, along, tangent, arm_a, arm_b = relative_positions(
         position, c.block_a, c.block_b, contacts.corner, contacts.start, contacts.along
@@ -232,11 +247,15 @@ def evaluate(contacts: MovingContacts, laws: tuple[JointLaw, ...], position: Flo
     shear, by_pressure, strength = np.zeros_like(gap), np.zeros_like(gap), np.zeros_like(gap)
     sticking, failed = np.zeros(len(gap), dtype=bool), contacts.failed.copy()
     law_of = contacts.properties.law
-    for number in np.unique(law_of[bearing]):
-        chosen = bearing & (law_of == number)
-        answer = laws[number].respond(pressure[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
-        shear[chosen], by_pressure[chosen] = answer.shear, answer.by_pressure
-        sticking[chosen], failed[chosen], strength[chosen] = answer.sticking, answer.failed, answer.strength
+    given = pressure if friction_pressure is None else friction_pressure
+    rubbing = bearing if friction_pressure is None else in_range & (friction_pressure > 0)
+    for number in np.unique(law_of[rubbing]):
+        chosen = rubbing & (law_of == number)
+        answer = laws[number].respond(given[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
+        shear[chosen], strength[chosen] = answer.shear, answer.strength
+        sticking[chosen], failed[chosen] = answer.sticking, answer.failed
+        if friction_pressure is None:
+            by_pressure[chosen] = answer.by_pressure
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, shear, forces)
     return Evaluation(
@@ -310,25 +329,44 @@ def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size:
 
     Intact contacts of the start that touch without bearing anything are kept too: they have not lost their strength.
     """
+    kept = _kept(contacts, at, size)
+    changed = int((at.failed & ~contacts.failed)[kept].sum())
+    first_along = np.where(np.isnan(contacts.first_along), at.along, contacts.first_along)
+    history = History(
+        active=_active(contacts, at, position, kept),
+        shear=at.shear[kept],
+        along=at.along[kept],
+        first_along=first_along[kept],
+        offset=contacts.offset[kept],
+        failed=at.failed[kept],
+    )
+    return history, changed
+
+
+def recall(again: MovingContacts, before: MovingContacts, at: Evaluation, size: float) -> MovingContacts:
+    """Return contacts gathered from a commit that is taken back, with what those that stay remembered before it."""
+    stay = again.candidates.history >= 0
+    source = _kept(before, at, size)[again.candidates.history[stay]]
+    names = ("old_shear", "old_along", "first_along", "failed")
+    memory = {name: getattr(again, name).copy() for name in names}
+    for name in names:
+        memory[name][stay] = getattr(before, name)[source]
+    return replace(again, **memory)
+
+
+def _kept(contacts: MovingContacts, at: Evaluation, size: float) -> IntArray:
     broken = (contacts.tension > 0) & ~at.bearing
     idle = contacts.touching & ~at.failed & (at.gap <= IDLE * size) & ~broken
-    kept = np.flatnonzero(at.bearing | idle)
+    return np.flatnonzero(at.bearing | idle)
+
+
+def _active(contacts: MovingContacts, at: Evaluation, position: FloatArray, kept: IntArray) -> ActiveContacts:
     c = contacts.candidates
-    changed = int((at.failed & ~contacts.failed)[kept].sum())
     normal = np.stack([at.tangent[:, 1], -at.tangent[:, 0]], axis=1)
-    active = ActiveContacts(
+    return ActiveContacts(
         pair=c.pair[kept],
         key=c.key[kept],
         pressure=np.maximum(at.pressure[kept], np.finfo(float).tiny),
         point=position[c.block_a[kept], :2] + at.arm_a[kept],
         normal=normal[kept],
     )
-    history = History(
-        active=active,
-        shear=at.shear[kept],
-        along=at.along[kept],
-        first_along=np.where(np.isnan(contacts.first_along), at.along, contacts.first_along)[kept],
-        offset=contacts.offset[kept],
-        failed=at.failed[kept],
-    )
-    return history, changed

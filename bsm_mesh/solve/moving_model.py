@@ -140,9 +140,11 @@ class MovingModel:
         """Return the contacts near a position with their history; `first`: touching ones are intact."""
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
 
-    def evaluate(self, contacts: MovingContacts, position: FloatArray) -> Evaluation:
-        """Return the contact forces at a position."""
-        return evaluate(contacts, self.catalogue.laws, position)
+    def evaluate(
+        self, contacts: MovingContacts, position: FloatArray, friction_pressure: FloatArray | None = None
+    ) -> Evaluation:
+        """Return the contact forces at a position; `friction_pressure` as `moving.evaluate` takes it."""
+        return evaluate(contacts, self.catalogue.laws, position, friction_pressure)
 
     def free(self, forces: FloatArray, supports: Constraints) -> FloatArray:
         """Return forces as accelerations see them: held axes out, moments over the radius of gyration."""

@@ -12,6 +12,9 @@ from bsm_mesh.contact.compiled import is_compiled
 from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MOST_UTILISATION
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.face_stiffness import face_stiffness
+from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
@@ -60,10 +63,11 @@ class ContinuationScheme:
     Raises
     ------
     ModelError
-        If blocks overlap at the start, or rigid rocks meet without a joint.
+        If blocks overlap at the start, rigid rocks meet without a joint, or no support holds anything.
     """
 
     def __init__(self, model: Model, options: Options, report: Reporter) -> None:
+        _refuse_what_no_step_mends(model)
         self.model, self.options, self.report = model, options, report
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
@@ -177,6 +181,16 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
     return Outcome(_refuse_overlap(model, stage), size)
 
 
+def _refuse_what_no_step_mends(model: Model) -> None:
+    """Raise where the model is not one: all of it would fall, which is a forgotten support and no collapse."""
+    if not model.supports:
+        raise ModelError(
+            "the model is free to move in any direction: no support holds it; hold a boundary, a block or a point of it"
+        )
+    if model.default_joint is None and any(rock.young is None for rock in model.rocks):
+        face_stiffness(model, find_faces(model.blocks))  # says where rigid rocks meet without a joint
+
+
 def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
     """Return the stage; at rest with blocks inside each other is no answer, so it counts as not converged."""
     if stage.status is not Status.STABLE or unexplained_overlap(model.blocks, stage) <= OVERLAP:
@@ -191,7 +205,7 @@ def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
     kept = np.flatnonzero(at.bearing | table.touching)
     c = table.candidates
     normal = np.stack([at.tangent[:, 1], -at.tangent[:, 0]], axis=1)
-    status = np.where(at.sticking, ContactStatus.STICKING, ContactStatus.SLIPPING)
+    status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
     status = np.where(at.bearing, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)

@@ -10,7 +10,7 @@ from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.values import Rules
 
 Scheme = Literal["linear", "continuation", "wang"]
-LinearSolverName = Literal["auto", "pardiso", "superlu"]
+LinearSolverName = Literal["auto", "pardiso", "superlu", "cluster"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,13 +32,14 @@ class Options:
     sliding_stiffness : float
         ``"wang"``: part of their shear stiffness that sliding contacts keep in the stiffness matrix. 1 is the thesis;
         the less, the farther a cycle moves what slides.
-    linear_solver : {"auto", "pardiso", "superlu"}
-        ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which.
+    linear_solver : {"auto", "pardiso", "superlu", "cluster"}
+        ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which. ``"cluster"``:
+        Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).
     threads : int
-        Threads of the linear solver; 0: as many as there are cores.
+        Threads of the linear solver, of every MPI rank; 0: as many as there are cores.
     """
 
-    scheme: Scheme = "linear"
+    scheme: Scheme = "continuation"
     tolerance: float = 1e-6
     max_steps: int = 500
     displacement_limit: float | None = None

@@ -8,7 +8,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.pattern import BlockPattern
 
-SMALLEST_PART = 24  # blocks: smaller parts are not cut again
+SMALLEST_PART = 6  # blocks: smaller parts are not cut again
 
 
 def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:

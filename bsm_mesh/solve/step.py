@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -107,20 +108,29 @@ class Step:
         The accepted position with what the supports move in this step.
     driven : bool
         Whether they move anything.
+    friction_pressure : (m,) float64 or None [N/m]
+        Pressures at which the contacts' shear strengths are held; None: they follow the pressures.
     """
 
     def __init__(
         self, moving: MovingModel, factors: Factors, contacts: MovingContacts, anchor: FloatArray, lam: float
     ) -> None:
         self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
+        self.friction_pressure: FloatArray | None = None
         self.supports = moving.constraints_at(anchor)
         given = moving.given(self.supports)
         self.start, self.driven = anchor + given, bool(given.any())
         self.pattern = factors.pattern_of(contacts)
 
+    def with_friction_of(self, pressure: FloatArray) -> Step:
+        """Return the same step with shear strengths held at those of a pressure (m,)."""
+        held = copy(self)
+        held.friction_pressure = pressure
+        return held
+
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
-        return self.moving.evaluate(self.contacts, position)
+        return self.moving.evaluate(self.contacts, position, self.friction_pressure)
 
     def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
         """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""

@@ -141,7 +141,7 @@ class LinearSystem:
             If the matrix is singular, or a solver is chosen that is not there.
         """
         solver = make_linear_solver(
-            options.linear_solver, self.pattern, self.model.blocks.moments.centroid, options.threads
+            options.linear_solver, self.pattern, self.model.blocks.moments.centroid, options.threads, once=True
         )
         try:
             solver.factorize(stiffness)
@@ -182,6 +182,8 @@ class LinearSystem:
     def at_start(self, linear_solver: str) -> Solution:
         """Return the state before the solution: prescribed displacements applied, nothing else moved."""
         U = self.constraints.given
+        if not U.any():
+            return self._solution(linear_solver, U, *self.start, self.bolts_at_start)
         normal_part, shear_part = self.spring_forces(U)
         bolts = self.bolts.strained(self.bolts_at_start, self.coupling, U)
         return self._solution(linear_solver, U, self.start[0] + normal_part, self.start[1] + shear_part, bolts)

@@ -28,7 +28,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.balance import fall_rate
-from bsm_mesh.solve.continuation import RECENT_STEPS, Continuation, Motion
+from bsm_mesh.solve.continuation import Continuation, Motion
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, commit
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.step import Step, moved_by
@@ -46,7 +46,6 @@ class WangIteration(Continuation):
         contacts = self.moving.gather(self.begin.history, position, first=self.begin.intact)
         self.start_residual = self.moving.static_residual(contacts, position)
         closed, sliding = contacts.touching, np.zeros(contacts.count, dtype=bool)
-        recent: list[FloatArray] = [position]
         for number in range(self.options.max_steps):
             began = time.perf_counter()
             count = self.factors.count
@@ -64,12 +63,11 @@ class WangIteration(Continuation):
             closed, sliding = at.bearing, np.isin(contacts.candidates.key, slid)
             residual = self.moving.static_residual(contacts, position)
             self._record(number, residual, position, ended, reset, began, count)
-            recent = [*recent[-RECENT_STEPS:], position]
             at_rest = residual < self.options.tolerance and failures == 0 and self.moving.reached(position)
             quiet = quiet + 1 if at_rest else 0
             if quiet == QUIET_CYCLES:
                 return self._at_rest(contacts, position, at)
-            reason, blocks = self._falling(contacts, at, position, recent)
+            reason, blocks = self.falling.look(contacts, at, position)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
         return self._end(Status.NOT_CONVERGED, self._out_of("cycles", residual, position), contacts, position)

@@ -137,7 +137,7 @@ class Comparison:
         return tuple(rows)
 
 
-def compare(model: Model, results: Results, *, order: int = 2) -> Comparison:
+def compare(model: Model, results: Results, *, order: int = 2, joints: bool = False) -> Comparison:
     """Return the last stage of a run beside the continuum solutions of its model.
 
     Parameters
@@ -148,6 +148,8 @@ def compare(model: Model, results: Results, *, order: int = 2) -> Comparison:
         What came out.
     order : {1, 2}
         Polynomial order of the continuum's displacements.
+    joints : bool
+        Whether the continuum's joints are elastic interface elements; else they are ignored.
 
     Raises
     ------
@@ -159,7 +161,7 @@ def compare(model: Model, results: Results, *, order: int = 2) -> Comparison:
     stage = results.stages[-1]
     if not stage.present.all():
         raise ModelError("the continuum solution knows no excavation; compare a model without stages")
-    continuum = Continuum(model, order)
+    continuum = Continuum(model, order, joints)
     nominal, matched = continuum.solve("nominal"), continuum.solve("matched")
     moments = model.blocks.moments
     return Comparison(

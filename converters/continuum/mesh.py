@@ -28,8 +28,6 @@ class ContinuumMesh:
         The triangles.
     block : (t,) int32
         Block of every triangle.
-    node_of_corner : (n_vertices,) int32
-        Vertex of the mesh at every corner of the blocks.
     piece_facet : (p,) int32
         Side (facet of the mesh) of every piece, edge after edge.
     piece_start : (n_vertices + 1,) int32
@@ -38,9 +36,13 @@ class ContinuumMesh:
 
     mesh: Any
     block: IntArray
-    node_of_corner: IntArray
     piece_facet: IntArray
     piece_start: IntArray
+
+    @property
+    def edge_of_piece(self) -> IntArray:
+        """Edge of every piece, (p,)."""
+        return np.repeat(np.arange(len(self.piece_start) - 1, dtype=np.int32), np.diff(self.piece_start))
 
     def facets_of(self, edges: IntArray) -> tuple[IntArray, IntArray]:
         """Return the facets of all pieces of `edges`, (p,), and for each the place of its edge in `edges`."""
@@ -75,8 +77,7 @@ def build_continuum_mesh(blocks: Blocks) -> ContinuumMesh:
     return ContinuumMesh(
         mesh=mesh,
         block=owner,
-        node_of_corner=node_of_corner,
-        piece_facet=_facets_between(mesh, outlines.node, outlines.node[following]),
+        piece_facet=facets_between(mesh, outlines.node, outlines.node[following]),
         piece_start=np.searchsorted(outlines.edge, np.arange(len(blocks.vertices) + 1)).astype(np.int32),
     )
 
@@ -170,7 +171,7 @@ def _constrained_triangles(points: FloatArray, outlines: _Outlines, blocks: IntA
     return triangles, blocks[of_ring]
 
 
-def _facets_between(mesh: Any, first: IntArray, last: IntArray) -> IntArray:
+def facets_between(mesh: Any, first: IntArray, last: IntArray) -> IntArray:
     """Return the facet of the mesh between each pair of vertices."""
     size = mesh.p.shape[1]
     facets = mesh.facets.astype(np.int64)

@@ -16,6 +16,7 @@ from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointLoad
 from bsm_mesh.model.model import Model
 from converters.continuum.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use
+from converters.continuum.interfaces import Interfaces, interface_stiffness, open_joints
 from converters.continuum.loads import load_vector
 from converters.continuum.mesh import build_continuum_mesh
 from converters.continuum.supports import held_displacements, nodal_unknowns
@@ -72,8 +73,10 @@ class ContinuumSolution:
     notes: tuple[str, ...]
 
 
-def solve_continuum(model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2) -> ContinuumSolution:
-    """Return the continuum solution of a model: the same domain, supports and loads, its joints ignored.
+def solve_continuum(
+    model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2, joints: bool = False
+) -> ContinuumSolution:
+    """Return the continuum solution of a model: the same domain, supports and loads.
 
     Parameters
     ----------
@@ -83,6 +86,8 @@ def solve_continuum(model: Model, *, elasticity: ElasticityName = "nominal", ord
         Elastic constants, see `ContinuumSolution`.
     order : {1, 2}
         Polynomial order of the displacements.
+    joints : bool
+        Whether joints are elastic interface elements of zero thickness (`interfaces`); else they are ignored.
 
     Raises
     ------
@@ -99,7 +104,7 @@ def solve_continuum(model: Model, *, elasticity: ElasticityName = "nominal", ord
     >>> print(f"{solve_continuum(model).stress[0, 1, 1]:.0f} Pa")
     -13000 Pa
     """
-    return Continuum(model, order).solve(elasticity)
+    return Continuum(model, order, joints).solve(elasticity)
 
 
 class Continuum:
@@ -111,9 +116,11 @@ class Continuum:
         What is given.
     order : {1, 2}
         Polynomial order of the displacements.
+    joints : bool
+        Whether joints are elastic interface elements of zero thickness (`interfaces`); else they are ignored.
     """
 
-    def __init__(self, model: Model, order: int = 2) -> None:
+    def __init__(self, model: Model, order: int = 2, joints: bool = False) -> None:
         import skfem
 
         if order not in (1, 2):
@@ -126,6 +133,10 @@ class Continuum:
         began = time.perf_counter()
         self.model = model
         self.mesh = build_continuum_mesh(model.blocks)
+        self.interfaces: Interfaces | None = None
+        if joints:
+            self.mesh, self.interfaces = open_joints(model, self.mesh)
+        self.order = order
         element = skfem.ElementTriP2() if order == 2 else skfem.ElementTriP1()
         self.basis = skfem.CellBasis(self.mesh.mesh, skfem.ElementVector(element))
         self.averages = _block_averages(self.basis, self.mesh.block, model.blocks.moments.area)
@@ -140,8 +151,11 @@ class Continuum:
         began = time.perf_counter()
         of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
         stiffness = of_block[self.mesh.block]
-        K = _anisotropic(self.basis, stiffness)
-        u = solve_held(K, self.load, self.supports, self.basis)
+        K, ties = _anisotropic(self.basis, stiffness), None
+        if self.interfaces is not None:
+            K = K + interface_stiffness(self.model, self.interfaces, self.basis, self.order)
+            ties = self.basis.nodal_dofs[0, self.interfaces.ends[:, :, 0].T]
+        u = solve_held(K, self.load, self.supports, self.basis, ties)
         gradient = _mean_gradient(self.basis, u)
         stress = _stress(gradient, stiffness)
         area = self.basis.dx.sum(axis=1)
@@ -165,18 +179,23 @@ class Continuum:
             total_reaction=reaction[node_dofs].sum(axis=0),
             unknowns=int(self.basis.N - self.supports.held.sum()),
             seconds=self.seconds + time.perf_counter() - began,
-            notes=(*_departures(self.model), *notes),
+            notes=(*_departures(self.model, self.interfaces is not None), *notes),
         )
 
 
-def _departures(model: Model) -> tuple[str, ...]:
+def _departures(model: Model, interfaces: bool) -> tuple[str, ...]:
     """Return what the continuum leaves out of the model or treats in its own way, a sentence each."""
     notes = []
     joint = face_joints(model, find_faces(model.blocks))
     count = int((joint >= 0).sum())
     if count:
         names = ", ".join(f"'{model.joints[number].name}'" for number in np.unique(joint[joint >= 0]))
-        notes.append(f"joints are ignored: {count} of {len(joint)} faces ({names}) are taken as unbroken rock")
+        what = (
+            "are elastic interface elements, which neither slip nor open"
+            if interfaces
+            else "are taken as unbroken rock"
+        )
+        notes.append(f"joints{'' if interfaces else ' are ignored'}: {count} of {len(joint)} faces ({names}) {what}")
     if any(isinstance(load, PointLoad) for load in model.loads):
         notes.append("point loads are spread over their blocks, with the same force, moment and average stress")
     if model.in_situ is not None and model.in_situ.method == "direct":

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from converters.continuum.supports import HeldDisplacements, nodal_unknowns
 
@@ -18,7 +18,9 @@ RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one
 HINGED = "parts that touch at a single point are hinged there; hold them, or remove them"
 
 
-def solve_held(K: Any, f: FloatArray, supports: HeldDisplacements, basis: Any) -> FloatArray:
+def solve_held(
+    K: Any, f: FloatArray, supports: HeldDisplacements, basis: Any, ties: IntArray | None = None
+) -> FloatArray:
     """Return the displacements u (N,) of K u = f under the supports.
 
     The held unknowns are condensed. Rows C u = w that take in many unknowns are met by multipliers: with
@@ -35,6 +37,8 @@ def solve_held(K: Any, f: FloatArray, supports: HeldDisplacements, basis: Any) -
         The constraints.
     basis : skfem.CellBasis
         What K and f were assembled on.
+    ties : (2, k) int, optional
+        Pairs of unknowns that hold two elements together besides the nodes that these share.
 
     Raises
     ------
@@ -43,7 +47,7 @@ def solve_held(K: Any, f: FloatArray, supports: HeldDisplacements, basis: Any) -
     """
     from skfem import condense
 
-    _refuse_free_motion(supports, basis)
+    _refuse_free_motion(supports, basis, ties)
     turn, C = supports.turn, supports.rows
     turned = (K, f, C) if turn is None else (turn.T @ K @ turn, turn.T @ f, C @ turn)
     held = np.flatnonzero(supports.held)
@@ -80,12 +84,13 @@ def _factorize(A: Any) -> Any:
         raise ModelError(f"the continuum's equations are singular: {HINGED}") from None
 
 
-def _refuse_free_motion(supports: HeldDisplacements, basis: Any) -> None:
+def _refuse_free_motion(supports: HeldDisplacements, basis: Any, ties: IntArray | None) -> None:
     """Raise if a connected part has a rigid motion that no support holds."""
     node_dofs = nodal_unknowns(basis)
     together = basis.element_dofs  # each triangle ties its first unknown to all its others
-    rows = np.tile(together[0], len(together))
-    graph = sp.coo_matrix((np.ones(len(rows), np.int8), (rows, together.ravel())), shape=(basis.N, basis.N))
+    pairs = np.stack([np.tile(together[0], len(together)), together.ravel()])
+    pairs = pairs if ties is None else np.hstack([pairs, ties])
+    graph = sp.coo_matrix((np.ones(pairs.shape[1], np.int8), tuple(pairs)), shape=(basis.N, basis.N))
     count, part_of_dof = connected_components(graph, directed=False)
     part = part_of_dof[node_dofs[:, 0]]
     where = basis.doflocs[:, node_dofs[:, 0]].T

@@ -26,7 +26,7 @@ def divide_faces(cut: BlockCut) -> tuple[FloatArray, IntArray, IntArray]:
     number = len(cut.points) + np.cumsum(fan) - 1
     inside = fan[owner]
     fans = np.stack([cut.corners, cut.corners[following], number[owner]], axis=1)[inside]
-    others, of_block = _delaunay(cut, faces, np.flatnonzero(~fan))
+    others, of_block = delaunay_triangles(cut, faces, np.flatnonzero(~fan))
     block = np.concatenate([owner[inside], of_block])
     order = np.argsort(block, kind="stable")
     return np.concatenate([cut.points, centre[fan]]), np.concatenate([fans, others])[order], block[order]
@@ -50,8 +50,8 @@ def _centroids(cut: BlockCut, faces: Faces) -> FloatArray:
     return centroid
 
 
-def _delaunay(cut: BlockCut, faces: Faces, blocks: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the triangles of some blocks between their corners, and the block of each."""
+def delaunay_triangles(cut: BlockCut, faces: Faces, blocks: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the constrained Delaunay triangles of some blocks between their corners, and the block of each."""
     import shapely
 
     found = shapely.constrained_delaunay_triangles(faces.polygons(cut.points)[blocks])

@@ -34,7 +34,7 @@ def test_run_writes_the_whole_folder(case: Case) -> None:
     assert {Path(name).name for name in outcome.new} == files | {"out"}
     assert "stable" in outcome.out
     assert "time of the solution" in outcome.out
-    assert "linear solution" in outcome.err  # progress, as plain lines
+    assert "stage 0, step 1: residual" in outcome.err  # progress, as plain lines
     for kind in series:
         assert read_pvd(case.folder / "out" / f"{kind}.pvd") == [(0.0, case.folder / "out" / f"{kind}_0000.vtu")]
 
@@ -60,7 +60,7 @@ def test_summary(case: Case) -> None:
     np.testing.assert_allclose(stage["total_reaction"], [0, weight + load], rtol=1e-12, atol=1e-3)
     with (case.folder / "out/history.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == stage["steps"] == 1
+    assert len(rows) == stage["steps"] == 2  # the second confirms the first
     assert float(rows[0]["residual"]) == stage["residual"] < 1e-9
 
 
@@ -134,6 +134,12 @@ def test_check_tells_what_is_in_the_model(case: Case) -> None:
     assert outcome.new == []
     words = ("the model is valid", "rock:gneiss: 4 blocks", "joint:J1: 4 edges", "boundary:top: 2 edges", "104 kN/m")
     assert all(word in outcome.out for word in words)
+
+
+def test_compare_with_joints_says_so(case: Case) -> None:
+    told = json.loads(case.run("compare", "model.toml", "--joints", "--json").out)
+    assert any("neither slip nor open" in note for note in told["notes"])
+    assert not any("are ignored" in note for note in told["notes"])
 
 
 def test_compare_writes_both_and_their_difference(case: Case) -> None:

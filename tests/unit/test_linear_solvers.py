@@ -10,7 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve import pardiso
 from bsm_mesh.solve.linear_solvers import make_linear_solver
-from bsm_mesh.solve.pattern import block_pattern
+from bsm_mesh.solve.pattern import block_pattern, whole_pattern
 from bsm_mesh.solve.superlu import SuperLU
 
 SOLVERS = [
@@ -51,11 +51,12 @@ def positions(pattern):
 
 
 @pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("once", [False, True])
 @pytest.mark.parametrize(("n", "links"), [(1, 0), (2, 1), (2, 0), (7, 10), (60, 150), (300, 900)])
-def test_against_dense(name, n, links):
+def test_against_dense(name, n, links, once):
     pattern, data, full = random_system(n, links, seed=n)
     b = np.random.default_rng(0).normal(size=(n, 3))
-    solver = make_linear_solver(name, pattern, positions(pattern))
+    solver = make_linear_solver(name, pattern, positions(pattern), once=once)
     assert solver.name == name
     solver.factorize(data)
     assert_allclose(solver.solve(b).reshape(-1), np.linalg.solve(full, b.reshape(-1)), rtol=RTOL, atol=1e-12)
@@ -155,3 +156,26 @@ def test_threads_change_nothing_but_the_time(threads):
 def test_options(options, message):
     with pytest.raises(bsm.ModelError, match=re.escape(message)):
         bsm.Options(**options)
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("whole", [False, True])
+def test_enough_blocks_for_all_threads(name, whole):
+    """Pardiso dies where the number of threads changes from factorization to solution."""
+    side = 80  # of a grid: more blocks than are left to one thread
+    number = np.arange(side * side, dtype=np.int32).reshape(side, side)
+    a = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
+    b = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
+    pattern = (whole_pattern if whole else block_pattern)(side * side, a, b)
+    data = np.repeat(-np.eye(3)[None], len(pattern.column), axis=0)
+    data[pattern.diagonal] = 5 * np.eye(3)
+    right = np.random.default_rng(3).normal(size=(side * side, 3))
+    solver = make_linear_solver(name, pattern, np.stack([number.ravel() % side, number.ravel() // side], 1) * 1.0)
+    for _ in range(3):
+        solver.factorize(data)
+        x = solver.solve(right)
+    product = 5 * x
+    np.add.at(product, a, -x[b])
+    np.add.at(product, b, -x[a])
+    assert_allclose(product, right, atol=1e-12)
+    solver.close()

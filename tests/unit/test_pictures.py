@@ -41,6 +41,18 @@ def test_every_picture_shows_something(results: Case) -> None:
         assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
 
 
+def test_lines_are_drawn_over_a_model_of_kilometres(case: Case) -> None:
+    """What lies over the blocks, here the water table, is in front of the camera at every size."""
+    from matplotlib.image import imread
+
+    text = Path("model.toml").read_text(encoding="utf-8").replace("[mesh]", '[mesh]\nunit = "km"')
+    case.write("model.toml", f"{text}\n[water]\ntable = [[0, 1500]]\n")
+    assert case.run("run", "model.toml", "--pictures", "-q").code == 0
+    shown = imread("out/pictures/deformation.png")[..., :3]
+    blue = np.abs(shown - np.array([0x1F, 0x6F, 0xD0]) / 255).max(axis=2) < 0.02
+    assert blue.sum() > 0.3 * WIDTH
+
+
 def test_headings() -> None:
     """A stage is named where there are several."""
     only, second = {"name": "initial", "status": "stable"}, {"name": "crown", "status": "not_converged"}

@@ -152,7 +152,7 @@ def test_pyvista_reads_the_series(folder: Path, kind: str) -> None:
 
 def test_files_are_compressed(folder: Path) -> None:
     for path in folder.glob("*.vtu"):
-        assert b"vtkZLibDataCompressor" in path.read_bytes()[:400]
+        assert b"vtkLZ4DataCompressor" in path.read_bytes()[:400]
 
 
 def test_nothing_but_whole_files(folder: Path) -> None:

@@ -1,0 +1,17 @@
+"""The command line on MPI ranks, for ``linear_solver = "cluster"``: ``mpiexec -n 4 python -m bsm_mesh.app.mpi run``."""
+
+from __future__ import annotations
+
+from bsm_mesh.app.cli import main as run_command
+from bsm_mesh.solve.cluster import ranks
+
+
+def main() -> None:
+    """Run a command on the first rank; the others help it to solve."""
+    with ranks() as first:
+        if first:
+            run_command()
+
+
+if __name__ == "__main__":
+    main()

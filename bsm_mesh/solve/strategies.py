@@ -1,0 +1,97 @@
+"""How the equations of one step are solved: Newton's method, and what helps it where too many contacts change.
+
+At the start, where a model at rest is one step from its equilibrium; near rest, where few contacts still change; and
+while blocks move, where only the verdict counts and the path is viscous anyway.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.interior_point import interior_point
+from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, elastic_position, newton
+from bsm_mesh.solve.step import Step
+
+QUICK = 0.1  # Newton's method at the start goes on while it shrinks the 2-norm to this with every factorization
+MOST_MOVING = 6  # iterations of Newton's method in a moving step
+WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this
+MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
+MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
+LONGEST_PAUSE = 32  # moving steps for which they are held after failures
+NEAR_REST = 1e-4  # tolerance of a step below which few contacts still change: Newton's method is given time
+BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
+HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
+
+
+def solve_at_once(step: Step, tolerance: float) -> Found:
+    """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
+    rest = newton(step, step.start, tolerance, most=0)
+    if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
+        return rest
+    elastic = elastic_position(step)
+    if step.norm_at(elastic) <= QUICK * step.norm_at(step.start):
+        found = newton(step, elastic, tolerance, contraction=QUICK)
+        if found.converged:
+            return found
+    return _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
+
+
+class MovingSteps:
+    """Solves the steps in which blocks move, one after the other, and learns from them.
+
+    With Coulomb's coupling of pressure and friction a step may have no solution close by: a contact that slides
+    would stick, and sticking it would slide. With shear strengths held it is a convex problem, and has one. That is
+    the last resort, because friction then lags by a step: where shorter steps fail as well, and for some steps after.
+    """
+
+    def __init__(self) -> None:
+        self._wait, self._pause = 0, 1
+
+    def solve(self, step: Step, inner: float, *, from_rest: bool, failures: int) -> Found:
+        """Return the end of a step to a tolerance `inner`.
+
+        Parameters
+        ----------
+        step : Step
+            The equations.
+        inner : float
+            Greatest force out of balance, over the reference weight.
+        from_rest : bool
+            The first step: contacts bear nothing yet, or what they bore before an excavation; so begin with every
+            touching contact closed, and hold no strength.
+        failures : int
+            How often this step failed with other regularisations.
+        """
+        near_rest = inner < NEAR_REST
+        most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
+        found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
+        if found.converged:
+            return found
+        if near_rest or from_rest or (self._wait == 0 and failures < MOST_FAILURES):
+            return _from_inside(step, step.start, inner, MOST_MOVING)
+        if self._wait == 0:
+            self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
+        self._wait -= 1
+        return _with_friction_held(step, inner)
+
+
+def _with_friction_held(step: Step, inner: float) -> Found:
+    """Return the end of a moving step with every shear strength held at that of the pressure where it begins."""
+    held = step.with_friction_of(step.evaluate(step.anchor).pressure)
+    near = interior_point(held, step.start, HAND_OVER)
+    if near is None:
+        return Found(step.start, step.evaluate(step.start), converged=False)
+    better = newton(held, near, inner, most=MOST_POLISHING)
+    return better if better.converged else Found(near, held.evaluate(near), converged=True)
+
+
+def _from_inside(
+    step: Step, elastic: FloatArray, tolerance: float, most: int, barriers: tuple[float, ...] = (1.0,)
+) -> Found:
+    """Return what Newton's method finds from where the interior point method ends."""
+    for barrier in barriers:
+        near = interior_point(step, elastic, HAND_OVER, barrier=barrier)
+        if near is not None:
+            return newton(step, near, tolerance, most=most)
+    return Found(step.start, step.evaluate(step.start), converged=False)

@@ -1,0 +1,119 @@
+"""What the scripts of this example share: the continuum beside the blocks, and movements where they were measured."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+import bsm_mesh as bsm
+from bsm_mesh.model.parts import some_blocks
+from converters.continuum import solve_continuum
+
+HERE = Path(__file__).parent
+LEFT, RIGHT, FLOOR, CROWN, TOP = -3.0, 3.0, -8.0, 0.0, 9.0  # m
+NEAR = 1e-6  # m: a corner this near to a line lies on it
+# The measured sections stand in Fig. 8.10 only; these are assumed: start on the wall, end in the rock.
+EXTENSOMETERS = {
+    "crown, upwards": ((0.0, CROWN), (0.0, TOP)),
+    "upper right corner, 45 degrees": ((RIGHT, CROWN), (10.0, 7.0)),
+    "right wall, level": ((RIGHT, -4.0), (12.0, -4.0)),
+    "left wall, level": ((LEFT, -4.0), (-12.0, -4.0)),
+}
+
+
+@dataclass(frozen=True)
+class Movement:
+    """Displacements (n, 3) [m, m, rad] of blocks."""
+
+    blocks: bsm.Blocks
+    displacement: np.ndarray
+
+    def at(self, points, block):
+        """Return the displacement (k, 2) [m] of points that move with their blocks."""
+        u = self.displacement[block]
+        arm = points - self.blocks.moments.centroid[block]
+        return u[:, :2] + np.stack([-arm[:, 1], arm[:, 0]], axis=1) * u[:, 2:]
+
+    def on_line(self, x=None, y=None, side=0):
+        """Return corners (k, 2) on a line x or y, and their displacement, of blocks above or right of it (side 1)."""
+        blocks = self.blocks
+        axis, level = (0, x) if x is not None else (1, y)
+        beside = (blocks.moments.centroid[blocks.owner, axis] - level) * side >= 0
+        chosen = np.flatnonzero((np.abs(blocks.vertices[:, axis] - level) < NEAR) & beside)
+        chosen = chosen[np.argsort(blocks.vertices[chosen, 1 - axis], kind="stable")]
+        points = blocks.vertices[chosen]
+        return points, self.at(points, blocks.owner[chosen])
+
+    def along(self, start, end, count=120):
+        """Return distances from `start` [m] and the displacement [m] against that direction, into the opening."""
+        start, end = np.array(start), np.array(end)
+        length = np.hypot(*(end - start))
+        stations = np.linspace(0.01, length - 0.01, count)
+        points = start + stations[:, None] * (end - start) / length
+        polygons = shapely.polygons(shapely.linearrings(self.blocks.vertices, indices=self.blocks.owner))
+        which, block = shapely.STRtree(polygons).query(shapely.points(points), predicate="intersects")
+        _, once = np.unique(which, return_index=True)
+        return stations[which[once]], -self.at(points[which[once]], block[once]) @ ((end - start) / length)
+
+    def summary(self):
+        """Return the numbers of the README: settlement, crown and walls [mm], and where it settles most [m]."""
+        top, settled = self.on_line(y=TOP, side=-1)
+        greatest = settled[:, 1].argmin()
+        crown = [
+            u for (x, _), u in zip(*self.on_line(y=CROWN, side=1), strict=True) if LEFT - NEAR <= x <= RIGHT + NEAR
+        ]
+        told = {
+            "settlement": -1e3 * settled[greatest, 1],
+            "at": float(top[greatest, 0]),
+            "crown": -1e3 * np.array(crown)[:, 1],
+        }
+        for name, x, side in (("left wall", LEFT, -1), ("right wall", RIGHT, 1)):
+            points, u = self.on_line(x=x, side=side)
+            wall = (points[:, 1] <= CROWN + NEAR) & (points[:, 1] >= FLOOR - NEAR)
+            told[name] = -side * 1e3 * u[wall, 0]
+        return told
+
+
+def movement_of(model, results):
+    """Return how the blocks that are left have moved at the end of a run."""
+    stage = results.stages[-1]
+    return Movement(some_blocks(model.blocks, stage.present), stage.displacement[stage.present])
+
+
+def released(model):
+    """Return the rock after excavation under what the excavation changes: the stress taken off, the pressure put on.
+
+    For linear methods, in which the weights and the stress of the ground cancel.
+    """
+    (stage,), ground = model.stages, model.in_situ
+    keep = np.ones(model.blocks.count, dtype=bool)
+    keep[model.blocks.excavations["1"]] = False
+    blocks = some_blocks(model.blocks, keep)
+    for name, where in {
+        "crown": lambda x, y: (np.abs(y - CROWN) < NEAR) & (np.abs(x) <= RIGHT + NEAR),
+        "floor": lambda x, y: (np.abs(y - FLOOR) < NEAR) & (np.abs(x) <= RIGHT + NEAR),
+        "walls": lambda x, y: (np.abs(np.abs(x) - RIGHT) < NEAR) & (y <= CROWN + NEAR) & (y >= FLOOR - NEAR),
+    }.items():
+        blocks = blocks.with_boundary(name, where)
+    weight, k0 = model.rocks[0].unit_weight, ground.k0[1]
+    vertical = np.array([ground.surcharge + weight * TOP, 0.0, -weight])
+    loads = [
+        bsm.Pressure(boundary=name, pressure=tuple(np.array([stage.pressure, 0, 0]) - ratio * vertical))
+        for name, ratio in (("crown", 1.0), ("floor", 1.0), ("walls", k0))
+    ]
+    rocks = [replace(rock, unit_weight=0.0) for rock in model.rocks]
+    return model.replace(blocks=blocks, rocks=rocks, loads=loads, in_situ=None, stages=(), bolts=())
+
+
+def continuum(model, joints):
+    """Return the movement by finite elements: elastic rock, its joints ignored or as elastic interface elements."""
+    change = released(model)
+    return Movement(change.blocks, solve_continuum(change, joints=joints).displacement)
+
+
+def linear_blocks(model):
+    """Return the movement by the linear Block-Spring Model: joints and rock elastic, as in the continuum."""
+    change = released(model)
+    results = bsm.run(change, bsm.Options(scheme="linear"))
+    return Movement(change.blocks, results.stages[-1].displacement)

@@ -1,0 +1,71 @@
+"""The benchmark suite: it runs, its times add up, its split leaves the program as it was."""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PEER = "import json; print(json.dumps({'verdict': 'at rest', 'note': 'none', 'residual': 0.5}))"
+
+pytestmark = pytest.mark.skipif(not (ROOT / "benchmarks").is_dir(), reason="benchmarks are not installed")
+
+
+def module(name):
+    sys.path.insert(0, str(ROOT))
+    try:
+        return importlib.import_module(f"benchmarks.{name}")
+    finally:
+        sys.path.remove(str(ROOT))
+
+
+def test_run(tmp_path):
+    command = [sys.executable, "-m", "benchmarks", "--scene", "wall", "--sizes", "100", "--folder", str(tmp_path)]
+    command += ["--programs", "bsm", "--peer", f'none={sys.executable} -c "{PEER}"']
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "rows.json").read_text(encoding="utf-8"))["cases"]["wall"]
+    (ours,), (other,) = rows["bsm"], rows["none"]
+    assert ours["verdict"] == "stable"
+    assert ours["blocks"] == other["blocks"] == 106
+    assert ours["residual"] < 1e-6
+    assert sum(ours["parts"].values()) == pytest.approx(ours["seconds"], rel=1e-6)
+    assert all(seconds > 0 for seconds in ours["parts"].values())
+    assert ours["factorizations"] > 0
+    assert other["residual"] == 0.5
+    assert (tmp_path / "wall.png").stat().st_size > 1000
+    assert "factorizations" in done.stdout
+
+
+def test_split_counts_inner_work_once_and_leaves_no_trace():
+    measure = module("measure")
+    pattern = importlib.import_module("bsm_mesh.solve.pattern")
+    system = importlib.import_module("bsm_mesh.solve.system")
+    before = pattern.block_pattern
+    split = measure.Split()
+    with split.watch():
+        assert system.block_pattern is pattern.block_pattern is not before
+        system.block_pattern(2, *(importlib.import_module("numpy").array([k], dtype="int32") for k in (0, 1)))
+    assert system.block_pattern is pattern.block_pattern is before
+    assert 0 < split.seconds["assembly"] < split.total
+    assert sum(split.seconds.values()) == pytest.approx(split.total)
+
+
+def test_growth():
+    rows = [{"blocks": n, "verdict": "stable", "seconds": 1e-4 * n**1.2} for n in (10, 1000, 10_000, 100_000)]
+    rows[0]["seconds"] = 5.0  # start-up
+    rows.append({"blocks": 1_000_000, "verdict": "not_converged", "seconds": 60.0})
+    assert module("report").exponent(rows) == pytest.approx(1.2)
+    assert module("report").exponent(rows[:2]) is None
+
+
+def test_scenes():
+    scenes = module("scenes")
+    for name in ("tilted_wall", "jointed_slope", "blocky_rock", "sliding_layers"):
+        model = getattr(scenes, name)(200).model()
+        assert 150 < model.blocks.count < 350, name

@@ -1,0 +1,86 @@
+"""How a step is solved: shear strengths held in moving steps, contacts updated within the first one."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.moving import commit, recall
+from bsm_mesh.solve.step import Step
+
+FRICTION = 35.0
+CONTINUATION = bsm.Options(scheme="continuation")
+
+
+def block_on_a_base() -> Continuation:
+    """Return the continuation of a square metre on a base."""
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([[(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=26e3)],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=FRICTION))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+    return Continuation(model, CONTINUATION, lambda *_: None)
+
+
+def pressed_and_pushed(step: Step, down: float, aside: float) -> np.ndarray:
+    """Return the position with the block moved [m]."""
+    return step.anchor + np.array([[0.0, 0.0, 0.0], [aside, -down, 0.0]])
+
+
+def test_held_strength_does_not_follow_the_pressure():
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, 1.0)
+    at = step.evaluate(pressed_and_pushed(step, 1e-5, 1e-3))
+    held = step.with_friction_of(at.pressure)
+    strength = np.tan(np.radians(FRICTION)) * at.pressure[at.bearing]
+    for down in (1e-5, 3e-5, -1e-5):  # the last is off the base: the held friction still acts in this step
+        again = held.evaluate(pressed_and_pushed(step, down, 1e-3))
+        assert_allclose(np.abs(again.shear[at.bearing]), strength, rtol=1e-12)
+        assert_allclose(again.pressure.sum(), max(0.0, 1e9 * down), rtol=1e-9)
+        assert not again.by_pressure.any()
+    assert step.friction_pressure is None
+
+
+def test_updated_contacts_remember_where_they_began_to_slide():
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, 1.0)
+    moved = pressed_and_pushed(step, 2.6e-5, 1e-3)
+    at, size = step.evaluate(moved), run.moving.outlines.size
+    history, _ = commit(contacts, at, moved, size)
+    committed = run.moving.gather(history, moved, first=False)
+    recalled = recall(committed, contacts, at, size)
+    for again, anchored in ((committed, at.along), (recalled, contacts.old_along)):
+        old = again.old_along[again.touching]
+        assert_allclose(np.sort(old), np.sort(anchored[at.bearing]), atol=1e-12)
+        assert_allclose(run.moving.evaluate(again, moved).forces, at.forces, atol=1e-6 * 26e3)
+    assert not recalled.old_shear.any()
+    assert committed.old_shear.any()
+
+
+def test_a_wall_rests_after_one_step_and_its_confirmation():
+    """Where thousands of contacts slip, the lengths they share change by the slip: the first step takes that in."""
+    courses, bricks = 8, 12
+    polygons = [[(-1, -0.5), (bricks + 1, -0.5), (bricks + 1, 0), (-1, 0)]]
+    for c in range(courses):
+        joints = np.arange(bricks + 1.0) if c % 2 == 0 else np.concatenate([[0], np.arange(bricks) + 0.5, [bricks]])
+        y = 0.5 * c
+        polygons += [[(a, y), (b, y), (b, y + 0.5), (a, y + 0.5)] for a, b in pairwise(joints)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=2500 * 9.81)],
+        joints=[bsm.Joint("J", 1e8, 1e8, law=bsm.MohrCoulomb(friction=FRICTION))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        gravity_direction=-85.0,
+    )
+    stage = bsm.run(model, CONTINUATION).stages[0]
+    assert stage.status == "stable"
+    first, second = stage.steps
+    assert first.slipping_contacts > 20
+    assert second.factorizations == 0
