@@ -38,6 +38,7 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
         loaded = load_model_file(path, progress.report)
         folder = output or loaded.output_folder
         refuse_folder(folder)
+        _refuse_without_support(loaded, path)
         model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
         snapshots = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else None
         results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
@@ -54,6 +55,13 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
     else:
         _print_results(results, loaded.notes, folder, drawn)
     return EXIT_CODES[results.status]
+
+
+def _refuse_without_support(loaded: LoadedModel, path: Path) -> None:
+    """Raise where all of the model would fall: a forgotten line, no collapse."""
+    if not loaded.model.supports:
+        cure = 'add [[support]] with boundary = "...", blocks = [...] or point = [x, y]: hold a boundary, for one'
+        raise ModelError(f"{path.name}: the model is free to move in any direction: no support holds it; {cure}")
 
 
 def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
@@ -180,6 +188,7 @@ def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report)
         refuse_folder(output or loaded.output_folder)
+        _refuse_without_support(loaded, path)
         results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
         comparison = compare(loaded.model, results, order=order, joints=joints)

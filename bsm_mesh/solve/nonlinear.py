@@ -12,7 +12,6 @@ from bsm_mesh.contact.compiled import is_compiled
 from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MOST_UTILISATION
-from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import face_stiffness
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointForces
@@ -63,11 +62,11 @@ class ContinuationScheme:
     Raises
     ------
     ModelError
-        If blocks overlap at the start, rigid rocks meet without a joint, or no support holds anything.
+        If blocks overlap at the start, or rigid rocks meet without a joint.
     """
 
     def __init__(self, model: Model, options: Options, report: Reporter) -> None:
-        _refuse_what_no_step_mends(model)
+        _refuse_rigid_faces(model)
         self.model, self.options, self.report = model, options, report
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
@@ -181,14 +180,10 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
     return Outcome(_refuse_overlap(model, stage), size)
 
 
-def _refuse_what_no_step_mends(model: Model) -> None:
-    """Raise where the model is not one: all of it would fall, which is a forgotten support and no collapse."""
-    if not model.supports:
-        raise ModelError(
-            "the model is free to move in any direction: no support holds it; hold a boundary, a block or a point of it"
-        )
+def _refuse_rigid_faces(model: Model) -> None:
+    """Raise where rigid rocks meet without a joint, with the place; the contacts themselves know none."""
     if model.default_joint is None and any(rock.young is None for rock in model.rocks):
-        face_stiffness(model, find_faces(model.blocks))  # says where rigid rocks meet without a joint
+        face_stiffness(model, find_faces(model.blocks))
 
 
 def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
