@@ -337,7 +337,7 @@ def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size:
         shear=at.shear[kept],
         along=at.along[kept],
         first_along=first_along[kept],
-        offset=contacts.offset[kept],
+        offset=np.where(_still_inside(contacts, at), at.gap, contacts.offset)[kept],
         failed=at.failed[kept],
     )
     return history, changed
@@ -357,7 +357,16 @@ def recall(again: MovingContacts, before: MovingContacts, at: Evaluation, size: 
 def _kept(contacts: MovingContacts, at: Evaluation, size: float) -> IntArray:
     broken = (contacts.tension > 0) & ~at.bearing
     idle = contacts.touching & ~at.failed & (at.gap <= IDLE * size) & ~broken
-    return np.flatnonzero(at.bearing | idle)
+    return np.flatnonzero(at.bearing | idle | _still_inside(contacts, at))
+
+
+def _still_inside(contacts: MovingContacts, at: Evaluation) -> BoolArray:
+    """Return which contacts were let in deep and bear nothing now, but have not come out, (m,).
+
+    Forgotten, they could not start anew: it would be too deep.
+    """
+    inside: BoolArray = (contacts.candidates.history >= 0) & contacts.failed & ~at.bearing & (at.gap < 0)
+    return inside & (contacts.offset < 0) & contacts.touching
 
 
 def _active(contacts: MovingContacts, at: Evaluation, position: FloatArray, kept: IntArray) -> ActiveContacts:

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scenes import grid, rectangle, square, turned
 
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.solve.moving import History
+from bsm_mesh.solve.moving import History, commit
 from bsm_mesh.solve.moving_model import MovingModel
 
 angles = st.floats(30.0, 140.0)
@@ -154,3 +154,20 @@ def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():
     assert len(closed.touching(found)) == 2
     assert (found.play[closed.touching(found)] == 0).all()
     assert len(scene.moved(1, (9, 0)).touching(scene.moved(1, (9, 0)).detect())) == 0
+
+
+def test_a_contact_that_was_let_in_deep_is_remembered_until_it_has_come_out():
+    """Forgotten in a step in which it bears nothing, it was too deep to start anew: the block fell through."""
+    moving = MovingModel(model_of([square(0, 0), square(-1.5, 1)], friction=0.0))
+    pressed, eased, out = (moving.start + np.array([(0, 0, 0), (0.53, -y, 0)]) for y in (4e-3, 1.5e-3, -1e-3))
+
+    def taken(history, position):
+        contacts = moving.gather(history, position, first=False)
+        return commit(contacts, moving.evaluate(contacts, position), position, moving.outlines.size)[0]
+
+    first = taken(History.none(), pressed)
+    assert_allclose(first.offset, -3e-3)
+    second = taken(first, eased)
+    assert second.active.key.tolist() == first.active.key.tolist()
+    assert_allclose(second.offset, -1.5e-3, err_msg="what it has come out it is not let in again")
+    assert len(taken(first, out).offset) == 0
