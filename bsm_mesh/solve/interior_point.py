@@ -26,7 +26,7 @@ from bsm_mesh.contact.interior_kernels import (
 )
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
 from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.solve.moving import MovingContacts
+from bsm_mesh.solve.moving import MovingContacts, may_bear
 from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 60
@@ -110,8 +110,9 @@ class _Problem:
     def begin(self, position: FloatArray, barrier: float) -> tuple[FloatArray, float]:
         """Return the state at a position with all products equal to the barrier, and the barrier."""
         c = self.step.contacts
-        gap, along, *_ = self._relative(position)
+        gap, along, tangent, *_ = self._relative(position)
         on_edge = (along >= -c.reach) & (along <= c.candidates.edge_length + c.reach)
+        on_edge &= may_bear(c, position, gap, tangent)
         self.kind[0, on_edge] = LIMITED
         self.kind[0, on_edge & np.isinf(c.tension)] = BONDED
         self.now[0], self.now[1] = gap - c.offset, self._trial(along)

@@ -238,8 +238,7 @@ def evaluate(
     pressure = -contacts.normal_stiffness * (gap - contacts.offset)
     in_range = (along >= -contacts.reach) & (along <= c.edge_length + contacts.reach)
     bearing = in_range & (pressure >= -contacts.tension) & ((pressure > 0) | (contacts.tension > 0))
-    bearing[contacts.rivals] &= _nearer_way_out(c, contacts.rivals, gap)
-    bearing[contacts.leaning] &= _turned_away(contacts, position, tangent)
+    bearing &= may_bear(contacts, position, gap, tangent)
     anchored = ~np.isnan(contacts.old_along)
     moved = np.where(anchored, along - contacts.old_along, 0.0)
     trial = np.where(anchored, contacts.old_shear + contacts.shear_stiffness * moved, 0.0)
@@ -273,6 +272,14 @@ def evaluate(
         failed=failed,
         forces=forces,
     )
+
+
+def may_bear(contacts: MovingContacts, position: FloatArray, gap: FloatArray, tangent: FloatArray) -> BoolArray:
+    """Return which candidates may bear at a position, (m,): of two ways out of a corner the nearer, and no way back."""
+    allowed = np.ones(contacts.count, dtype=bool)
+    allowed[contacts.rivals] = _nearer_way_out(contacts.candidates, contacts.rivals, gap)
+    allowed[contacts.leaning] &= _turned_away(contacts, position, tangent)
+    return allowed
 
 
 def _nearer_way_out(candidates: Candidates, rows: IntArray, gap: FloatArray) -> BoolArray:

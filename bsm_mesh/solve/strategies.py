@@ -16,6 +16,7 @@ from bsm_mesh.solve.step import Step
 QUICK = 0.1  # Newton's method at the start goes on while it shrinks the 2-norm to this with every factorization
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this
+UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
@@ -83,7 +84,11 @@ def _with_friction_held(step: Step, inner: float) -> Found:
     if near is None:
         return Found(step.start, step.evaluate(step.start), converged=False)
     better = newton(held, near, inner, most=MOST_POLISHING)
-    return better if better.converged else Found(near, held.evaluate(near), converged=True)
+    if better.converged:
+        return better
+    at = held.evaluate(near)
+    greatest, _ = held.sizes(held.unbalanced(near, at.forces), step.moving.weight(at))
+    return Found(near, at, converged=greatest < UNPOLISHED)
 
 
 def _from_inside(
