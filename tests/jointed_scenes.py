@@ -30,3 +30,24 @@ def moved_polygons(results):
         turned(blocks.polygon(b) - centroid[b], np.degrees(displacement[b, 2]), centroid[b] + displacement[b, :2])
         for b in range(blocks.count)
     ]
+
+
+def admissible_at(results, friction):
+    """Return whether forces at the final contact points can carry the final loads, each within its friction cone."""
+    from scipy.optimize import linprog
+
+    stage = results.stages[-1]
+    c, slope = stage.contacts, np.tan(np.radians(friction))
+    edges = [slope * sign * np.column_stack([-c.normal[:, 1], c.normal[:, 0]]) - c.normal for sign in (1, -1)]
+    columns = np.zeros((3 * results.blocks.count, 2 * len(c.point)))
+    centroid = results.blocks.moments.centroid + stage.displacement[:, :2]
+    for k, edge in enumerate(edges):
+        place = np.arange(len(c.point)) + k * len(c.point)
+        for block, sign in ((c.block_b, 1.0), (c.block_a, -1.0)):
+            arm = c.point - centroid[block]
+            moment = arm[:, 0] * edge[:, 1] - arm[:, 1] * edge[:, 0]
+            for row, part in enumerate((*edge.T, moment)):
+                columns[3 * block + row, place] += sign * part
+    free = np.repeat(~np.isin(np.arange(results.blocks.count), stage.supports.block), 3)
+    right = -stage.loads.reshape(-1)[free] / stage.reference_weight
+    return linprog(np.ones(columns.shape[1]), A_eq=columns[free], b_eq=right).status == 0
