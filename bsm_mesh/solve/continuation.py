@@ -129,6 +129,8 @@ class Continuation:
             if number == 0:
                 self.start_residual = residual
             inner = max(0.1 * self.options.tolerance, 1e-2 * min(residual, 1.0))
+            if residual < 0.5 * self.options.tolerance:  # at rest already, which this step confirms
+                inner = 0.5 * self.options.tolerance
             taken = self._take(contacts, position, lam, inner, direct=number == 0, quiet=quiet > 0)
             if taken is None:
                 return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", contacts, position)
