@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from scenes import grid, rectangle, square, turned
 
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.solve.moving import History, commit
+from bsm_mesh.contact.search import corner_positions
+from bsm_mesh.solve.moving import History, commit, gather_contacts
 from bsm_mesh.solve.moving_model import MovingModel
 
 angles = st.floats(30.0, 140.0)
@@ -143,6 +144,19 @@ def test_an_open_corner_may_turn_onto_an_edge(degrees):
     assert (found.block_a == 1).sum() == 2
     off = scene.detect(band=0.15, rules=RULES._replace(turn=0.0))
     assert (off.block_a == 1).sum() == (2 if degrees < 3 else 1)
+
+
+@pytest.mark.parametrize(("sine", "corners"), [(0.1, 1), (RULES.entrance + 1e-3, 1), (RULES.entrance - 1e-3, 2)])
+def test_a_corner_with_an_edge_into_the_other_block_bears_once_it_has_turned(sine, corners):
+    """A slab aslant, pressed in deeper than its second corner is high, stands on the first until its edge is level."""
+    slab = turned(rectangle(0, 0, 0.4, 0.2), 6.0)
+    moving = MovingModel(model_of([rectangle(-3, -1, 3, 0), slab, square(5, 0)]))
+    given = moving.model, moving.outlines, moving.catalogue, History.none(), moving.start
+    contacts = gather_contacts(*given, 0.15, first=True)
+    position = moving.start.copy()
+    position[1] += (0.0, -0.05, np.arcsin(sine) - np.radians(6.0))
+    assert (corner_positions(moving.outlines, position)[4:6, 1] < 0).all()
+    assert moving.evaluate(contacts, position).bearing.sum() == corners
 
 
 def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():

@@ -3,25 +3,30 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.solve import strategies
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.moving import commit, recall
+from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
 
 FRICTION = 35.0
 CONTINUATION = bsm.Options(scheme="continuation")
 
 
-def block_on_a_base() -> Continuation:
-    """Return the continuation of a square metre on a base."""
+def block_on_a_base(tilt: float = 0.0) -> Continuation:
+    """Return the continuation of a square metre on a base, tilted [degrees] in that gravity is."""
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons([[(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="r"),
         rocks=[bsm.Rock("r", unit_weight=26e3)],
         joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=FRICTION))],
         default_joint="J",
         supports=[bsm.Fixed(blocks=[0])],
+        gravity_direction=-90.0 + tilt,
     )
     return Continuation(model, CONTINUATION, lambda *_: None)
 
@@ -44,6 +49,54 @@ def test_held_strength_does_not_follow_the_pressure():
         assert_allclose(again.pressure.sum(), max(0.0, 1e9 * down), rtol=1e-9)
         assert not again.by_pressure.any()
     assert step.friction_pressure is None
+
+
+def sliding_step(tilt: float, part: float) -> Step:
+    """Return a step of a block that slides, its pressure where the step begins being `part` of what it will be."""
+    run = block_on_a_base(tilt)
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    anchor = run.moving.start.copy()
+    anchor[1, 1] -= part * 26e3 * np.cos(np.radians(tilt)) / 1e9
+    return Step(run.moving, run.factors, contacts, anchor, 1.0 / run.moving.d)
+
+
+def without_newton(*, coupled_only: bool):
+    """Return Newton's method as it is where it never converges."""
+
+    def fails(step: Step, position: np.ndarray, *given, **options) -> Found:
+        if step.friction_pressure is not None and coupled_only:
+            return newton(step, position, *given, **options)
+        return Found(position, step.evaluate(position), converged=False)
+
+    return fails
+
+
+@pytest.mark.parametrize(("coupled_only", "within"), [(True, 1e-6), (False, strategies.HAND_OVER)])
+def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, coupled_only, within):
+    """Of a sliding block: ``sin(tilt) - tan(friction) p / W = lam u``, the pressure p that at the end or the beginning.
+
+    With strengths held Newton's method may fail as well: then what it should polish is taken as it is.
+    """
+    tilt, part = 40.0, 0.5
+    step = sliding_step(tilt, part)
+    down, aside = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
+
+    def moved(found: Found) -> float:
+        assert found.converged
+        return float((found.position - step.anchor)[1, 0] * step.lam)
+
+    slope = np.tan(np.radians(FRICTION))
+    moving = MovingSteps()
+    coupled = moving.solve(step, 1e-7, from_rest=False, failures=MOST_FAILURES)
+    assert_allclose(coupled.at.pressure.sum() / 26e3, down, rtol=1e-3)  # it has settled less, by lam
+    assert_allclose(moved(coupled), aside - slope * coupled.at.pressure.sum() / 26e3, atol=1e-6)
+    monkeypatch.setattr(strategies, "newton", without_newton(coupled_only=coupled_only))
+    assert not moving.solve(step, 1e-3, from_rest=False, failures=MOST_FAILURES - 1).converged, "shorter steps first"
+    for failures in (MOST_FAILURES, MOST_FAILURES, 0):  # the second failure holds the strengths for two steps
+        held = moving.solve(step, 1e-3, from_rest=False, failures=failures)
+        assert_allclose(moved(held), aside - part * slope * down, atol=within)
+    assert not moving.solve(step, 1e-3, from_rest=False, failures=0).converged
+    assert not moving.solve(step, 1e-3, from_rest=True, failures=MOST_FAILURES).converged, "never from rest"
 
 
 def test_updated_contacts_remember_where_they_began_to_slide():

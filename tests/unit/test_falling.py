@@ -1,0 +1,59 @@
+"""Which blocks come down: what has lost all contact, twice, loaded and far enough; else what has moved too far."""
+
+import numpy as np
+import pytest
+from jointed_scenes import model_of
+from numpy.testing import assert_array_equal
+from scenes import rectangle
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.falling import FREE_MOVE, Falling
+from bsm_mesh.solve.moving import History
+from bsm_mesh.solve.moving_model import MovingModel
+
+FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
+
+
+def watch(heights, limit=100.0, **given):
+    """Return what is said after steps in which a square lies a height above its base."""
+    moving = MovingModel(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)], **given))
+    falling = Falling(moving, moving.start, limit)
+    said = []
+    for height in heights:
+        position = moving.start + np.array([(0, 0, 0), (0, height, 0)])
+        contacts = moving.gather(History.none(), position, first=False)
+        said.append(falling.look(contacts, moving.evaluate(contacts, position), position))
+    return said
+
+
+@pytest.mark.parametrize(
+    ("heights", "comes_down"),
+    [
+        ([FAR], False),  # one step may jump off
+        ([FAR, 0.0, FAR], False),  # and land
+        ([FAR, FAR], True),
+        ([0.0, NEAR, FAR], True),
+        ([NEAR, NEAR, NEAR], False),  # it has hardly moved since it parted
+    ],
+)
+def test_a_block_comes_down_that_is_free_after_two_steps_and_has_moved(heights, comes_down):
+    pressed = [-1e-5 if height == 0.0 else height for height in heights]
+    *before, (reason, blocks) = watch(pressed)
+    assert not any(reason for reason, _ in before)
+    assert reason == ("a block has lost all contact and moves freely" if comes_down else "")
+    assert_array_equal(blocks, [1] if comes_down else [])
+
+
+def test_a_block_without_any_load_does_not_come_down():
+    assert watch([FAR, FAR], gamma=0.0)[-1][0] == ""
+
+
+def test_a_block_on_a_taut_bolt_does_not_come_down():
+    bolt = bsm.Bolt(start=(0.0, 0.5), end=(0.0, -0.5), kind="end_anchored", diameter=0.025, young=2e11)
+    assert watch([FAR, FAR], bolts=[bolt])[-1][0] == ""
+
+
+def test_a_block_that_has_moved_too_far_comes_down_at_once():
+    reason, blocks = watch([-1e-5, 0.5], limit=0.4)[-1]
+    assert reason == "a block has moved more than 0.4 m"
+    assert_array_equal(blocks, [1])
