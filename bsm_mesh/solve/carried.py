@@ -12,7 +12,9 @@ from bsm_mesh.contact.search import ActiveContacts, Outlines
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.model.stress_field import StressField
-from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate, gather_contacts
+from bsm_mesh.solve.gathering import gather_contacts
+from bsm_mesh.solve.history import History
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, evaluate
 from bsm_mesh.solve.stages import beyond_strength
 
 BAND = 0.075  # of the block size: how near contacts are looked for; only those that touch are set

@@ -29,7 +29,8 @@ from bsm_mesh.solve.balance import fall_rate
 from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.falling import Falling
-from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, commit, recall
+from bsm_mesh.solve.history import History, commit, recall
+from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.newton import LONGEST, Found, newton
 from bsm_mesh.solve.options import Options

@@ -13,7 +13,9 @@ from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints, constrain_bars
-from bsm_mesh.solve.moving import Evaluation, History, MovingContacts, evaluate, gather_contacts, turned
+from bsm_mesh.solve.gathering import gather_contacts
+from bsm_mesh.solve.history import History
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, evaluate, turned
 from bsm_mesh.solve.system import external_loads, reference_weight
 
 STEP = 0.05  # of the block size: step length d

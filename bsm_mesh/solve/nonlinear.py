@@ -27,7 +27,8 @@ from bsm_mesh.solve.bolt_record import bolt_forces
 from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole, with_filled
 from bsm_mesh.solve.continuation import Continuation, Motion, Start
-from bsm_mesh.solve.moving import History, commit, turned
+from bsm_mesh.solve.history import History, commit
+from bsm_mesh.solve.moving import turned
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces
 from bsm_mesh.solve.stages import Observer, Outcome, Reporter, joined

@@ -11,7 +11,8 @@ from scenes import grid, rectangle, square, turned
 
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import corner_positions
-from bsm_mesh.solve.moving import History, commit, gather_contacts
+from bsm_mesh.solve.gathering import gather_contacts
+from bsm_mesh.solve.history import History, commit
 from bsm_mesh.solve.moving_model import MovingModel
 
 angles = st.floats(30.0, 140.0)

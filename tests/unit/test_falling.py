@@ -8,7 +8,7 @@ from scenes import rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.falling import FREE_MOVE, Falling
-from bsm_mesh.solve.moving import History
+from bsm_mesh.solve.history import History
 from bsm_mesh.solve.moving_model import MovingModel
 
 FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m

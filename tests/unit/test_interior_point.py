@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.contact.interior_kernels import BONDED, LIMITED, mean_product, smoothed_pressure, smoothed_shear
 from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.history import History
 from bsm_mesh.solve.interior_point import interior_point
-from bsm_mesh.solve.moving import History
 from bsm_mesh.solve.newton import elastic_position, newton
 from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import HAND_OVER

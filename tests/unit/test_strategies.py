@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.solve import strategies
 from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.moving import commit, recall
+from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
