@@ -5,7 +5,7 @@ else depends on one candidate's place alone is settled here (seam, corner on cor
 candidates against each other, are in `contact_rules`.
 
 A kernel's cache is renewed when its own file changes, not when a file changes whose kernels it calls: so the kernels
-of this file call no others, and neither do those of `broad_phase` and `contact_rules`.
+of this file and of `broad_phase` call no others. After a change of `inheritance` or `same_place` touch `contact_rules`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
 ROWS_PER_PAIR = 3  # space at first; the table grows where there are more
+DROPPED, UNDECIDED, KEPT = -1, 0, 1  # marks in a row's state, set by `contact_rules`
 FULL = -1  # returned where the table of rows has no space left
 ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
@@ -27,7 +28,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
         ("lean", "i4"),
         ("in_range", "?"),
         ("was_tip", "?"),  # was corner on corner, but edges of theirs have come to lie on each other
-        ("state", "i1"),  # a mark of `contact_rules`
+        ("state", "i1"),
     ],
     align=True,
 )

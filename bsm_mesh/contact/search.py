@@ -9,7 +9,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.contact.broad_phase import near_pairs
-from bsm_mesh.contact.contact_rules import ACTIVE, settle
+from bsm_mesh.contact.contact_rules import settle
+from bsm_mesh.contact.inheritance import ACTIVE
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
 from bsm_mesh.contact.rules import RULES, Rules

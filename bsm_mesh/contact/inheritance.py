@@ -1,0 +1,107 @@
+"""How the history of active contacts goes on: in the same candidate, or in the nearest when that has ended."""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.contact.narrow_phase import DROPPED, KEPT
+from bsm_mesh.contact.outlines import Record, RecordArray
+from bsm_mesh.contact.rules import Rules
+from bsm_mesh.contact.same_place import are_duals
+
+ACTIVE = np.dtype(  # an active contact, as in `search.ActiveContacts`
+    [("pair", "i8"), ("key", "i8"), ("pressure", "f8"), ("x", "f8"), ("y", "f8"), ("nx", "f8"), ("ny", "f8")]
+)
+
+
+@nb.njit(cache=True, forceinline=True)
+def rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, int]:  # pragma: no cover - compiled
+    """Return the first and behind the last row of a pair among the active contacts, from row `start` on."""
+    pair = (np.int64(i) << 32) | np.int64(j)
+    while start < active.size and active[start].pair < pair:
+        start += 1
+    end = start
+    while end < active.size and active[end].pair == pair:
+        end += 1
+    return start, end
+
+
+@nb.njit(cache=True, forceinline=True)
+def carry_on(active: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
+    """Find the candidate among the active contacts of its pair; one that has left its edge ends.
+
+    Corner on corner there is no history until it is pressed in: it would hold them together.
+    """
+    if row.play > 0.0 and not -rules.let_in * h <= row.gap <= -row.play:
+        return
+    key = (np.int64(row.corner) << 32) | np.int64(row.edge)
+    for q in range(active.size):
+        if active[q].key == key and active[q].pressure > 0.0:
+            row.history, row.play = q, 0.0
+            row.in_range = -rules.leave * h <= row.along <= row.edge_length + rules.leave * h
+            if not row.in_range:
+                row.state = DROPPED
+            return
+
+
+@nb.njit(cache=True, forceinline=True)
+def one_of_active_duals(
+    vertices: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
+) -> None:  # pragma: no cover - compiled
+    """Keep active row i unless its dual is active at the same point and bears more: else both would bear for ever."""
+    reach = 2.0 * (rules.fresh * h + max(0.0, -rows[i].gap))
+    for j in range(rows.size):
+        if j != i and rows[j].history >= 0 and rows[j].state != DROPPED:
+            more = active[rows[j].history].pressure - active[rows[i].history].pressure
+            if (more > 0.0 or (more == 0.0 and j < i)) and are_duals(vertices, rows[i], rows[j], reach):
+                rows[i].state = DROPPED
+                return
+    rows[i].state = KEPT
+
+
+@nb.njit(cache=True, forceinline=True)
+def hand_over(
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray
+) -> None:  # pragma: no cover - compiled
+    """Give the history of every contact that has ended to the nearest candidate with an aligned normal, once."""
+    for q in range(active.size):
+        if active[q].pressure <= 0.0 or _goes_on(rows, q):
+            continue
+        best, nearest = -1, rules.near * h
+        for i in range(rows.size):
+            if rows[i].history >= 0 or rows[i].play > 0.0 or not rows[i].in_range:
+                continue
+            distance = _distance(vertices, active[q], rows[i])
+            if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.aligned:
+                continue
+            taken = rows[i].inherits
+            if taken < 0 or distance < _distance(vertices, active[taken], rows[i]):
+                best, nearest = i, distance
+        if best >= 0:
+            rows[best].inherits = q
+
+
+@nb.njit(cache=True, forceinline=True)
+def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
+    """Whether an active contact goes on in a row that stands."""
+    found = False
+    for i in range(rows.size):
+        found |= rows[i].history == q and rows[i].state == KEPT
+    return found
+
+
+@nb.njit(cache=True, forceinline=True)
+def _distance(vertices: RecordArray, old: Record, row: Record) -> float:  # pragma: no cover - compiled
+    """Return the distance from where a contact was to the candidate's corner."""
+    return float(np.hypot(old.x - vertices[row.corner].x, old.y - vertices[row.corner].y))
+
+
+@nb.njit(cache=True, forceinline=True)
+def _alignment(
+    vertices: RecordArray, blocks: RecordArray, old: Record, row: Record
+) -> float:  # pragma: no cover - compiled
+    """Return the cosine between the normals of an old contact and of a candidate, both out of the same block."""
+    cosine = old.nx * vertices[row.edge].dy - old.ny * vertices[row.edge].dx
+    corner, block = old.key >> 32, blocks[row.block_a]
+    return float(cosine if block.first <= corner < block.last else -cosine)

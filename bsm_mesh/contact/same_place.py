@@ -1,0 +1,97 @@
+"""Whether two candidates of a pair of blocks are one place of contact, or two ways out of one corner."""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.contact.outlines import Record, RecordArray
+from bsm_mesh.contact.rules import Rules
+
+
+@nb.njit(cache=True, forceinline=True)
+def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are one place of contact with corner and edge swapped."""
+    if one.block_a != other.block_b:
+        return False
+    v, e, w, f = one.corner, one.edge, other.corner, other.edge
+    w_starts, w_ends = e == w, vertices[e].following == w
+    v_starts, v_ends = f == v, vertices[f].following == v
+    if not ((w_starts or w_ends) and (v_starts or v_ends)):
+        return False
+    if one.parallel_edge >= 0 and other.parallel_edge >= 0 and not ((w_starts and v_ends) or (w_ends and v_starts)):
+        return False  # the two ends of a short face
+    return bool(np.hypot(vertices[v].x - vertices[w].x, vertices[v].y - vertices[w].y) < reach)
+
+
+@nb.njit(cache=True, forceinline=True)
+def same_tips(vertices: RecordArray, rules: Rules, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are the same two corners and the same way out, with corner and edge swapped."""
+    if one.play == 0.0 or other.play == 0.0 or one.block_a != other.block_b:
+        return False
+    w, f = other.corner, other.edge
+    at_w = w == (one.edge if one.along < 0.5 * one.edge_length else vertices[one.edge].following)
+    at_v = f == one.corner or vertices[f].following == one.corner
+    return bool(at_w and at_v and not are_rivals(vertices, rules, one, other))
+
+
+@nb.njit(cache=True, forceinline=True)
+def are_rivals(vertices: RecordArray, rules: Rules, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are the two ways out for one corner that is pressed into another.
+
+    What corner v cannot reach beside corner w of the other block is a wedge, convex as both are. Its two sides are
+    edges at v or w: v on an edge at w, or w on an edge at v. Inside, the nearer side is the way out.
+    """
+    v, e = one.corner, one.edge
+    w = e if one.along < 0.5 * one.edge_length else vertices[e].following
+    f = other.edge
+    cosine = vertices[e].dx * vertices[f].dx + vertices[e].dy * vertices[f].dy
+    sine = vertices[e].dx * vertices[f].dy - vertices[e].dy * vertices[f].dx
+    if other.corner == v:
+        if f == e or (f != w and vertices[f].following != w):
+            return False
+        if (sine if f == w else -sine) <= rules.flat:
+            return False  # a notch, or no corner
+    elif other.corner == w and (f == v or vertices[f].following == v):
+        cosine = -cosine
+    else:
+        return False
+    if one.lean >= 0 or other.lean >= 0:
+        return False  # no way out before the blocks have turned
+    return bool(cosine < 0.0 or abs(sine) > rules.parallel)
+
+
+@nb.njit(cache=True, forceinline=True)
+def bears_on_both(
+    vertices: RecordArray, h: float, rules: Rules, one: Record, other: Record
+) -> bool:  # pragma: no cover - compiled
+    """Whether a corner that has closed on edge `one` bears on it whatever it does on the edge `other`.
+
+    So it is where the block is not convex: the edge lies in front of the other (the floor of a wide notch and its
+    wall), or the two meet in a notch. So it is, too, at a flat corner where each bears on an edge of its own.
+    """
+    e, f = one.edge, other.edge
+    cosine = vertices[e].dx * vertices[f].dx + vertices[e].dy * vertices[f].dy
+    if other.gap - one.gap * cosine > rules.rounding * h:  # the foot on the one edge, seen from the other
+        return True
+    if vertices[f].following == e:
+        e, f = f, e
+    if vertices[e].following != f:
+        return False
+    turn = vertices[e].dx * vertices[f].dy - vertices[e].dy * vertices[f].dx
+    if turn < -rules.flat:
+        return True
+    p, q = one.parallel_edge, other.parallel_edge
+    return bool(turn <= rules.flat and p >= 0 and q >= 0 and p != q)
+
+
+@nb.njit(cache=True, forceinline=True)
+def is_face(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
+    """Whether edges lie along each other there."""
+    return bool(row.parallel_edge >= 0 and row.overlap >= rules.seam * h)
+
+
+@nb.njit(cache=True, forceinline=True)
+def touches(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
+    """Whether a candidate bears, or would at once."""
+    return bool(row.in_range and row.play == 0.0 and row.gap <= rules.fresh * h)
