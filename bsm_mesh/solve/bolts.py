@@ -13,6 +13,7 @@ from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.solve.bolt_chain import AT_LIMIT
+from bsm_mesh.solve.bolt_evaluation import BoltEvaluation
 from bsm_mesh.solve.bolt_kernels import (
     add_bolt_forces,
     add_bolt_tangent,
@@ -21,52 +22,10 @@ from bsm_mesh.solve.bolt_kernels import (
     element_lines,
     find_places,
     node_positions,
-    own_coupling,
     solve_bolts,
 )
 from bsm_mesh.solve.dowels import DowelEvaluation, Dowels
 from bsm_mesh.solve.pattern import BlockPattern
-
-ROUNDING = 1e-12  # of E A
-RESISTS = 1e-9  # of an element's stiffness: what is left of it where its bond gives way is less
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class BoltEvaluation:
-    """Forces of the bolts at a position; evaluating changes nothing.
-
-    Attributes
-    ----------
-    point, arm : (n_nodes, 2) float64 [m]
-        Where the nodes are, and from the centroids of their blocks to them.
-    length : (n_elements,) float64 [m]
-        Of the elements.
-    direction : (n_elements, 2) float64
-        From head to tip.
-    stretch : (n_elements,) float64 [m]
-        By how much each element is longer than where it bears nothing.
-    tension : (n_elements,) float64 [N]
-        Axial force, of one bolt.
-    slip : (n_nodes,) float64 [m]
-        Of the bolt against the rock, towards the tip positive.
-    bond_force : (n_nodes,) float64 [N]
-        On the rock, towards the tip positive: the tension after the node less that before it (Wang Eq. 5.6).
-    dowels : DowelEvaluation
-        Shear where bolts cross joints.
-    forces : (n_blocks, 3) float64 [N/m, N/m, N]
-        On the blocks, over the spacing.
-    """
-
-    point: FloatArray
-    arm: FloatArray
-    length: FloatArray
-    direction: FloatArray
-    stretch: FloatArray
-    tension: FloatArray
-    slip: FloatArray
-    bond_force: FloatArray
-    dowels: DowelEvaluation
-    forces: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -317,35 +276,11 @@ class InstalledBolts:
             dowels=self.dowels.commit(at.dowels),
         )
 
-    def taut(self, at: BoltEvaluation) -> BoolArray:
-        """Return which elements bear more than what rounding of their length is worth, (n_elements,)."""
-        found: BoolArray = at.tension > ROUNDING * self.stiffness * at.length
-        return found
-
     def yielding(self, at: BoltEvaluation) -> BoolArray:
         """Return which elements are at the yield force of the steel, (n_elements,)."""
         bolt = self.layout.bolt_of_element
         found: BoolArray = self.alive & (at.tension >= self.layout.yield_force[bolt] * (1 - AT_LIMIT))
         return found
-
-    def slipping(self, at: BoltEvaluation) -> BoolArray:
-        """Return which nodes are at the capacity of their bond, (n_nodes,)."""
-        full = np.abs(at.bond_force) >= self.layout.capacity * (1 - AT_LIMIT)
-        pulled = np.zeros(len(full), dtype=bool)
-        pulled[self.layout.first_node[self.taut(at)]] = pulled[self.layout.first_node[self.taut(at)] + 1] = True
-        found: BoolArray = full & pulled
-        return found
-
-    def holding_pairs(self, at: BoltEvaluation) -> tuple[IntArray, IntArray]:
-        """Return the pairs of blocks between which a bolt pulls that would pull harder if they moved on."""
-        first = self.layout.first_node
-        own = own_coupling(self.layout.node_start, self.coupling(at))
-        resists = self.taut(at) & (own > RESISTS * self.stiffness)
-        sheared = np.abs(at.dowels.force)
-        holds = (sheared > ROUNDING * self.dowels.stiffness) & (sheared < self.dowels.strength * (1 - AT_LIMIT))
-        block, taut = self.layout.block, first[resists]
-        near = np.concatenate([block[taut], self.dowels.near[holds]])
-        return near, np.concatenate([block[taut + 1], self.dowels.far[holds]])
 
 
 def _pairs(layout: BoltLayout, alive: BoolArray) -> tuple[IntArray, IntArray]:

@@ -26,7 +26,8 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.balance import fall_rate
-from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
+from bsm_mesh.solve.bolt_evaluation import BoltEvaluation
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.history import History, commit, recall

@@ -7,6 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.solve.bolt_state import holding_pairs
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 
@@ -56,7 +57,7 @@ class Falling:
     def _supported(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> BoolArray:
         """Return which blocks a chain of bearing contacts and bolts joins to a support, (n,); others fall."""
         c, n, bolts = contacts.candidates, self.moving.model.blocks.count, self.moving.bolts
-        near, far = bolts.holding_pairs(bolts.evaluate(position))
+        near, far = holding_pairs(bolts, bolts.evaluate(position))
         ends = (np.concatenate([c.block_a[at.bearing], near]), np.concatenate([c.block_b[at.bearing], far]))
         _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
         held: BoolArray = np.isin(part, part[self.moving.bars.block])

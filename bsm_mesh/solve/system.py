@@ -13,7 +13,8 @@ from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water_pressure import WaterLoad
-from bsm_mesh.solve.bolts import BoltEvaluation, InstalledBolts
+from bsm_mesh.solve.bolt_evaluation import BoltEvaluation
+from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import build_constraints
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.mobility import FreePart, free_parts

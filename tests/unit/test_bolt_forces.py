@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scenes import rectangle
 
 import bsm_mesh as bsm
+from bsm_mesh.solve.bolt_state import holding_pairs
 from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.pattern import block_pattern, whole_pattern
 
@@ -120,7 +121,7 @@ def test_held_blocks_are_those_a_bolt_can_still_hold():
 
     def held(opening):
         moved = start + np.array([(0, 0, 0), (0, 0, 0), (opening, 0, 0)])
-        near, far = installed.holding_pairs(installed.evaluate(moved))
+        near, far = holding_pairs(installed, installed.evaluate(moved))
         return np.union1d(near, far)
 
     assert held(0.0).tolist() == []
