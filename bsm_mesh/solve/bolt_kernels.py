@@ -49,27 +49,29 @@ def solve_bolts(
     bond_stiffness: FloatArray,
     anchor: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return tension of every element and slip of every node; a bolt is in parts where elements are cut."""
+    """Return tension of every element and slip of every node."""
     tension, slip = np.zeros(stiffness.size), anchor.copy()
-    for b in range(node_start.size - 1):
-        i, end = node_start[b], node_start[b + 1] - 1
-        while i < end:
-            j = i
-            while j < end and alive[j - b]:
-                j += 1
-            if j > i:
-                t, w = solve_chain(
-                    stiffness[i - b : j - b],
-                    stretch[i - b : j - b],
-                    yield_force[b],
-                    capacity[i : j + 1],
-                    bond_stiffness[i : j + 1],
-                    anchor[i : j + 1],
-                )
-                tension[i - b : j - b] = t
-                slip[i : j + 1] = w
-            i = j + 1
+    for b, i, j in _runs(node_start, alive):
+        run, nodes = slice(i - b, j - b), slice(i, j + 1)
+        tension[run], slip[nodes] = solve_chain(
+            stiffness[run], stretch[run], yield_force[b], capacity[nodes], bond_stiffness[nodes], anchor[nodes]
+        )
     return tension, slip
+
+
+@nb.njit(cache=True)
+def _runs(node_start: IntArray, alive: BoolArray) -> IntArray:  # pragma: no cover - compiled
+    """Return bolt, first and last node of every run of elements, (k, 3): a bolt is in parts where some are cut."""
+    found, count = np.empty((alive.size, 3), np.int64), 0
+    for b in range(node_start.size - 1):
+        begin = node_start[b]
+        for node in range(begin, node_start[b + 1]):
+            if node == node_start[b + 1] - 1 or not alive[node - b]:
+                if node > begin:
+                    found[count, 0], found[count, 1], found[count, 2] = b, begin, node
+                    count += 1
+                begin = node + 1
+    return found[:count]
 
 
 @nb.njit(cache=True)
@@ -135,35 +137,22 @@ def bolt_couplings(
     A matrix a bolt, row after row, bolt after bolt: slips are condensed out, so that all elements of a bolt are coupled
     where its bond gives way.
     """
-    count = 0
-    for b in range(node_start.size - 1):
-        count += (node_start[b + 1] - node_start[b] - 1) ** 2
-    coupling = np.zeros(count)
-    start = 0
-    for b in range(node_start.size - 1):
-        m = node_start[b + 1] - node_start[b] - 1
-        i, end = node_start[b], node_start[b + 1] - 1
-        while i < end:
-            j = i
-            while j < end and alive[j - b]:
-                j += 1
-            if j > i:
-                run, nodes, at = slice(i - b, j - b), slice(i, j + 1), i - node_start[b]
-                element, bond = _moduli(
-                    stiffness[run],
-                    stretch[run],
-                    yield_force[b],
-                    capacity[nodes],
-                    bond_stiffness[nodes],
-                    slip[nodes],
-                    tension[run],
-                )
-                found = chain_tangent(element, bond)
-                for e in range(j - i):
-                    for f in range(j - i):
-                        coupling[start + (at + e) * m + at + f] = found[e, f]
-            i = j + 1
-        start += m * m
+    elements = np.diff(node_start) - 1
+    start = np.concatenate((np.zeros(1, np.int64), np.cumsum(elements * elements)))
+    coupling = np.zeros(start[-1])
+    for b, i, j in _runs(node_start, alive):
+        run, nodes, at = slice(i - b, j - b), slice(i, j + 1), i - node_start[b]
+        element, bond = _moduli(
+            stiffness[run],
+            stretch[run],
+            yield_force[b],
+            capacity[nodes],
+            bond_stiffness[nodes],
+            slip[nodes],
+            tension[run],
+        )
+        matrix = coupling[start[b] : start[b + 1]].reshape((elements[b], elements[b]))
+        matrix[at : at + j - i, at : at + j - i] = chain_tangent(element, bond)
     return coupling
 
 
