@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 
 MOST_SHOWN = 12
 
@@ -48,6 +49,15 @@ def raise_faults(faults: Sequence[str]) -> None:
     """Raise one `ModelError` for all collected faults; do nothing if there are none."""
     if faults:
         raise ModelError(faults)
+
+
+@contextmanager
+def placed(place: str) -> Iterator[None]:
+    """Say of every fault raised within where it is."""
+    try:
+        yield
+    except ModelError as error:
+        raise ModelError([f"{place}: {fault}" for fault in error.faults]) from error
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from bsm_mesh.app.model_file import BoltTable
+from bsm_mesh.app.model_tables import BoltTable
 from bsm_mesh.app.units import convert
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, nearest, placed
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_patterns import bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
 from bsm_mesh.model.bolts import Bolt
@@ -55,7 +55,7 @@ def make_bolts(
         if table.table is None:
             raise ModelError(f"{place}: needs the key 'diameter', for example diameter = \"25 mm\"")
         del keys["diameter"]  # the rows have it, or miss it
-    try:
+    with placed(place):
         if table.radial is not None:
             return radial_bolts(**table.radial.model_dump(), **keys)
         if table.row is not None:
@@ -69,8 +69,6 @@ def make_bolts(
         assert table.start is not None
         assert table.end is not None
         return [Bolt(start=table.start, end=table.end, **keys)]
-    except ModelError as error:
-        raise ModelError([f"{place}: {fault}" for fault in error.faults]) from error
 
 
 def unused_curves(curves: Mapping[str, FloatArray], tables: Iterable[BoltTable]) -> list[str]:

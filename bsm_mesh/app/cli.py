@@ -174,7 +174,7 @@ def schema() -> None:
     """Print the JSON Schema of the model file."""
     import json
 
-    from bsm_mesh.app.model_file import ModelFile
+    from bsm_mesh.app.model_tables import ModelFile
 
     click.echo(json.dumps(ModelFile.model_json_schema(), indent=2))
 

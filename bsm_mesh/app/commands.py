@@ -10,13 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bsm_mesh.app.build import (
-    LoadedModel,
-    build_geometry,
-    geometry_faults,
-    load_model_file,
-    stdout_to_stderr,
-)
+from bsm_mesh.app.build import LoadedModel, load_model_file
+from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results, summary

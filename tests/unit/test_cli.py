@@ -17,7 +17,7 @@ import pytest
 from small_case import MODEL, Case, command, environment, run_process, tree
 
 import bsm_mesh as bsm
-from bsm_mesh.app.model_file import ModelFile
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.results import Results
 from converters.vtk_files import read_pvd
 

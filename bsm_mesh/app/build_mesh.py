@@ -1,0 +1,101 @@
+"""From the model file's mesh to blocks: a mesh file read, or a geometry built and read."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bsm_mesh.app.model_tables import MeshTable
+from bsm_mesh.app.units import convert
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import Blocks
+
+if TYPE_CHECKING:
+    from converters import MeshReport
+
+
+def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, MeshReport]:
+    """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
+    if (mesh.file is None) == (mesh.geometry is None):
+        given = "neither is" if mesh.file is None else "both are"
+        raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'; {given} given")
+    if mesh.file is not None:
+        if mesh.file.endswith(".py"):
+            raise ModelError(f'{path.name}: [mesh] file is a script; write geometry = "{mesh.file}"')
+        if mesh.parameters:
+            raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
+        return _read(path.parent / mesh.file, mesh, groups, path.name)
+    name = str(mesh.geometry)
+    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder:
+        target = Path(folder) / "mesh.msh"
+        try:
+            build_geometry(path.parent / name if name.endswith(".py") else name, target, mesh.parameters)
+            return _read(target, mesh, groups, path.name)
+        except ModelError as error:  # the name of the temporary file says nothing to the user
+            raise ModelError([fault.replace(str(target), f"mesh.msh of {name}") for fault in error.faults]) from error
+
+
+def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) -> tuple[Blocks, MeshReport]:
+    from converters import read_mesh
+
+    try:
+        scale = convert(f"1 {mesh.unit}", "m")
+    except ValueError as error:
+        raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
+    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale, blocks=mesh.blocks)
+
+
+def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:
+    """Write the mesh of a geometry; what it prints goes to stderr, since stdout is the results'.
+
+    Raises
+    ------
+    ModelError
+        For an unknown geometry or parameter, and for whatever a user's script raises.
+    """
+    from geometries.cases import find_case
+
+    with geometry_faults(), stdout_to_stderr():
+        found = find_case(case)
+        if "path" in parameters:
+            raise ModelError(f"{found.name}: there is no parameter 'path': the mesh is written where it is needed")
+        found.build(path, **parameters)
+
+
+@contextmanager
+def stdout_to_stderr() -> Iterator[None]:
+    """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
+    sys.stdout.flush()
+    with tempfile.TemporaryFile() as printed:
+        try:
+            kept = os.dup(1)
+        except OSError:  # no such thing as stdout
+            kept = None
+        if kept is not None:
+            os.dup2(printed.fileno(), 1)
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        finally:
+            if kept is not None:
+                os.dup2(kept, 1)
+                os.close(kept)
+            printed.seek(0)
+            lines = printed.read().decode(errors="replace").splitlines()
+            sys.stderr.writelines(f"{line}\n" for line in lines if not line.startswith("Info "))
+
+
+@contextmanager
+def geometry_faults() -> Iterator[None]:
+    """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
+    from geometries.errors import GeometryError
+
+    try:
+        yield
+    except GeometryError as error:
+        raise ModelError(error.faults) from error

@@ -1,0 +1,126 @@
+"""From the model file's tables to rocks, joints, supports, loads, water and stages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bsm_mesh.app.model_tables import (
+    InSituTable,
+    JointTable,
+    LoadTable,
+    RockTable,
+    StageTable,
+    SupportTable,
+    WaterTable,
+)
+from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
+from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
+from bsm_mesh.model.materials import Filling, Joint, Rock
+from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
+from bsm_mesh.model.water import Water
+
+
+def make_rock(name: str, table: RockTable) -> Rock:
+    """Return a rock."""
+    return Rock(name, **table.model_dump())
+
+
+def make_joint(name: str, table: JointTable) -> Joint:
+    """Return a joint or joint set."""
+    with placed(f"joint '{name}'"):
+        filling = None if table.filling is None else Filling(**table.filling.model_dump())
+        law = _law(table)
+    return Joint(
+        name,
+        normal_stiffness=table.normal_stiffness,
+        shear_stiffness=table.shear_stiffness,
+        filling=filling,
+        law=law,
+        tensile_strength=table.tensile_strength,
+    )
+
+
+def _law(table: JointTable) -> JointLaw | None:
+    given = {key: getattr(table, key) for key in ("friction", "dilation", "cohesion", "residual_friction")}
+    given = {key: value for key, value in given.items() if value is not None}
+    if not given and table.law is None:
+        return None
+    if "friction" not in given:
+        raise ModelError("a joint with a strength needs the key 'friction' [degrees]")
+    if table.law == "mohr_coulomb":
+        if "dilation" in given:
+            raise ModelError("law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
+        return MohrCoulomb(**given)
+    return Patton(**given)
+
+
+def make_supports(table: SupportTable, place: str) -> list[Support]:
+    """Return the supports of one table: a fix of x and y may be two."""
+    where: dict[str, Any] = {
+        "blocks": None if table.blocks is None else tuple(table.blocks),
+        "boundary": table.boundary,
+        "point": table.point,
+    }
+    if sum(value is not None for value in where.values()) != 1:
+        raise ModelError(f"{place}: say where it holds: exactly one of boundary, blocks, point")
+    if (table.fix is None) == (table.direction is None):
+        raise ModelError(f"{place}: say what it holds: fix, or direction (with displacement for a given movement)")
+    if table.direction is not None:
+        if table.displacement is None:
+            return [Roller(**where, direction=table.direction)]
+        return [PrescribedDisplacement(**where, direction=table.direction, displacement=table.displacement)]
+    if table.displacement is not None:
+        raise ModelError(f"{place}: displacement needs a direction [degrees] instead of fix")
+    if table.fix == "normal":
+        if table.boundary is None:
+            raise ModelError(f'{place}: fix = "normal" needs a boundary; blocks and points have no normal')
+        return [NormalRoller(boundary=table.boundary)]
+    if table.fix == "all" or (len(table.fix or []) == 2 and table.blocks is None):
+        return [Fixed(**where)]  # of an edge or a point both components are all there is
+    axes = {"x": 0.0, "y": 90.0}
+    return [Roller(**where, direction=axes[axis]) for axis in sorted(table.fix or [])]
+
+
+def make_load(table: LoadTable, place: str) -> Load:
+    """Return a load."""
+    given = table.model_dump(exclude_none=True)
+    if set(given) == {"boundary", "pressure"}:
+        return Pressure(**given)
+    if set(given) == {"boundary", "in_situ"} and table.in_situ:
+        return InSituTraction(boundary=given["boundary"])
+    if set(given) == {"boundary", "traction"}:
+        return Traction(**given)
+    if set(given) == {"block", "point", "force"}:
+        return PointLoad(**given)
+    raise ModelError(
+        f"{place}: give boundary with pressure, traction or in_situ = true, or block with point and force; "
+        f"given: {', '.join(sorted(given)) or 'nothing'}"
+    )
+
+
+def make_in_situ(table: InSituTable) -> InSitu:
+    """Return the in-situ stress."""
+    return InSitu(**{key: value for key, value in table.model_dump().items() if value is not None})
+
+
+def make_water(table: WaterTable, place: str) -> Water:
+    """Return the groundwater."""
+    with placed(place):
+        return Water(**table.model_dump())
+
+
+def make_stage(table: StageTable) -> Stage:
+    """Return a stage."""
+    place = f"stage '{table.name}'"
+    return Stage(
+        name=table.name,
+        excavate=tuple(table.excavate),
+        fill=tuple(table.fill),
+        relaxation=tuple(table.relaxation),
+        pressure=table.pressure,
+        water=None if table.water is None else make_water(table.water, place),
+        loads=tuple(make_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
+    )

@@ -1,0 +1,294 @@
+"""The model file's tables: a typed schema of what may stand in it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, StrictInt, WithJsonSchema
+
+from bsm_mesh.app.units import (
+    Angle,
+    Force,
+    ForceOfOne,
+    ForcePerLength,
+    Length,
+    Level,
+    LinearStress,
+    LinearStressPair,
+    Lines,
+    Number,
+    Point,
+    Region,
+    Stiffness,
+    Stress,
+    UnitWeight,
+    convert,
+)
+from bsm_mesh.model.blocks import MERGE_TOLERANCE
+from bsm_mesh.model.bolts import BoltKind
+from bsm_mesh.model.in_situ import STRESS_RATIOS, InSituMethod
+from bsm_mesh.model.materials import RockStiffness
+from bsm_mesh.model.model import ContactPoints
+from bsm_mesh.model.water import WATER, Head
+from bsm_mesh.solve.options import LinearSolverName, Scheme
+
+
+def _fix(value: object) -> object:
+    if value in ("normal", "all") or (isinstance(value, list) and value in (["x"], ["y"], ["x", "y"], ["y", "x"])):
+        return value
+    raise ValueError('must be "normal", "all", ["x"], ["y"] or ["x", "y"]')
+
+
+Fix = Annotated[
+    Literal["normal", "all"] | list[Literal["x", "y"]],
+    PlainValidator(_fix, json_schema_input_type=Literal["normal", "all"] | list[Literal["x", "y"]]),
+]
+
+
+def _path_text(value: str) -> str:
+    if not value or "\0" in value:
+        raise ValueError("must be the name of a file or folder")
+    return value
+
+
+PathText = Annotated[str, AfterValidator(_path_text)]
+
+
+class Table(BaseModel):
+    """A table of the file; a key that it does not know is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class MeshTable(Table):
+    """Where the blocks come from."""
+
+    file: PathText | None = Field(
+        default=None, description="mesh file, any format that meshio reads; relative to this file"
+    )
+    geometry: PathText | None = Field(
+        default=None, description="a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
+    )
+    parameters: dict[str, Any] = Field(default_factory=dict, description="parameters of the geometry")
+    unit: str = Field(default="m", description="unit of length of the mesh")
+    merge_tolerance: Length = Field(default=MERGE_TOLERANCE, description="nodes nearer than this are one")
+    contact_points: ContactPoints = "ends"
+    blocks: Literal["elements", "regions"] = Field(
+        default="elements", description="every element is a rigid block, or every region between joints is one"
+    )
+    default_joint: str | None = Field(default=None, description="joint of every face that bears none")
+
+
+class RockTable(Table):
+    """A rock."""
+
+    unit_weight: UnitWeight = 0.0
+    young: Stress | None = None
+    poisson: Number | None = None
+    cohesion: Stress | None = None
+    friction: Angle | None = None
+    tensile_strength: Stress | None = None
+    stiffness: RockStiffness = "wang"
+
+
+class FillingTable(Table):
+    """A joint's filling."""
+
+    thickness: Length
+    young: Stress
+    poisson: Number
+
+
+class JointTable(Table):
+    """A joint or joint set."""
+
+    normal_stiffness: Stiffness | None = None
+    shear_stiffness: Stiffness | None = None
+    filling: FillingTable | None = None
+    law: Literal["patton", "mohr_coulomb"] | None = Field(
+        default=None, description="patton where friction is given without it"
+    )
+    friction: Angle | None = None
+    dilation: Angle | None = None
+    cohesion: Stress | None = None
+    residual_friction: Angle | None = None
+    tensile_strength: Stress = 0.0
+
+
+class SupportTable(Table):
+    """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
+
+    boundary: str | None = None
+    blocks: list[StrictInt] | None = None
+    point: Point | None = None
+    fix: Fix | None = None
+    direction: Angle | None = None
+    displacement: Length | None = None
+
+
+class LoadTable(Table):
+    """A load: on a boundary (pressure, traction or the in-situ stress), or a force on a block at a point."""
+
+    boundary: str | None = None
+    in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
+    pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
+    traction: LinearStressPair | None = None
+    block: StrictInt | None = None
+    point: Point | None = None
+    force: Force | None = None
+
+
+class RadialTable(Table):
+    """Bolts that point away from a centre, their heads on a circle."""
+
+    centre: Point
+    radius: Length
+    length: Length
+    count: StrictInt
+    first: Angle = Field(default=0.0, description="direction of the first bolt")
+    last: Angle = Field(default=180.0, description="direction of the last bolt")
+
+
+class RowTable(Table):
+    """Bolts in a row along a boundary, into the rock."""
+
+    boundary: str
+    length: Length
+    interval: Length = Field(description="distance of the heads along the boundary")
+    offset: Length | None = Field(default=None, description="of the first head; default: half an interval")
+    direction: Angle | None = Field(default=None, description="of all bolts; default: normal to the boundary")
+
+
+class BoltTable(Table):
+    """A bolt (start and end) or many (one of radial, row, curve, table); forces are those of one bolt."""
+
+    start: Point | None = Field(default=None, description="head")
+    end: Point | None = Field(default=None, description="tip")
+    radial: RadialTable | None = None
+    row: RowTable | None = None
+    curve: str | None = Field(default=None, description='NAME of the mesh group "bolt:NAME"')
+    table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
+    name: str = ""
+    kind: BoltKind = "grouted"
+    diameter: Length | None = None
+    young: Stress = 200e9
+    yield_strength: Stress | None = Field(default=None, description="of the steel; default: unlimited")
+    pretension: ForceOfOne = 0.0
+    anchor_capacity: ForceOfOne | None = Field(default=None, description="end_anchored only; default: unlimited")
+    spacing: Length = Field(default=1.0, description="out of the plane")
+    stage: str | None = Field(default=None, description="stage that installs it; default: there from the start")
+    bond_strength: ForcePerLength | None = Field(default=None, description="grouted only; default: unlimited")
+    hole_diameter: Length | None = None
+    bond_steel_grout: Stress | None = None
+    bond_grout_rock: Stress | None = None
+    bond_stiffness: Stress | None = Field(default=None, description="per length of bolt, in N/m2; default: rigid")
+    bearing_stiffness: Stress | None = Field(
+        default=None, description="dowel action: of the grout, N/m2; default: none"
+    )
+    bearing_strength: Stress | None = Field(default=None, description="of grout or rock; default: unlimited shear")
+    plate: ForceOfOne = Field(default=0.0, description="capacity of a face plate at the head; grouted only")
+
+
+class GravityTable(Table):
+    """Gravity."""
+
+    direction: Angle = -90.0
+
+
+def _stress_ratio(value: object) -> object:
+    if isinstance(value, str) and value in STRESS_RATIOS:
+        return value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value
+    if isinstance(value, dict) and value and set(value) <= {"a", "b", "c"}:
+        return {key: convert(part, "m" if key == "a" else "1/m" if key == "c" else "") for key, part in value.items()}
+    names = ", ".join(f'"{name}"' for name in STRESS_RATIOS)
+    raise ValueError(f"must be a number, {{a, b, c}} for K = a / h + b + c h at the depth h, or one of {names}")
+
+
+StressRatio = Annotated[
+    Any,
+    PlainValidator(_stress_ratio),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"enum": list(STRESS_RATIOS)}, {"type": "object"}]}),
+]
+
+
+class StressTable(Table):
+    """Components of the total stress, tension positive."""
+
+    xx: LinearStress = 0.0
+    yy: LinearStress = 0.0
+    xy: LinearStress = 0.0
+
+
+class InSituTable(Table):
+    """The ground's stress before anything is dug: a surface with k0, or a stress."""
+
+    method: InSituMethod = "direct"
+    surface: Level | None = Field(default=None, description="level of the ground, or its line from left to right")
+    surcharge: Stress = 0.0
+    k0: StressRatio = Field(default=1.0, description="horizontal over vertical total stress")
+    stress: StressTable | None = None
+
+
+class WaterTable(Table):
+    """Groundwater."""
+
+    table: Lines = Field(default=(), description="the water table from left to right, or several tables")
+    unit_weight: UnitWeight = WATER
+    head: Head = Field(default="vertical", description="parallel: seepage parallel to the table")
+    joint_pressure: dict[str, Stress] = Field(default_factory=dict, description="pressure in all faces of a joint")
+
+
+class StageTable(Table):
+    """A stage: what is taken away, put back and changed."""
+
+    name: str
+    excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")
+    fill: list[Region] = Field(default_factory=list, description="blocks taken away before")
+    relaxation: list[Number] = Field(default=[1.0], description="parts of the former forces released, one by one")
+    pressure: Stress = Field(default=0.0, description="on newly excavated faces, into the blocks")
+    water: WaterTable | None = None
+    load: list[LoadTable] = Field(default_factory=list)
+
+
+class SolverTable(Table):
+    """How to solve."""
+
+    scheme: Scheme = "continuation"
+    tolerance: Number = 1e-6
+    max_steps: StrictInt = Field(default=500, description="steps, or cycles of wang, before it gives up")
+    displacement_limit: Length | None = Field(default=None, description="unstable beyond; default: the model's size")
+    sliding_stiffness: Number = Field(
+        default=1.0, description="wang: part of their shear stiffness that sliding contacts keep in the matrix"
+    )
+    linear_solver: LinearSolverName = "auto"
+    threads: StrictInt = 0
+
+
+class OutputTable(Table):
+    """Where results go."""
+
+    folder: PathText = Field(default="out", description="relative to the model file")
+    snapshots: Literal["stages", "steps"] = Field(
+        default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
+    )
+
+
+class ModelFile(Table):
+    """A bsm-mesh model file. Numbers are SI, angles in degrees; a text bears its unit: "6.89 GPa"."""
+
+    title: str = ""
+    mesh: MeshTable
+    groups: dict[str, str] = Field(default_factory=dict, description='mesh group = "kind:name"; "*": all others')
+    rock: dict[str, RockTable] = Field(min_length=1)
+    joint: dict[str, JointTable] = Field(default_factory=dict)
+    support: list[SupportTable] = Field(default_factory=list)
+    load: list[LoadTable] = Field(default_factory=list)
+    bolt: list[BoltTable] = Field(default_factory=list)
+    gravity: GravityTable = Field(default_factory=GravityTable)
+    in_situ: InSituTable | None = None
+    water: WaterTable | None = None
+    stage: list[StageTable] = Field(default_factory=list)
+    solver: SolverTable = Field(default_factory=SolverTable)
+    output: OutputTable = Field(default_factory=OutputTable)
