@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.canvas import MOST_EDGES, Scene, save_picture
 from bsm_mesh.app.headings import heading, pictures_folder
-from bsm_mesh.app.pictures import MOST_EDGES, Scene, add_position, save_picture
+from bsm_mesh.app.pictures import add_position
 from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering

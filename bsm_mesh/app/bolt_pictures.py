@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.pictures import WIDTH, _add_paper, _scalar_bar, _scaled
+from bsm_mesh.app.canvas import WIDTH, add_paper, scalar_bar, scaled
 from bsm_mesh.app.storage import load_results
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 
 if TYPE_CHECKING:
-    from bsm_mesh.app.pictures import Scene
+    from bsm_mesh.app.canvas import Scene
 
 MOST_CHARTS = 12  # bolts with their own chart: the most utilised
 COLOURS = {
@@ -29,11 +29,11 @@ def draw_bolts(plotter: Any, scene: Scene) -> str:
     """Bolts by their axial force, their heads as dots."""
     import pyvista
 
-    _add_paper(plotter, scene)
+    add_paper(plotter, scene)
     bolts = scene.bolts
     if not bolts.n_cells:
         return "no bolt is there"
-    values, unit = _scaled(np.asarray(bolts.cell_data["axial_force"]), "N")
+    values, unit = scaled(np.asarray(bolts.cell_data["axial_force"]), "N")
     bolts.cell_data["shown"] = values
     bolts.points = bolts.points + np.array([0.0, 0.0, 0.01 * scene.size])
     plotter.add_mesh(
@@ -43,7 +43,7 @@ def draw_bolts(plotter: Any, scene: Scene) -> str:
         clim=(0.0, max(float(values.max()), 1e-12)),
         line_width=7,
         lighting=False,
-        scalar_bar_args=_scalar_bar(f"axial force of a bolt, {unit}"),
+        scalar_bar_args=scalar_bar(f"axial force of a bolt, {unit}"),
     )
     heads = bolts.points[np.asarray(bolts.point_data["station"]) == 0]
     if len(heads):
