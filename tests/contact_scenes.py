@@ -1,12 +1,13 @@
-"""Blocks at any place, and a slow, obvious search for the tests of the compiled one."""
+"""Blocks at any place, systems of them, and a slow, obvious search for the tests of the compiled one."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scenes import turned
+from scenes import rectangle, square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.rules import RULES, Rules
@@ -144,3 +145,38 @@ def _facing(v, arms, start, end, notches, h, band, rules):
         "end_to_end": end_to_end,
         "in_range": -slack[0] <= along <= length + slack[1],
     }
+
+
+def column() -> Scene:
+    """Return two unit squares one on the other; the upper one is block 1."""
+    return Scene.of([square(0, 0), square(0, 1)])
+
+
+def delaunay_triangles(rng: np.random.Generator, n: int) -> list[np.ndarray]:
+    """Return the triangles between n random points, slivers left out."""
+    from scipy.spatial import Delaunay
+
+    p = rng.random((n, 2)) * 5
+    return [q for q in p[Delaunay(p).simplices] if np.abs(np.linalg.det(np.column_stack([q, np.ones(3)]))) > 1e-3]
+
+
+def random_wall(rng: np.random.Generator, courses: int) -> list[np.ndarray]:
+    """Return courses of bricks of random length: joints of neighbouring courses at least 0.05 m apart."""
+    wall, below = [], np.array([0.0, 10.0])
+    for j in range(courses):
+        joints = rng.uniform(0.1, 9.9, 14)
+        kept = [0.0]
+        for x in np.sort(joints):
+            if x - kept[-1] > 0.1 and np.abs(below - x).min() > 0.05:
+                kept.append(x)
+        below = np.array([*kept, 10.0])
+        wall += [rectangle(x0, 0.5 * j, x1, 0.5 * j + 0.5) for x0, x1 in pairwise(below)]
+    return wall
+
+
+def jagged_interface(rng: np.random.Generator, depth: float) -> list[np.ndarray]:
+    """Return two concave blocks that meet along a zigzag, and one beside them."""
+    zigzag = np.column_stack([np.arange(9.0), rng.uniform(-depth, depth, 9)])
+    lower = np.vstack([[(0, -2), (8, -2)], zigzag[::-1]])
+    upper = np.vstack([zigzag, [(8, 2), (0, 2)]])
+    return [lower, upper, rectangle(8, -2, 9, zigzag[-1, 1]), rectangle(8, zigzag[-1, 1], 9, 2)]

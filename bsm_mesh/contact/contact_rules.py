@@ -1,6 +1,6 @@
 """Which candidates of a pair of blocks stand: one contact at a place, whose history goes from one to the next.
 
-Each rule mends a wrong answer: the tests of the search show the answer with the rule and without it.
+Each rule mends a wrong answer: the tests of the rules show the answer with the rule and without it.
 """
 
 from __future__ import annotations
