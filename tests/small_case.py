@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -42,6 +43,14 @@ fix = "all"
 boundary = "top"
 pressure = "1 MPa"
 """
+# Parts of it, to be changed, and what is put there.
+FILE = 'file = "mesh.msh"\n'
+ROCK = '[rock.gneiss]\nunit_weight = "26 kN/m^3"\nyoung = "10 GPa"\npoisson = 0.25\n'
+JOINT = '[joint.J1]\nnormal_stiffness = "5 GPa/m"\nshear_stiffness = "1 GPa/m"\nfriction = 35\n'
+SUPPORT = '[[support]]\nboundary = "bottom"\nfix = "all"\n'
+LOAD = '[[load]]\nboundary = "top"\npressure = "1 MPa"\n'
+LINEAR = '[solver]\nscheme = "linear"\n'
+JUNK = random.Random(29).randbytes(3000)
 
 
 def msh(

@@ -23,7 +23,6 @@ from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
 
 ATOL = 1e-9  # m, of blocks about 1 m large near the origin
-
 seeds = st.integers(min_value=0, max_value=2**32 - 1)
 
 

@@ -1,0 +1,30 @@
+"""Slabs of 4 m x 3 m of elastic rock, their blocks in every shape that the continuum solution must take."""
+
+import numpy as np
+from scenes import framed, grid, rectangle, running_bond
+
+import bsm_mesh as bsm
+
+EXACT = 1e-9  # linear fields lie in both element spaces, the gravity column in the second-order one; rounding is lost
+E, MU = 50e9, 0.25
+STRESS = np.array([(-3.0, 1.2), (1.2, -7.0)]) * 1e6
+ROCK = bsm.Rock("rock", young=E, poisson=MU)
+HEAVY = bsm.Rock("rock", unit_weight=26e3, young=E, poisson=MU)
+PINNED = [bsm.Fixed(point=(0, 0)), bsm.Roller(point=(4, 3), direction=90)]
+L_SHAPE = np.array([(0, 0), (4, 0), (4, 0.5), (0.5, 0.5), (0.5, 3), (0, 3)])  # its centroid does not see all of it
+SHAPES = {
+    "triangles": [np.array(c)[k] for c in grid(4, 3) for k in ([0, 1, 2], [0, 2, 3])],
+    "squares": grid(4, 3),
+    "wall in bond": running_bond(6, 4),
+    "posts on a beam": [rectangle(0, 0, 4, 1), *grid([0, 0.5, 2, 2.6, 4], [1, 3])],
+    "concave": [L_SHAPE, rectangle(0.5, 0.5, 4, 3)],
+    "triangle on long edges": [
+        rectangle(0, 0, 4, 1),
+        *([np.array([(0, 1), (1.5, 1), (0, 3)]), np.array([(1.5, 1), (4, 1), (4, 3)])]),
+        np.array([(1.5, 1), (4, 3), (0, 3)]),
+    ],
+}
+
+
+def slab(shape):
+    return framed(bsm.Blocks.from_polygons(SHAPES[shape], rock="rock"), 4.0, 3.0)
