@@ -44,8 +44,7 @@ def build(path: str | os.PathLike[str], *, rock: str = "rock", **unknown: object
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("bolted_opening")
-    checks.refuse_unknown(unknown, ("rock",))
+    checks = ParameterChecks(build, unknown)
     checks.group_part(rock=rock)
     checks.raise_faults()
     blocks = _blocks()

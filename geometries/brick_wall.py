@@ -8,7 +8,6 @@ from __future__ import annotations
 import itertools
 import os
 from pathlib import Path
-from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import rectangle, sides_of, write_quadrilaterals
@@ -59,10 +58,9 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("brick_wall")
-    checks.refuse_unknown(unknown, ("courses", "bricks", "length", "height", "margin", "rock"))
-    optional: dict[str, Any] = {} if margin is None else {"margin": margin}
-    checks.positive(length=length, height=height, **optional)
+    checks = ParameterChecks(build, unknown)
+    checks.positive(length=length, height=height)
+    checks.positive_or_none(margin=margin)
     checks.count(courses=courses, bricks=bricks)
     checks.group_part(rock=rock)
     checks.raise_faults()

@@ -129,14 +129,12 @@ def build(
 
 def _checked(given: dict[str, Any], unknown: dict[str, object]) -> dict[str, Any]:
     """Return the parameters, or raise all their faults."""
-    checks = ParameterChecks("cassiar_slope")
-    checks.refuse_unknown(unknown, given)
+    checks = ParameterChecks(build, unknown)
     lengths = (
         "height dyke_setback dyke_width fault_level fault_a1_length joint_f_level contact_level behind ahead below"
     )
     good = checks.positive(**{name: given[name] for name in lengths.split()})
-    if given["size"] is not None:
-        checks.positive(size=given["size"])
+    checks.positive_or_none(size=given["size"])
     good &= checks.within(10.0, 80.0, "degrees", slope_angle=given["slope_angle"])
     good &= checks.within(45.0, 90.0, "degrees", dyke_dip=given["dyke_dip"])
     good &= checks.within(10.0, 90.0, "degrees", contact_dip=given["contact_dip"])

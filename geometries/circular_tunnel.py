@@ -159,17 +159,15 @@ def build(
 
 def _check(given: dict[str, Any], unknown: dict[str, object]) -> _Tunnel:
     """Return the parameters with their defaults; raise one error for all faults."""
-    checks = ParameterChecks("circular_tunnel")
-    checks.refuse_unknown(unknown, given)
+    checks = ParameterChecks(build, unknown)
     checks.one_of(OUTLINES, outline=given["outline"])
     checks.one_of(MESH_KINDS, mesh=given["mesh"])
     checks.one_of((1, 2), order=given["order"])
     checks.true_or_false(half=given["half"], core=given["core"])
     checks.group_part(rock=given["rock"])
+    good = checks.positive(**{name: given[name] for name in ("radius", "depth", "size")})
     optional = ("below", "width", "size_at_wall", "grading_distance")
-    lengths = {name: given[name] for name in ("radius", "depth", "size")}
-    lengths |= {name: given[name] for name in optional if given[name] is not None}
-    if checks.positive(**lengths):
+    if checks.positive_or_none(**{name: given[name] for name in optional}) and good:
         _check_lengths(checks, given)
     checks.raise_faults()
     defaults = {"below": given["depth"], "width": given["depth"]}

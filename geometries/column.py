@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import rectangle, sides_of, turn, write_quadrilaterals
@@ -61,11 +60,9 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("column")
-    checks.refuse_unknown(unknown, ("count", "width", "height", "dip", "margin", "thickness", "rock"))
-    optional: dict[str, Any] = {"margin": margin, "thickness": thickness}
-    given = {name: value for name, value in optional.items() if value is not None}
-    checks.positive(width=width, height=height, **given)
+    checks = ParameterChecks(build, unknown)
+    checks.positive(width=width, height=height)
+    checks.positive_or_none(margin=margin, thickness=thickness)
     checks.count(count=count)
     checks.within(0.0, 90.0, "degrees", dip=dip)
     checks.group_part(rock=rock)

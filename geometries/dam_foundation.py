@@ -68,9 +68,7 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("dam_foundation")
-    known = ("height", "base", "crest", "upstream", "downstream", "under", "beds", "thickness", "dip")
-    checks.refuse_unknown(unknown, known)
+    checks = ParameterChecks(build, unknown)
     checks.positive(height=height, base=base, crest=crest, thickness=thickness)
     checks.count(upstream=upstream, downstream=downstream, under=under, beds=beds)
     checks.within(30.0, 90.0, "degrees", dip=dip)

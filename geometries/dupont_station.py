@@ -74,9 +74,7 @@ def build(
     GeometryError
         With all faults of the parameters, and for networks that leave slivers.
     """
-    checks = ParameterChecks("dupont_station")
-    names = "width below dip joint_spacing cross_dip cross_spacing zone_spacing zone_width zone_offset"
-    checks.refuse_unknown(unknown, names.split())
+    checks = ParameterChecks(build, unknown)
     sizes = {"width": width, "below": below, "joint_spacing": joint_spacing, "cross_spacing": cross_spacing}
     checks.positive(**sizes, zone_spacing=zone_spacing, zone_width=zone_width)
     checks.within(20.0, 90.0, "degrees", dip=dip)

@@ -76,10 +76,9 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("jointed_tunnel")
-    names = "shape span width height dips spacings scatter seed engine size rock"
-    checks.refuse_unknown(unknown, names.split())
-    checks.positive(span=span, width=width, height=height, **({} if size is None else {"size": size}))
+    checks = ParameterChecks(build, unknown)
+    checks.positive(span=span, width=width, height=height)
+    checks.positive_or_none(size=size)
     checks.one_of(SHAPES, shape=shape)
     checks.one_of(ENGINES, engine=engine)
     checks.group_part(rock=rock)

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from numbers import Integral, Real
 
 from geometries.errors import GeometryError, nearest_name
 
 
 class ParameterChecks:
-    """Collects the faults of the parameters of one case.
+    """Collects the faults of the parameters of one case: first those that it does not have.
 
     Parameters
     ----------
-    case : str
-        Name of the case, the first word of each fault.
+    build : callable
+        The case's ``build``; its module's name is the first word of each fault.
+    unknown : mapping of str to object
+        What it was given beside its own parameters; for each there is a fault, with the nearest one that it has.
 
     Attributes
     ----------
@@ -23,18 +26,17 @@ class ParameterChecks:
         The sentences collected so far.
     """
 
-    def __init__(self, case: str) -> None:
-        self.case = case
+    def __init__(self, build: Callable[..., object], unknown: Mapping[str, object]) -> None:
+        self.case = build.__module__.rpartition(".")[2]
         self.faults: list[str] = []
+        takes = inspect.signature(build).parameters.values()
+        known = [parameter.name for parameter in takes if parameter.kind is parameter.KEYWORD_ONLY]
+        for name in unknown:
+            self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
 
     def add(self, fault: str) -> None:
         """Add the sentence `fault`, with the name of the case before it."""
         self.faults.append(f"{self.case}: {fault}")
-
-    def refuse_unknown(self, unknown: Mapping[str, object], known: Collection[str]) -> None:
-        """Add a fault for each parameter that the case does not have, with the nearest one that it has."""
-        for name in unknown:
-            self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
 
     def positive(self, unit: str = "m", /, **values: object) -> bool:
         """Return whether all `values` are positive finite numbers; add a fault for each that is not."""
@@ -42,6 +44,10 @@ class ParameterChecks:
         for name, value in bad.items():
             self.add(f"{name} = {value!r} is not a positive number; give {name} in {unit}, greater than 0")
         return not bad
+
+    def positive_or_none(self, unit: str = "m", /, **values: object) -> bool:
+        """Return whether all `values` are positive or None: where not given another value stands for them."""
+        return self.positive(unit, **{name: value for name, value in values.items() if value is not None})
 
     def count(self, least: int = 1, /, **values: object) -> bool:
         """Return whether all `values` are whole numbers of at least `least`; add a fault for each that is not."""

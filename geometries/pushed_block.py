@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import rectangle, sides_of, write_quadrilaterals
@@ -56,12 +55,9 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("pushed_block")
-    checks.refuse_unknown(unknown, ("size", "gap", "separation", "behind", "rock"))
-    lengths: dict[str, Any] = {"size": size, "gap": gap, "behind": behind}
-    if separation is not None:
-        lengths["separation"] = separation
-    if checks.positive(**lengths) and separation is not None and separation > gap:
+    checks = ParameterChecks(build, unknown)
+    good = checks.positive(size=size, gap=gap, behind=behind)
+    if checks.positive_or_none(separation=separation) and good and separation is not None and separation > gap:
         checks.add(
             f"separation = {separation} m exceeds gap = {gap} m: the pushed block would stand over the end of "
             "the base; give a separation of at most gap"

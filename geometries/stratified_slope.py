@@ -66,9 +66,7 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("stratified_slope")
-    known = ("dip", "layers", "blocks", "length", "thickness", "gap", "step", "rock")
-    checks.refuse_unknown(unknown, known)
+    checks = ParameterChecks(build, unknown)
     checks.positive(length=length, thickness=thickness, gap=gap)
     checks.count(layers=layers, blocks=blocks)
     checks.within(0.0, 90.0, "degrees", dip=dip)

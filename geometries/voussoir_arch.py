@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import Any
 
 from geometries.parameters import ParameterChecks
 from geometries.quadrilaterals import Point, Quadrilateral, rectangle, sides_of, write_quadrilaterals
@@ -56,11 +55,10 @@ def build(
     GeometryError
         With all faults of the parameters.
     """
-    checks = ParameterChecks("voussoir_arch")
-    checks.refuse_unknown(unknown, ("count", "radius", "thickness", "springing", "rock"))
+    checks = ParameterChecks(build, unknown)
     checks.count(2, count=count)
-    lengths: dict[str, Any] = {} if springing is None else {"springing": springing}
-    if checks.positive(radius=radius, thickness=thickness, **lengths) and thickness >= 2.0 * radius:
+    checks.positive_or_none(springing=springing)
+    if checks.positive(radius=radius, thickness=thickness) and thickness >= 2.0 * radius:
         checks.add(f"thickness = {thickness} m is not less than twice radius = {radius} m; give less")
     checks.group_part(rock=rock)
     checks.raise_faults()

@@ -112,6 +112,18 @@ def test_all_texts_that_do_not_fit_are_reported():
     assert "no parameter 'sise'; did you mean 'size'?" in text
 
 
+@pytest.mark.parametrize("name", case_names())
+def test_every_case_refuses_what_it_does_not_take_with_the_nearest_that_it_does(name, tmp_path):
+    case, path = find_case(name), tmp_path / "x.msh"
+    slips = {f"{parameter}_": parameter for parameter in case_parameters(case)}
+    with pytest.raises(GeometryError) as caught:
+        case.build(path, **dict.fromkeys(slips, 1.0))
+    assert [fault.partition(" (")[0] for fault in caught.value.faults] == [
+        f"{name}: there is no parameter '{slip}'; did you mean '{meant}'?" for slip, meant in slips.items()
+    ]
+    assert not path.exists()
+
+
 def test_a_case_is_built_from_texts(tmp_path):
     case = find_case("circular_tunnel")
     path = case.build(tmp_path / "tunnel.msh", **parse_settings(case, {"size": "2", "radius": "3"}))
