@@ -1,0 +1,48 @@
+"""What contacts remember of an accepted step: who is kept, and as intact or failed."""
+
+import numpy as np
+import pytest
+from jointed_scenes import model_of
+from numpy.testing import assert_allclose, assert_array_equal
+from scenes import rectangle, square
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.history import IDLE, History, commit
+from bsm_mesh.solve.moving_model import MovingModel
+
+KN = 1e9
+
+
+def block_on_a_base(tensile_strength=0.0):
+    """Return a square metre on a base, with cohesion."""
+    joint = bsm.Joint("J", KN, KN, law=bsm.MohrCoulomb(friction=30.0, cohesion=1e5), tensile_strength=tensile_strength)
+    model = model_of([rectangle(-1, -1, 2, 0), square(0, 0)]).replace(joints=[joint])
+    return MovingModel(model)
+
+
+def after_lifting(moving, height):
+    """Return the history of a first step in which the block is lifted, and how many contacts failed in it."""
+    contacts = moving.gather(History.none(), moving.start, first=True)
+    position = moving.start + np.array([(0, 0, 0), (0, height, 0)])
+    return commit(contacts, moving.evaluate(contacts, position), position, moving.outlines.size)
+
+
+@pytest.mark.parametrize(("height", "kept"), [(0.0, 2), (0.5 * IDLE, 2), (3 * IDLE, 0)])
+def test_contacts_that_touch_without_bearing_keep_their_strength(height, kept):
+    moving = block_on_a_base()
+    history, changed = after_lifting(moving, height)
+    assert changed == 0
+    assert_array_equal(history.failed, [False] * kept)
+    again = moving.gather(history, moving.start, first=False)
+    pushed = moving.start + np.array([(0, 0, 0), (1.0, -1e-6, 0)]) * (1e-3, 1, 1)
+    at = moving.evaluate(again, pushed)
+    cohesion = 1e5 if kept else 0.0
+    assert_allclose(at.strength.sum(), cohesion + np.tan(np.radians(30.0)) * KN * 1e-6, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("part", "kept"), [(0.9, 2), (1.1, 0)])
+def test_contacts_pulled_past_their_tensile_strength_are_not_kept(part, kept):
+    """Though open by less than contacts that bear nothing may be."""
+    strength = 0.1 * IDLE * KN
+    history, _ = after_lifting(block_on_a_base(strength), part * strength / KN)
+    assert len(history.failed) == kept
