@@ -15,7 +15,7 @@ WORK = {  # kind of work: functions of the program that do it; what they call of
     "contacts": (
         "bsm_mesh.contact.table:initial_contacts",
         "bsm_mesh.contact.search:detect_contacts",
-        "bsm_mesh.solve.moving:gather_contacts",
+        "bsm_mesh.solve.gathering:gather_contacts",
     ),
     "assembly": (
         "bsm_mesh.solve.pattern:block_pattern",
