@@ -33,14 +33,15 @@ from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.history import History, commit, recall
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
-from bsm_mesh.solve.newton import LONGEST, Found, newton
+from bsm_mesh.solve.newton import LONGEST, Found
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Factors, Step
-from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, solve_at_once
+from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newton, solve_at_once
 
 FIRST_LAM = 1e-3  # over d
 HELD_LAM = 0.1  # over d: least for a step with shear strengths held
 MOST_UPDATES = 4  # of the contacts within the first step
+FIRST_TOLERANCE = 1e-3  # of the first step before they are updated
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 
 
@@ -198,7 +199,7 @@ class Continuation:
         slides still remembers where it began to, so that Newton's method need not find that out again.
         """
         tolerance = 0.5 * self.options.tolerance
-        found = solve_at_once(step, tolerance)
+        found = solve_at_once(step, max(FIRST_TOLERANCE, tolerance))
         for _ in range(MOST_UPDATES):
             if not found.converged or found.position is step.start:
                 break
@@ -207,7 +208,7 @@ class Continuation:
             contacts = self.moving.gather(history, found.position, first=False)
             contacts = recall(contacts, step.contacts, found.at, size)
             updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
-            again = newton(updated, found.position, tolerance)
+            again = softened_newton(updated, found.position, tolerance)
             if not again.converged:
                 break
             step, found, same = updated, again, again.position is found.position

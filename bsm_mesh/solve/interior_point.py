@@ -36,6 +36,7 @@ NEAR = 1e-2  # mean product over that of the reference weight, from which on the
 SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
 INSIDE = 0.9  # least part of the way to the nearest bound that an iteration goes
 LEAST_CENTRING = 1e-5
+BEARING = 1e-6  # of the reference weight: less is rounding where blocks have not moved yet
 BELOW_STRENGTH = 1 - 1e-12
 
 
@@ -102,9 +103,10 @@ class _Problem:
         """Return the median of pressure squared over stiffness at a position: what the barrier starts from."""
         c = self.step.contacts
         pressure = c.normal_stiffness * np.maximum(c.offset - self._relative(elastic)[0], 0.0)
-        pressing = pressure > 0
+        weight = self.step.moving.reference
+        pressing = pressure > BEARING * weight
         if not pressing.any():
-            return float(self.step.moving.reference**2 / self.middle_stiffness)
+            return float(weight**2 / self.middle_stiffness)
         return float(np.median(pressure[pressing] ** 2 / c.normal_stiffness[pressing]))
 
     def begin(self, position: FloatArray, barrier: float) -> tuple[FloatArray, float]:

@@ -9,7 +9,10 @@ from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.solve import pardiso
 from bsm_mesh.solve.ordering import elimination_order
 from bsm_mesh.solve.pattern import BlockPattern
+from bsm_mesh.solve.refined import RefinedPardiso
 from bsm_mesh.solve.superlu import SuperLU
+
+WORTH_SINGLE = 5000  # blocks: below, refining takes what single precision saves
 
 
 class LinearSolver(Protocol):
@@ -34,7 +37,13 @@ class LinearSolver(Protocol):
 
 
 def make_linear_solver(
-    name: str, pattern: BlockPattern, position: FloatArray, threads: int = 0, *, once: bool = False
+    name: str,
+    pattern: BlockPattern,
+    position: FloatArray,
+    threads: int = 0,
+    *,
+    once: bool = False,
+    corrections: bool = False,
 ) -> LinearSolver:
     """Return the named solver with the pattern analysed when first factorized.
 
@@ -51,6 +60,8 @@ def make_linear_solver(
         Threads that Pardiso may use; 0: as many as there are cores.
     once : bool
         Whether the pattern will be factorized once only: then Pardiso takes a quick order instead of a good one.
+    corrections : bool
+        Whether solutions need four digits only: then Pardiso factorizes large systems in single precision.
 
     Raises
     ------
@@ -59,6 +70,8 @@ def make_linear_solver(
     """
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
+    if name == "pardiso" and corrections and pattern.rows >= WORTH_SINGLE:
+        return RefinedPardiso(pattern, threads)
     if name == "pardiso":
         return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
     if name == "cluster":

@@ -58,6 +58,8 @@ class Pardiso:
     order : (n,) int32, optional
         Blocks in the order in which they are eliminated; by default METIS finds one, which takes five times as long
         and saves a tenth of a factorization.
+    single : bool
+        Factors of single precision: six tenths of the time, half the memory, and solutions of four digits.
 
     Raises
     ------
@@ -68,7 +70,9 @@ class Pardiso:
     name = "pardiso"
     _analysed = False  # also where __init__ raises, for __del__
 
-    def __init__(self, pattern: BlockPattern, threads: int = 0, order: IntArray | None = None) -> None:
+    def __init__(
+        self, pattern: BlockPattern, threads: int = 0, order: IntArray | None = None, *, single: bool = False
+    ) -> None:
         self._mkl = self._load()
         self._pattern = pattern
         self._kind = _POSITIVE_DEFINITE if pattern.symmetric else _STRUCTURALLY_SYMMETRIC
@@ -78,11 +82,13 @@ class Pardiso:
         self._parameters[1] = 3  # nested dissection (METIS) on all threads
         self._parameters[4] = order is not None  # or the order given
         self._parameters[24] = pattern.rows < WORTH_SOLVING  # one thread solves
+        self._parameters[27] = single
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
         cores = os.cpu_count() or 1 if pattern.rows >= WORTH_THREADS else 1
         self._threads, self._order = threads or cores, order
+        self._precision = np.float32 if single else np.float64
 
     def _load(self) -> ctypes.CDLL:
         library = _library()
@@ -95,7 +101,7 @@ class Pardiso:
 
     def factorize(self, data: FloatArray) -> None:
         """Factorize the values (n_places, 3, 3); the first call analyses the pattern too."""
-        self._data = np.ascontiguousarray(data)
+        self._data = np.ascontiguousarray(data, dtype=self._precision)
         if not self._analysed:
             self._call(ANALYSE)
             self._analysed = True
@@ -103,10 +109,10 @@ class Pardiso:
 
     def solve(self, right_side: FloatArray) -> FloatArray:
         """Return the solution (n, 3)."""
-        b = np.ascontiguousarray(right_side)
+        b: FloatArray = np.ascontiguousarray(right_side, dtype=self._precision)
         x = np.empty_like(b)
         self._call(SOLVE, b, x)
-        return x
+        return x.astype(float, copy=False)
 
     def close(self) -> None:
         """Release Pardiso's memory."""

@@ -59,7 +59,10 @@ class Factors:
         if not same:
             self.close()
             centroid = self.blocks.moments.centroid
-            self._solver = make_linear_solver(self.options.linear_solver, pattern, centroid, self.options.threads)
+            options = self.options
+            self._solver = make_linear_solver(
+                options.linear_solver, pattern, centroid, options.threads, corrections=True
+            )
             self.name, self._pattern = self._solver.name, pattern
             self.bolt_places = self.moving.bolts.places(pattern)
         return pattern
@@ -141,7 +144,8 @@ class Step:
     def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
         """Return greatest component and 2-norm of forces out of balance over a weight."""
         free = self.moving.free(forces, self.supports)
-        return float(np.abs(free).max()) / weight, float(np.linalg.norm(free)) / weight
+        norm = np.sqrt(np.einsum("ij,ij", free, free))  # not BLAS: its threads would wait beside the linear solver's
+        return float(np.abs(free).max()) / weight, float(norm) / weight
 
     def norm_at(self, position: FloatArray) -> float:
         """Return the 2-norm of the forces out of balance at a position [N/m]."""
@@ -151,11 +155,8 @@ class Step:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""
         return float(np.abs(step / self.moving.scale).max())
 
-    def factorize(self, data: FloatArray, position: FloatArray) -> bool:
-        """Factorize contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated.
-
-        False where that is singular.
-        """
+    def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
+        """Return contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated."""
         bolts = self.moving.bolts
         if len(bolts.alive):
             bolts.add_tangent(bolts.evaluate(position), self.factors.bolt_places, data)
@@ -164,7 +165,11 @@ class Step:
         constrain(
             pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
         )
-        return self.factors.factorize(data)
+        return data
+
+    def factorize(self, data: FloatArray, position: FloatArray) -> bool:
+        """Factorize contacts' tangent blocks, completed; False where that is singular."""
+        return self.factors.factorize(self.complete(data, position))
 
     def solve(self, forces: FloatArray) -> FloatArray:
         """Return the movement (n, 3) under forces with the last factors."""

@@ -10,10 +10,12 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
+from bsm_mesh.solve.local_phase import relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, elastic_position, newton
 from bsm_mesh.solve.step import Step
 
-QUICK = 0.1  # Newton's method at the start goes on while it shrinks the 2-norm to this with every factorization
+SHRINKING = 0.25  # Newton's method at the start goes on while it shrinks the 2-norm to this in two factorizations
+MOST_SOFTENED = 30  # of them at most
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
@@ -31,11 +33,23 @@ def solve_at_once(step: Step, tolerance: float) -> Found:
     if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
         return rest
     elastic = elastic_position(step)
-    if step.norm_at(elastic) <= QUICK * step.norm_at(step.start):
-        found = newton(step, elastic, tolerance, contraction=QUICK)
+    found = softened_newton(step, elastic, tolerance)
+    return found if found.converged else _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
+
+
+def softened_newton(step: Step, position: FloatArray, tolerance: float) -> Found:
+    """Return where Newton's method with softened tangents ends, after each of them the worst blocks solved apart."""
+    norms = [np.inf, step.norm_at(position)]
+    found = Found(position, step.evaluate(position), converged=False)
+    for _ in range(MOST_SOFTENED):
+        found = newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
-            return found
-    return _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
+            break
+        position = relax_locally(step, found.position, tolerance)
+        norms.append(step.norm_at(position))
+        if norms[-1] > SHRINKING * norms[-3]:
+            break
+    return found
 
 
 class MovingSteps:

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import strategies
-from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.continuation import FIRST_LAM, Continuation
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.step import Step
@@ -97,6 +97,17 @@ def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, 
         assert_allclose(moved(held), aside - part * slope * down, atol=within)
     assert not moving.solve(step, 1e-3, from_rest=False, failures=0).converged
     assert not moving.solve(step, 1e-3, from_rest=True, failures=MOST_FAILURES).converged, "never from rest"
+
+
+def test_a_step_from_rest_begins_with_touching_contacts_closed():
+    """They bear nothing yet: with the tangent as it is, only the regularisation would resist."""
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, FIRST_LAM / run.moving.d)
+    found = MovingSteps().solve(step, 1e-3, from_rest=True, failures=0)
+    assert found.converged
+    assert run.factors.count == 1
+    assert_allclose(found.position[1, 1] - step.anchor[1, 1], -26e3 / 1e9, rtol=1e-3)
 
 
 def test_updated_contacts_remember_where_they_began_to_slide():

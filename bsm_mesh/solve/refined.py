@@ -1,0 +1,89 @@
+"""Pardiso's factors in single precision, their solutions refined with the matrix in double."""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.solve.pardiso import Pardiso
+from bsm_mesh.solve.pattern import BlockPattern
+
+ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
+MOST_REFINEMENTS = 4
+
+
+class RefinedPardiso:
+    """Pardiso for corrections that need only be good: single precision, and double where that does not do.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+        The whole matrix.
+    threads : int
+        As `Pardiso` takes them.
+    """
+
+    name = "pardiso"
+
+    def __init__(self, pattern: BlockPattern, threads: int = 0) -> None:
+        self._pattern, self._threads = pattern, threads
+        self._solver, self._single = Pardiso(pattern, threads, single=True), True
+        self._data = self._root = np.zeros(0)
+
+    def factorize(self, data: FloatArray) -> None:
+        """Factorize the values (n_places, 3, 3)."""
+        self._data = data
+        self._root = np.sqrt(np.abs(data[self._pattern.diagonal][:, [0, 1, 2], [0, 1, 2]]))
+        try:
+            self._solver.factorize(data)
+        except SingularMatrixError:
+            if not self._single:
+                raise
+            self._go_double()
+
+    def solve(self, right_side: FloatArray) -> FloatArray:
+        """Return the solution (n, 3) to `ACCURACY`."""
+        if not self._single:
+            return self._solver.solve(right_side)
+        wanted = ACCURACY * self._size(right_side)
+        x, left = np.zeros_like(right_side), right_side
+        for _ in range(MOST_REFINEMENTS):
+            x = x + self._solved(left)
+            left = _left_over(self._pattern.row_start, self._pattern.column, self._data, x, right_side)
+            if self._size(left) <= wanted:
+                return x
+        self._go_double()
+        return self._solver.solve(right_side)
+
+    def _solved(self, right_side: FloatArray) -> FloatArray:
+        """Return the solution by the single factors; forces are scaled into the middle of what single numbers hold."""
+        size = float(np.abs(right_side).max())
+        return self._solver.solve(right_side / size) * size if size > 0 else np.zeros_like(right_side)
+
+    def _size(self, forces: FloatArray) -> float:
+        return float((np.abs(forces) / np.where(self._root > 0, self._root, 1.0)).max())
+
+    def _go_double(self) -> None:
+        self._solver.close()
+        self._solver, self._single = Pardiso(self._pattern, self._threads), False
+        self._solver.factorize(self._data)
+
+    def close(self) -> None:
+        """Release the factors."""
+        self._solver.close()
+
+
+@nb.njit(cache=True)
+def _left_over(
+    row_start: IntArray, column: IntArray, data: FloatArray, x: FloatArray, b: FloatArray
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return b - K x, (n, 3)."""
+    left = b.copy()
+    for i in range(row_start.size - 1):
+        for p in range(row_start[i], row_start[i + 1]):
+            j = column[p]
+            for r in range(3):
+                left[i, r] -= data[p, r, 0] * x[j, 0] + data[p, r, 1] * x[j, 1] + data[p, r, 2] * x[j, 2]
+    return left
