@@ -1,4 +1,4 @@
-"""How a step is solved: shear strengths held in moving steps, contacts updated within the first one."""
+"""How a step is solved: from rest, with shear strengths held, with contacts updated within the first one."""
 
 from itertools import pairwise
 
@@ -127,15 +127,15 @@ def test_updated_contacts_remember_where_they_began_to_slide():
     assert committed.old_shear.any()
 
 
-def test_a_wall_rests_after_one_step_and_its_confirmation():
-    """Where thousands of contacts slip, the lengths they share change by the slip: the first step takes that in."""
+def leaning_wall() -> bsm.Model:
+    """Return a wall in running bond in which many contacts slip."""
     courses, bricks = 8, 12
     polygons = [[(-1, -0.5), (bricks + 1, -0.5), (bricks + 1, 0), (-1, 0)]]
     for c in range(courses):
         joints = np.arange(bricks + 1.0) if c % 2 == 0 else np.concatenate([[0], np.arange(bricks) + 0.5, [bricks]])
         y = 0.5 * c
         polygons += [[(a, y), (b, y), (b, y + 0.5), (a, y + 0.5)] for a, b in pairwise(joints)]
-    model = bsm.Model(
+    return bsm.Model(
         blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
         rocks=[bsm.Rock("r", unit_weight=2500 * 9.81)],
         joints=[bsm.Joint("J", 1e8, 1e8, law=bsm.MohrCoulomb(friction=FRICTION))],
@@ -143,8 +143,23 @@ def test_a_wall_rests_after_one_step_and_its_confirmation():
         supports=[bsm.Fixed(blocks=[0])],
         gravity_direction=-85.0,
     )
-    stage = bsm.run(model, CONTINUATION).stages[0]
+
+
+def test_a_wall_rests_after_one_step_and_its_confirmation():
+    """Where thousands of contacts slip, the lengths they share change by the slip: the first step takes that in."""
+    stage = bsm.run(leaning_wall(), CONTINUATION).stages[0]
     assert stage.status == "stable"
     first, second = stage.steps
     assert first.slipping_contacts > 20
     assert second.factorizations == 0
+
+
+def test_contacts_updated_within_the_first_step_have_no_history_yet():
+    """What slides still remembers where it began to: committed on the way it would begin anew."""
+    seen = []
+    run = Continuation(leaning_wall(), CONTINUATION, lambda record, motion: seen.append(motion()))
+    run.run()
+    first, second = (motion.contacts for motion in seen)
+    assert (first.candidates.history >= 0).any(), "they were updated"
+    assert not first.old_shear.any()
+    assert second.old_shear.any()
