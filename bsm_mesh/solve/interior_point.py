@@ -31,6 +31,7 @@ from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 60
 MOST_JAMMED, JAMMED = 4, 0.02  # iterations in a row that get no farther than this part of their step
+PATIENCE, HALF = 8, 0.5  # iterations in which the barrier falls to this part of itself; else the method has jammed too
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 NEAR = 1e-2  # mean product over that of the reference weight, from which on the exact laws are looked at
 SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
@@ -60,7 +61,7 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier
     state, barrier = problem.begin(position, barrier * problem.typical_product(elastic))
     weight = step.moving.weight(step.evaluate(elastic))
     unit = weight**2 / problem.middle_stiffness
-    jammed, part = 0, 1.0
+    jammed, part, barriers = 0, 1.0, [np.inf] * PATIENCE
     for _ in range(MOST_ITERATIONS):
         problem.look(position, state)
         nearness = barrier / unit
@@ -71,8 +72,10 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier
                 return position
         jammed = jammed + 1 if part < JAMMED else 0
         far = nearness < 1 and step.movement(position - step.anchor) > FAR * step.moving.d
-        if jammed == MOST_JAMMED or far or not np.isfinite(barrier):
+        slow = barrier > HALF * barriers[-PATIENCE]
+        if jammed == MOST_JAMMED or slow or far or not np.isfinite(barrier):
             return None
+        barriers.append(barrier)
         movement, change, part = problem.direction(state, barrier)
         if movement is None:
             return None
