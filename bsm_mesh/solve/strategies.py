@@ -22,6 +22,7 @@ UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts c
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
+CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
 NEAR_REST = 1e-4  # tolerance of a step below which few contacts still change: Newton's method is given time
 BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
@@ -74,7 +75,8 @@ class MovingSteps:
             Greatest force out of balance, over the reference weight.
         from_rest : bool
             The first step: contacts bear nothing yet, or what they bore before an excavation; so begin with every
-            touching contact closed, and hold no strength.
+            touching contact closed, and hold no strength unless blocks would crawl: then that of the pressures which
+            closed contacts would bear.
         failures : int
             How often this step failed with other regularisations.
         """
@@ -83,17 +85,20 @@ class MovingSteps:
         found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
         if found.converged:
             return found
-        if near_rest or from_rest or (self._wait == 0 and failures < MOST_FAILURES):
+        crawls = step.lam * step.moving.d > CRAWLING
+        if near_rest or (not crawls if from_rest else self._wait == 0 and failures < MOST_FAILURES):
             return _from_inside(step, step.start, inner, MOST_MOVING)
+        if from_rest:
+            return _with_friction_held(step, elastic_position(step), inner)
         if self._wait == 0:
             self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
         self._wait -= 1
-        return _with_friction_held(step, inner)
+        return _with_friction_held(step, step.anchor, inner)
 
 
-def _with_friction_held(step: Step, inner: float) -> Found:
-    """Return the end of a moving step with every shear strength held at that of the pressure where it begins."""
-    held = step.with_friction_of(step.evaluate(step.anchor).pressure)
+def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found:
+    """Return the end of a moving step with every shear strength held at that of the pressure at a position."""
+    held = step.with_friction_of(step.evaluate(position).pressure)
     near = interior_point(held, step.start, HAND_OVER)
     if near is None:
         return Found(step.start, step.evaluate(step.start), converged=False)

@@ -96,7 +96,18 @@ def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, 
         held = moving.solve(step, 1e-3, from_rest=False, failures=failures)
         assert_allclose(moved(held), aside - part * slope * down, atol=within)
     assert not moving.solve(step, 1e-3, from_rest=False, failures=0).converged
-    assert not moving.solve(step, 1e-3, from_rest=True, failures=MOST_FAILURES).converged, "never from rest"
+    assert not moving.solve(step, 1e-3, from_rest=True, failures=MOST_FAILURES).converged, "not from rest"
+
+
+def test_a_first_step_that_would_take_blocks_nowhere_has_the_friction_of_closed_contacts(monkeypatch):
+    tilt = 40.0
+    step = sliding_step(tilt, 0.0)
+    step.lam = 2 * strategies.CRAWLING / step.moving.d
+    monkeypatch.setattr(strategies, "newton", without_newton(coupled_only=True))
+    found = MovingSteps().solve(step, 1e-7, from_rest=True, failures=0)
+    assert found.converged
+    driving = np.sin(np.radians(tilt)) - np.tan(np.radians(FRICTION)) * np.cos(np.radians(tilt))
+    assert_allclose((found.position - step.anchor)[1, 0] * step.lam, driving, atol=1e-2)
 
 
 def test_a_step_from_rest_begins_with_touching_contacts_closed():
