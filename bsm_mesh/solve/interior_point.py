@@ -31,7 +31,7 @@ from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 60
 MOST_JAMMED, JAMMED = 4, 0.02  # iterations in a row that get no farther than this part of their step
-PATIENCE, HALF = 8, 0.5  # iterations in which the barrier falls to this part of itself; else the method has jammed too
+PATIENCE, HALF = 20, 0.5  # iterations in which the barrier falls to this part of itself; else the method has jammed too
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 NEAR = 1e-2  # mean product over that of the reference weight, from which on the exact laws are looked at
 SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
