@@ -23,7 +23,7 @@ MOST_POLISHING = 3  # iterations of Newton's method after the interior point met
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
 CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
-NEAR_REST = 1e-4  # tolerance of a step below which few contacts still change: Newton's method is given time
+NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
 BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 
