@@ -33,7 +33,7 @@ from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.history import History, commit, recall
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
-from bsm_mesh.solve.newton import LONGEST, Found
+from bsm_mesh.solve.newton import LONGEST, Found, newton
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Factors, Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newton, solve_at_once
@@ -199,9 +199,12 @@ class Continuation:
         slides still remembers where it began to, so that Newton's method need not find that out again.
         """
         tolerance = 0.5 * self.options.tolerance
+        rest = newton(step, step.start, tolerance, most=0)
+        if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
+            return _Taken(rest, step)
         found = solve_at_once(step, max(FIRST_TOLERANCE, tolerance))
         for _ in range(MOST_UPDATES):
-            if not found.converged or found.position is step.start:
+            if not found.converged:
                 break
             size = self.moving.outlines.size
             history, _ = commit(step.contacts, found.at, found.position, size)

@@ -30,9 +30,6 @@ HAND_OVER = 1e-2  # residual by the exact laws at which the interior point metho
 
 def solve_at_once(step: Step, tolerance: float) -> Found:
     """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
-    rest = newton(step, step.start, tolerance, most=0)
-    if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
-        return rest
     elastic = elastic_position(step)
     found = softened_newton(step, elastic, tolerance)
     return found if found.converged else _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)

@@ -158,6 +158,16 @@ def leaning_wall() -> bsm.Model:
     )
 
 
+def test_a_start_that_lacks_little_is_solved_to_the_tolerance():
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    nearly = run.moving.start.copy()
+    nearly[1, 1] -= (1 - 5e-4) * 26e3 / 1e9
+    taken = run._at_once(Step(run.moving, run.factors, contacts, nearly, run.least_lam))
+    assert taken.found.converged
+    assert run.moving.static_residual(taken.step.contacts, taken.found.position) < 1e-6
+
+
 def test_a_wall_rests_after_one_step_and_its_confirmation():
     """Where thousands of contacts slip, the lengths they share change by the slip: the first step takes that in."""
     stage = bsm.run(leaning_wall(), CONTINUATION).stages[0]
