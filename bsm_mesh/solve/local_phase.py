@@ -7,15 +7,15 @@ search. The step stays one problem: what the clusters leave out of balance aroun
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
-from bsm_mesh.solve.newton import MOST_HALVINGS, softened_tangent, softness_at
+from bsm_mesh.solve.moving import tangent_stiffness
+from bsm_mesh.solve.newton import MOST_HALVINGS, softness_at
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.step import Step, moved_by
 
@@ -41,10 +41,9 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float) -> FloatAr
     """
     forces, sizes, weight = _out_of_balance(step, position)
     threshold = max(FLAGGED * sizes.max(), 3 * tolerance)
-    pattern = step.pattern
     if (sizes > threshold).sum() > MOST_BLOCKS * len(sizes):
         return position
-    flagged = _grown(pattern.row_start, pattern.column, sizes > threshold, step.moving.driven, RINGS)
+    flagged = _grown(step.pattern, sizes > threshold, step.moving.driven)
     if not flagged.any() or flagged.sum() > MOST_BLOCKS * len(flagged):
         return position
     clusters = _Clusters(step, flagged)
@@ -78,14 +77,20 @@ class _Clusters:
     def __init__(self, step: Step, flagged: BoolArray) -> None:
         self.step, self.block = step, np.flatnonzero(flagged)
         whole = step.pattern
-        row_start, column, self.place = _rows_of(whole.row_start, whole.column, flagged, self.block)
-        count = len(self.block)
-        diagonal = np.flatnonzero(column == np.repeat(np.arange(count), np.diff(row_start))).astype(np.int32)
+        places = csr_array((np.arange(1, len(whole.column) + 1), whole.column, whole.row_start))
+        part = places[self.block][:, self.block]
+        part.sort_indices()
+        self.place = part.data - 1  # counted from 1 above: a 0 would be no entry of the graph
+        row_start, column = part.indptr.astype(np.int32), part.indices.astype(np.int32)
+        row = np.repeat(np.arange(len(self.block)), np.diff(row_start))
         self.pattern = BlockPattern(
-            row_start=row_start, column=column, diagonal=diagonal, place=np.zeros(0, np.int32), symmetric=False
+            row_start=row_start,
+            column=column,
+            diagonal=np.flatnonzero(column == row).astype(np.int32),
+            place=np.zeros(0, np.int32),
+            symmetric=False,
         )
-        graph = csr_array((np.ones(len(column), np.int8), column, row_start), shape=(count, count))
-        self.clusters, self.cluster = connected_components(graph, directed=False)
+        self.clusters, self.cluster = connected_components(part, directed=False)
         options, centroid = step.factors.options, step.anchor[self.block, :2]
         self.solver: LinearSolver = make_linear_solver(options.linear_solver, self.pattern, centroid, options.threads)
 
@@ -96,7 +101,9 @@ class _Clusters:
             if size < tolerance:
                 break
             at = self.step.evaluate(position)
-            data = self.step.complete(softened_tangent(self.step, at, softness_at(size)), position)
+            places = self.step.pattern.place, len(self.step.pattern.column)
+            tangent = tangent_stiffness(self.step.contacts, at, *places, softness_at(size))
+            data = self.step.complete(tangent, position)
             try:
                 self.solver.factorize(data[self.place])
             except SingularMatrixError:
@@ -144,39 +151,9 @@ class _Clusters:
         self.solver.close()
 
 
-@nb.njit(cache=True)
-def _grown(
-    row_start: IntArray, column: IntArray, flagged: BoolArray, held: BoolArray, rings: int
-) -> BoolArray:  # pragma: no cover - compiled
-    """Return the flagged blocks and those that are so many contacts away at most, not counted across held ones."""
-    for _ in range(rings):
-        wider = flagged.copy()
-        for i in range(flagged.size):
-            if flagged[i]:
-                for p in range(row_start[i], row_start[i + 1]):
-                    wider[column[p]] |= not held[column[p]]
-        flagged = wider
+def _grown(pattern: BlockPattern, flagged: BoolArray, held: BoolArray) -> BoolArray:
+    """Return the flagged blocks and those that are at most `RINGS` contacts away, not counted across held ones."""
+    near = csr_array((np.ones(len(pattern.column), np.float32), pattern.column, pattern.row_start))
+    for _ in range(RINGS):
+        flagged = flagged | ((near @ flagged.astype(np.float32) > 0) & ~held)
     return flagged
-
-
-@nb.njit(cache=True)
-def _rows_of(
-    row_start: IntArray, column: IntArray, flagged: BoolArray, block: IntArray
-) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
-    """Return row starts and columns of the flagged blocks' part of a pattern, and the places that it takes over."""
-    number = np.full(flagged.size, -1, np.int32)
-    for k in range(block.size):
-        number[block[k]] = k
-    start = np.zeros(block.size + 1, np.int32)
-    for k in range(block.size):
-        start[k + 1] = start[k]
-        for p in range(row_start[block[k]], row_start[block[k] + 1]):
-            start[k + 1] += flagged[column[p]]
-    inner, place = np.empty(start[-1], np.int32), np.empty(start[-1], np.int32)
-    used = 0
-    for k in range(block.size):
-        for p in range(row_start[block[k]], row_start[block[k] + 1]):
-            if flagged[column[p]]:
-                inner[used], place[used] = number[column[p]], p
-                used += 1
-    return start, inner, place

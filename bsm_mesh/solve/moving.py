@@ -154,10 +154,19 @@ def _turned_away(contacts: MovingContacts, position: FloatArray, tangent: FloatA
     return away
 
 
-def tangent_stiffness(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
-    """Return the blocks of the tangent."""
-    normal = np.where(at.bearing, contacts.normal_stiffness, 0.0)
-    shear = np.where(at.sticking, contacts.shear_stiffness, 0.0)
+def tangent_stiffness(
+    contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int, softness: float = 0.0
+) -> FloatArray:
+    """Return the blocks of the tangent.
+
+    Of their stiffness, `softness` is left to open contacts, and in shear to slipping ones. The forces out of balance
+    stay exact. Where thousands of contacts change, the exact tangent lets blocks that bear on little fly off; held
+    softly, more of a correction holds.
+    """
+    anchored = ~np.isnan(contacts.old_along)
+    open_soft, slip_soft = softness * contacts.touching, softness * ((at.bearing | contacts.touching) & anchored)
+    normal = np.where(at.bearing, 1.0, open_soft) * contacts.normal_stiffness
+    shear = np.where(at.sticking, 1.0, slip_soft) * contacts.shear_stiffness
     by_gap = -at.by_pressure * contacts.normal_stiffness * at.bearing
     data: FloatArray = fill_tangent(
         places, n_places, at.tangent, at.arm_a, at.arm_b, normal, by_gap, shear, at.pressure, at.shear

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.contact.moving_kernels import fill_tangent
-from bsm_mesh.solve.moving import Evaluation, first_tangent
+from bsm_mesh.solve.moving import Evaluation, first_tangent, tangent_stiffness
 from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 12
@@ -64,10 +63,11 @@ def newton(
             return Found(position, at, converged=True)
         if iteration == most:
             break
+        places = step.pattern.place, len(step.pattern.column)
         if from_rest and iteration == 0:
-            data = first_tangent(step.contacts, at, step.pattern.place, len(step.pattern.column))
+            data = first_tangent(step.contacts, at, *places)
         else:
-            data = softened_tangent(step, at, softness_at(greatest) if softened else 0.0)
+            data = tangent_stiffness(step.contacts, at, *places, softness_at(greatest) if softened else 0.0)
         if not step.factorize(data, position):
             break
         correction = step.solve(forces)
@@ -84,26 +84,6 @@ def newton(
 def softness_at(greatest: float) -> float:
     """Return the part of their stiffness that open and slipping contacts keep, falling with what is out of balance."""
     return SOFTEST * min(1.0, greatest)
-
-
-def softened_tangent(step: Step, at: Evaluation, softness: float) -> FloatArray:
-    """Return the tangent's blocks with a part of their stiffness left to open contacts, and in shear to slipping ones.
-
-    The forces out of balance stay exact. Where thousands of contacts change, the exact tangent lets blocks that bear
-    on little fly off; the softer they are held, the more of a correction holds.
-    """
-    c = step.contacts
-    anchored = ~np.isnan(c.old_along)
-    normal = np.where(at.bearing, c.normal_stiffness, softness * c.normal_stiffness * c.touching)
-    shear = np.where(
-        at.sticking, c.shear_stiffness, softness * c.shear_stiffness * ((at.bearing | c.touching) & anchored)
-    )
-    by_gap = -at.by_pressure * c.normal_stiffness * at.bearing
-    frame = at.tangent, at.arm_a, at.arm_b
-    data: FloatArray = fill_tangent(
-        step.pattern.place, len(step.pattern.column), *frame, normal, by_gap, shear, at.pressure, at.shear
-    )
-    return data
 
 
 def elastic_position(step: Step) -> FloatArray:

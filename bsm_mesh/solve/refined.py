@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
+from scipy.sparse import bsr_array
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.pardiso import Pardiso
 from bsm_mesh.solve.pattern import BlockPattern
@@ -44,17 +44,21 @@ class RefinedPardiso:
             self._go_double()
 
     def solve(self, right_side: FloatArray) -> FloatArray:
-        """Return the solution (n, 3) to `ACCURACY`."""
+        """Return the solution (n, 3) to `ACCURACY`; not a number where the matrix turns out to be singular."""
         if not self._single:
             return self._solver.solve(right_side)
+        matrix = bsr_array((self._data, self._pattern.column, self._pattern.row_start))
         wanted = ACCURACY * self._size(right_side)
         x, left = np.zeros_like(right_side), right_side
         for _ in range(MOST_REFINEMENTS):
             x = x + self._solved(left)
-            left = _left_over(self._pattern.row_start, self._pattern.column, self._data, x, right_side)
+            left = right_side - (matrix @ x.ravel()).reshape(x.shape)
             if self._size(left) <= wanted:
                 return x
-        self._go_double()
+        try:
+            self._go_double()
+        except SingularMatrixError:  # which single precision did not notice
+            return np.full_like(right_side, np.nan)
         return self._solver.solve(right_side)
 
     def _solved(self, right_side: FloatArray) -> FloatArray:
@@ -73,17 +77,3 @@ class RefinedPardiso:
     def close(self) -> None:
         """Release the factors."""
         self._solver.close()
-
-
-@nb.njit(cache=True)
-def _left_over(
-    row_start: IntArray, column: IntArray, data: FloatArray, x: FloatArray, b: FloatArray
-) -> FloatArray:  # pragma: no cover - compiled
-    """Return b - K x, (n, 3)."""
-    left = b.copy()
-    for i in range(row_start.size - 1):
-        for p in range(row_start[i], row_start[i + 1]):
-            j = column[p]
-            for r in range(3):
-                left[i, r] -= data[p, r, 0] * x[j, 0] + data[p, r, 1] * x[j, 1] + data[p, r, 2] * x[j, 2]
-    return left

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import bsr_array
 
+from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve import pardiso
 from bsm_mesh.solve.linear_solvers import WORTH_SINGLE, make_linear_solver
 from bsm_mesh.solve.pattern import whole_pattern
@@ -55,6 +56,17 @@ def test_what_single_precision_cannot_hold_is_solved_in_double():
     solver.factorize(data)
     assert_allclose(matrix @ solver.solve(force).ravel(), force.ravel(), rtol=1e-4)
     solver.close()
+
+
+def test_a_singular_matrix_noticed_late_is_no_crash(monkeypatch):
+    def singular(solver, data):
+        raise SingularMatrixError("no pivot")
+
+    pattern, data, _ = chain(50, 1e-8 * SPRING)
+    solver = RefinedPardiso(pattern)
+    solver.factorize(data)
+    monkeypatch.setattr(pardiso.Pardiso, "factorize", singular)
+    assert np.isnan(solver.solve(np.ones((50, 3)))).all()
 
 
 def test_large_systems_of_corrections_take_it():
