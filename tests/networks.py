@@ -32,6 +32,14 @@ def areas(cut: BlockCut) -> FloatArray:
     return Faces(corners=cut.corners, rings=cut.rings, faces=cut.faces).areas(cut.points)
 
 
+def areas_within(cut: BlockCut, tolerance: float) -> tuple[FloatArray, FloatArray]:
+    """Return the areas, greatest first, and how far each is open where a block's sides may lie a tolerance away."""
+    faces = Faces(corners=cut.corners, rings=cut.rings, faces=cut.faces)
+    area, open_by = faces.areas(cut.points), tolerance * faces.perimeters(cut.points)
+    order = np.argsort(-area)
+    return area[order], open_by[order]
+
+
 def lengths(cut: BlockCut, groups: dict[str, Any]) -> dict[str, float]:
     return {
         name: float(np.hypot(*(cut.points[edges[:, 1]] - cut.points[edges[:, 0]]).T).sum())
