@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.brittle import breaking
 from bsm_mesh.solve.moving import Evaluation, first_tangent, tangent_stiffness
 from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 12
+STALLED = 0.7  # of the 2-norm: with more left after an iteration, contacts are looked at whose laws jump
 MOST_HALVINGS = 6
 LONGEST = 2.0  # of the step length: what one correction may move a block
 SOFTEST = 0.1  # of their stiffness: what open and slipping contacts keep in a softened tangent
@@ -76,6 +78,14 @@ def newton(
         before = norm
         position, at, forces = _halved(step, position, correction, norm)
         greatest, norm = step.sizes(forces, step.moving.weight(at))
+        if norm > STALLED * before and greatest >= tolerance:
+            caught = breaking(step, position, at, forces, correction)
+            if caught.size:
+                step.break_contacts(caught)
+                at = step.evaluate(position)
+                forces = step.unbalanced(position, at.forces)
+                greatest, norm = step.sizes(forces, step.moving.weight(at))
+                continue
         if norm > contraction * before and greatest >= tolerance:
             break
     return Found(position, at, converged=False)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
@@ -130,6 +130,12 @@ class Step:
         held = copy(self)
         held.friction_pressure = pressure
         return held
+
+    def break_contacts(self, rows: IntArray) -> None:
+        """Take cohesion and tensile strength from contacts (k,), as if an earlier step had opened them."""
+        failed, tension = self.contacts.failed.copy(), self.contacts.tension.copy()
+        failed[rows], tension[rows] = True, 0.0
+        self.contacts = replace(self.contacts, failed=failed, tension=tension)
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""

@@ -1,0 +1,137 @@
+"""A step in which only some blocks move and the others stay where they are: their contacts, their equations."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
+from bsm_mesh.solve.moving import MovingContacts
+from bsm_mesh.solve.pattern import BlockPattern, constrain
+from bsm_mesh.solve.step import Step
+
+
+class LocalStep(Step):
+    """The part of a step's equations that some blocks have, the others held where they are.
+
+    Positions, movements and forces stay (n, 3) as in the step; movements of the other blocks are zero, and what they
+    have out of balance does not count.
+
+    Parameters
+    ----------
+    step : Step
+        The equations of all.
+    moves : (n,) bool
+        The blocks that move.
+    position : (n, 3) float64
+        Where all blocks are.
+
+    Attributes
+    ----------
+    block : (k,) int64
+        The blocks that move.
+    rows : (l,) int64
+        The step's contacts that they have a part in.
+    clusters : int
+        Number of groups of them without a contact between.
+    cluster : (k,) int32
+        Group of each.
+    """
+
+    def __init__(self, step: Step, moves: BoolArray, position: FloatArray) -> None:
+        self.moving, self.factors, self.anchor, self.lam = step.moving, step.factors, step.anchor, step.lam
+        self.supports, self.start, self.driven = step.supports, position, False
+        self.block = np.flatnonzero(moves)
+        candidates = step.contacts.candidates
+        self.rows = np.flatnonzero(moves[candidates.block_a] | moves[candidates.block_b])
+        self.contacts = _chosen(step.contacts, self.rows)
+        held = step.friction_pressure
+        self.friction_pressure = None if held is None else held[self.rows]
+        self._set_pattern(step.pattern, self.rows)
+        options, centroid = self.factors.options, self.anchor[self.block, :2]
+        self._solver: LinearSolver = make_linear_solver(
+            options.linear_solver, self._solved, centroid, options.threads, corrections=True
+        )
+
+    def _set_pattern(self, whole: BlockPattern, rows: IntArray) -> None:
+        """Set the pattern of the moving blocks, and with a place more, for what they share with the others."""
+        places = csr_array((np.arange(1, len(whole.column) + 1), whole.column, whole.row_start))
+        part = places[self.block][:, self.block]
+        part.sort_indices()
+        row_start, column = part.indptr.astype(np.int32), part.indices.astype(np.int32)
+        local = np.full(len(whole.column), len(column), np.int32)
+        local[part.data - 1] = np.arange(len(column))  # counted from 1 above: a 0 would be no entry of the graph
+        row = np.repeat(np.arange(len(self.block)), np.diff(row_start))
+        self._solved = BlockPattern(
+            row_start=row_start,
+            column=column,
+            diagonal=np.flatnonzero(column == row).astype(np.int32),
+            place=local[whole.place[rows]],
+            symmetric=False,
+        )
+        self.pattern = replace(self._solved, column=np.append(column, np.int32(0)))
+        self._bolt_places = local[self.factors.bolt_places]
+        self.clusters, self.cluster = connected_components(part, directed=False)
+
+    def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
+        """Return greatest component and 2-norm of the moving blocks' forces out of balance over a weight."""
+        free = self.moving.free(forces, self.supports)[self.block]
+        return float(np.abs(free).max()) / weight, float(np.sqrt(np.einsum("ij,ij", free, free))) / weight
+
+    def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
+        """Return contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated."""
+        bolts, own, support = self.moving.bolts, self._solved, self.supports
+        if len(bolts.alive):
+            bolts.add_tangent(bolts.evaluate(position), self._bolt_places, data)
+        data[own.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.moving.mass[self.block].T
+        number = support.number[self.block]
+        constrain(own.row_start, own.column, own.diagonal, data, number, support.basis, support.held)
+        return data[:-1]
+
+    def factorize(self, data: FloatArray, position: FloatArray) -> bool:
+        """Factorize contacts' tangent blocks, completed; False where that is singular."""
+        try:
+            self._solver.factorize(self.complete(data, position))
+        except SingularMatrixError:
+            return False
+        return True
+
+    def solve(self, forces: FloatArray) -> FloatArray:
+        """Return the movement (n, 3) under forces with the last factors."""
+        movement = np.zeros_like(forces)
+        movement[self.block] = self._solver.solve(self.supports.free_part(forces)[self.block])
+        return self.supports.expand(movement)
+
+    def close(self) -> None:
+        """Give the factors' memory back."""
+        self._solver.close()
+
+
+def _chosen(contacts: MovingContacts, rows: IntArray) -> MovingContacts:
+    """Return some of the contacts; whoever is chosen, its rival is."""
+    number = np.full(contacts.count, -1, np.int32)
+    number[rows] = np.arange(len(rows))
+    candidates = _rows_of(contacts.candidates, rows)
+    rival = candidates.rival
+    leaning = number[contacts.leaning]
+    plain = ("candidates", "properties", "rivals", "leaning", "lean")
+    others = {field.name for field in fields(contacts)}.difference(plain)
+    return MovingContacts(
+        candidates=replace(candidates, rival=np.where(rival >= 0, number[rival], -1)),
+        properties=_rows_of(contacts.properties, rows),
+        rivals=np.flatnonzero(rival >= 0),
+        leaning=leaning[leaning >= 0],
+        lean=contacts.lean[leaning >= 0],
+        **{name: getattr(contacts, name)[rows] for name in others},
+    )
+
+
+def _rows_of(table: Any, rows: IntArray) -> Any:
+    """Return a dataclass of arrays with some of their rows."""
+    return replace(table, **{field.name: getattr(table, field.name)[rows] for field in fields(table)})
