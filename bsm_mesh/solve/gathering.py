@@ -45,6 +45,7 @@ def gather_contacts(
     shear[known], failed[known] = history.shear[source[known]], history.failed[source[known]]
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset[known] = history.offset[source[known]]
+    touching |= known & found.in_range & (found.gap <= offset + near)  # in situ they bear at gap 0, and wide open too
     old_along, first_along = _anchors(history, found, fresh)
     leaning = np.flatnonzero(found.lean >= 0)
     return MovingContacts(

@@ -133,6 +133,8 @@ class Step:
 
     def break_contacts(self, rows: IntArray) -> None:
         """Take cohesion and tensile strength from contacts (k,), as if an earlier step had opened them."""
+        if not rows.size:
+            return
         failed, tension = self.contacts.failed.copy(), self.contacts.tension.copy()
         failed[rows], tension[rows] = True, 0.0
         self.contacts = replace(self.contacts, failed=failed, tension=tension)

@@ -40,12 +40,15 @@ def softened_newton(step: Step, position: FloatArray, tolerance: float) -> Found
     norms = [np.inf, step.norm_at(position)]
     found = Found(position, step.evaluate(position), converged=False)
     for _ in range(MOST_SOFTENED):
+        contacts = step.contacts
         found = newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
             break
         position = relax_locally(step, found.position, tolerance)
         norms.append(step.norm_at(position))
-        if norms[-1] > SHRINKING * norms[-3]:
+        if step.contacts is not contacts:  # some broke: with them gone it is another problem
+            norms = [np.inf, norms[-1]]
+        elif norms[-1] > SHRINKING * norms[-3]:
             break
     return found
 
@@ -78,8 +81,9 @@ class MovingSteps:
             How often this step failed with other regularisations.
         """
         near_rest = inner < NEAR_REST
-        most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
-        found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
+        found = softened_newton(step, elastic_position(step) if from_rest else step.start, inner)
+        if near_rest and not found.converged:
+            found = newton(step, step.start, inner, from_rest=from_rest)
         if found.converged:
             return found
         crawls = step.lam * step.moving.d > CRAWLING
@@ -114,5 +118,6 @@ def _from_inside(
     for barrier in barriers:
         near = interior_point(step, elastic, HAND_OVER, barrier=barrier)
         if near is not None:
-            return newton(step, near, tolerance, most=most)
+            found = softened_newton(step, near, tolerance)
+            return found if found.converged else newton(step, near, tolerance, most=most)
     return Found(step.start, step.evaluate(step.start), converged=False)
