@@ -28,7 +28,7 @@ ENOUGH = 0.1  # of their greatest force out of balance: with more left, the inte
 WORSE = 1.2  # the 2-norm of the whole may grow by this, else the phase is taken back
 
 
-def relax_locally(step: Step, position: FloatArray, tolerance: float) -> FloatArray:
+def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside: bool = False) -> FloatArray:
     """Return a position at which the blocks worst out of balance are relaxed; the same one where that does not help.
 
     Parameters
@@ -39,6 +39,8 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float) -> FloatAr
         Where most blocks are in balance.
     tolerance : float
         Greatest force out of balance that is wanted, over the reference weight.
+    inside : bool
+        By the interior point method as well, where Newton's does not end.
     """
     sizes, weight = _out_of_balance(step, position)
     threshold = max(FLAGGED * sizes.max(), 3 * tolerance)
@@ -49,7 +51,7 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float) -> FloatAr
         return position
     local = LocalStep(step, flagged, position)
     try:
-        relaxed = _relaxed(local, weight, GAIN * threshold, sizes.max())
+        relaxed = _relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf)
     finally:
         local.close()
     contacts = step.contacts

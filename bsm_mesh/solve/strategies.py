@@ -35,8 +35,11 @@ def solve_at_once(step: Step, tolerance: float) -> Found:
     return found if found.converged else _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
 
 
-def softened_newton(step: Step, position: FloatArray, tolerance: float) -> Found:
-    """Return where Newton's method with softened tangents ends, after each of them the worst blocks solved apart."""
+def softened_newton(step: Step, position: FloatArray, tolerance: float, *, inside: bool = False) -> Found:
+    """Return where Newton's method with softened tangents ends, after each of them the worst blocks solved apart.
+
+    `inside`: those by the interior point method too, which may take them to an equilibrium farther away.
+    """
     norms = [np.inf, step.norm_at(position)]
     found = Found(position, step.evaluate(position), converged=False)
     for _ in range(MOST_SOFTENED):
@@ -44,7 +47,7 @@ def softened_newton(step: Step, position: FloatArray, tolerance: float) -> Found
         found = newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
             break
-        position = relax_locally(step, found.position, tolerance)
+        position = relax_locally(step, found.position, tolerance, inside=inside)
         norms.append(step.norm_at(position))
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
@@ -81,11 +84,15 @@ class MovingSteps:
             How often this step failed with other regularisations.
         """
         near_rest = inner < NEAR_REST
-        found = softened_newton(step, elastic_position(step) if from_rest else step.start, inner)
-        if near_rest and not found.converged:
-            found = newton(step, step.start, inner, from_rest=from_rest)
-        if found.converged:
-            return found
+        if not from_rest:
+            found = softened_newton(step, step.start, inner, inside=True)
+            if found.converged:
+                return found
+        if from_rest or near_rest:
+            most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
+            found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
+            if found.converged:
+                return found
         crawls = step.lam * step.moving.d > CRAWLING
         if near_rest or (not crawls if from_rest else self._wait == 0 and failures < MOST_FAILURES):
             return _from_inside(step, step.start, inner, MOST_MOVING)
