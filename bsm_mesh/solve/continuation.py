@@ -33,7 +33,7 @@ from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.history import History, commit, recall
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
-from bsm_mesh.solve.newton import LONGEST, Found, newton
+from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Factors, Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newton, solve_at_once
@@ -173,7 +173,7 @@ class Continuation:
             step = Step(self.moving, self.factors, contacts, anchor, self.least_lam if direct else lam)
             taken = self._at_once(step) if direct else self._move(step, inner, failures, from_rest=from_rest)
             found, greatest = taken.found, step.movement(taken.found.position - anchor)
-            if found.converged and greatest <= LONGEST * self.moving.d:
+            if found.converged and taken.step.takes(found.position):
                 fall = 0.0 if quiet else fall_rate(taken.step, found.position, found.at, self.options.tolerance)
                 if fall == 0 or step.lam >= 2 * fall:
                     return replace(taken, rejected=failures > 0)
@@ -211,6 +211,7 @@ class Continuation:
             contacts = self.moving.gather(history, found.position, first=False)
             contacts = recall(contacts, step.contacts, found.at, size)
             updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
+            updated.room = step.room
             again = softened_newton(updated, found.position, tolerance)
             if not again.converged:
                 break

@@ -71,7 +71,7 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier
             if solved or step.sizes(found, weight)[0] < tolerance:
                 return position
         jammed = jammed + 1 if part < JAMMED else 0
-        far = nearness < 1 and step.movement(position - step.anchor) > FAR * step.moving.d
+        far = nearness < 1 and step.movement(position - step.anchor) > FAR * step.moving.d + step.room
         slow = barrier > HALF * barriers[-PATIENCE]
         if jammed == MOST_JAMMED or slow or far or not np.isfinite(barrier):
             return None

@@ -46,7 +46,7 @@ class LocalStep(Step):
 
     def __init__(self, step: Step, moves: BoolArray, position: FloatArray) -> None:
         self.moving, self.factors, self.anchor, self.lam = step.moving, step.factors, step.anchor, step.lam
-        self.supports, self.start, self.driven = step.supports, position, False
+        self.supports, self.start, self.driven, self.room = step.supports, position, False, step.room
         self.block = np.flatnonzero(moves)
         candidates = step.contacts.candidates
         self.rows = np.flatnonzero(moves[candidates.block_a] | moves[candidates.block_b])

@@ -14,7 +14,6 @@ from bsm_mesh.solve.step import Step, moved_by
 MOST_ITERATIONS = 12
 STALLED = 0.7  # of the 2-norm: with more left after an iteration, contacts are looked at whose laws jump
 MOST_HALVINGS = 6
-LONGEST = 2.0  # of the step length: what one correction may move a block
 SOFTEST = 0.1  # of their stiffness: what open and slipping contacts keep in a softened tangent
 
 
@@ -118,7 +117,7 @@ def _halved(
     The greatest residual as merit needs many times the iterations.
     """
     size = step.movement(correction)
-    part = min(1.0, LONGEST * step.moving.d / size) if size > 0 else 1.0
+    part = min(1.0, step.longest / size) if size > 0 else 1.0
     best: tuple[float, FloatArray, Evaluation, FloatArray] | None = None
     for _ in range(MOST_HALVINGS + 1):
         trial = moved_by(position, part * correction)

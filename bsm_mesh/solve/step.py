@@ -15,6 +15,8 @@ from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.pattern import BlockPattern, constrain, whole_pattern
 
+LONGEST = 2.0  # of the step length: what one correction, and a whole step, may move a block
+
 
 class Factors:
     """The linear solver of a run; a pattern's analysis is kept while the pattern stays the same.
@@ -111,6 +113,8 @@ class Step:
         The accepted position with what the supports move in this step.
     driven : bool
         Whether they move anything.
+    room : float [m]
+        How much farther than `LONGEST` blocks may go in this step, all together.
     friction_pressure : (m,) float64 or None [N/m]
         Pressures at which the contacts' shear strengths are held; None: they follow the pressures.
     """
@@ -120,6 +124,7 @@ class Step:
     ) -> None:
         self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
         self.friction_pressure: FloatArray | None = None
+        self.room = 0.0
         self.supports = moving.constraints_at(anchor)
         given = moving.given(self.supports)
         self.start, self.driven = anchor + given, bool(given.any())
@@ -138,6 +143,23 @@ class Step:
         failed, tension = self.contacts.failed.copy(), self.contacts.tension.copy()
         failed[rows], tension[rows] = True, 0.0
         self.contacts = replace(self.contacts, failed=failed, tension=tension)
+
+    def make_room(self, elastic: FloatArray) -> None:
+        """Let blocks settle together as far as their elastic position lies, if they hardly move past each other."""
+        size, most = self.movement(elastic - self.start), LONGEST * self.moving.d
+        if size > most and self.moving.approach(self.start, elastic) <= most:
+            self.room = size
+
+    @property
+    def longest(self) -> float:
+        """How far a block may move in this step, and in a correction of it [m]."""
+        return LONGEST * self.moving.d + self.room
+
+    def takes(self, position: FloatArray) -> bool:
+        """Return whether the step may end at a position: no block has come to contacts that the step does not know."""
+        if self.movement(position - self.anchor) > self.longest:
+            return False
+        return self.room == 0 or self.moving.approach(self.anchor, position) <= LONGEST * self.moving.d
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""

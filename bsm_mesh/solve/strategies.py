@@ -31,6 +31,7 @@ HAND_OVER = 1e-2  # residual by the exact laws at which the interior point metho
 def solve_at_once(step: Step, tolerance: float) -> Found:
     """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
     elastic = elastic_position(step)
+    step.make_room(elastic)
     found = softened_newton(step, elastic, tolerance)
     return found if found.converged else _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
 
