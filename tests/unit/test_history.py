@@ -1,5 +1,7 @@
 """What contacts remember of an accepted step: who is kept, and as intact or failed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from jointed_scenes import model_of
@@ -8,6 +10,7 @@ from scenes import rectangle, square
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.history import IDLE, History, commit
+from bsm_mesh.solve.moving import TOUCHING
 from bsm_mesh.solve.moving_model import MovingModel
 
 KN = 1e9
@@ -46,3 +49,19 @@ def test_contacts_pulled_past_their_tensile_strength_are_not_kept(part, kept):
     strength = 0.1 * IDLE * KN
     history, _ = after_lifting(block_on_a_base(strength), part * strength / KN)
     assert len(history.failed) == kept
+
+
+@pytest.mark.parametrize("gap", [0.5, 2.5])
+def test_contacts_that_bear_over_a_gap_reach_past_the_ends_of_their_edges(gap):
+    """In situ they bear at gap 0 and on, `offset` wide: a corner at the very end of an edge must not lose it all."""
+    moving = block_on_a_base()
+    near = TOUCHING * moving.outlines.size
+    contacts = moving.gather(History.none(), moving.start, first=True)
+    contacts = replace(contacts, offset=np.full(contacts.count, 3 * near))
+    lifted = moving.start + np.array([(0, 0, 0), (0, gap * near, 0)])
+    history, _ = commit(contacts, moving.evaluate(contacts, lifted), lifted, moving.outlines.size)
+    again = moving.gather(history, lifted, first=False)
+    bearing = moving.evaluate(again, lifted).bearing
+    assert bearing.sum() == 2
+    assert again.touching[bearing].all()
+    assert (again.reach[bearing] > 0).all()

@@ -4,10 +4,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
+from scipy.sparse import bsr_array
 
 import bsm_mesh as bsm
+from bsm_mesh.solve import local_phase
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.local_phase import RINGS, relax_locally
+from bsm_mesh.solve.local_step import LocalStep
+from bsm_mesh.solve.moving import tangent_stiffness
+from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import solve_at_once
 
@@ -67,3 +73,42 @@ def test_where_most_blocks_are_out_of_balance_nothing_is_solved_apart(rest):
 def test_at_rest_nothing_moves(rest):
     step, position = rest
     assert relax_locally(step, position, 1e-3) is position
+
+
+def test_some_blocks_have_the_equations_of_all_with_the_others_held(rest):
+    step, position = rest
+    moves = np.zeros(len(position), dtype=bool)
+    moves[100:160] = moves[420:425] = True
+    pushed = position + np.where(moves[:, None], 1e-6, 0.0)
+    local = LocalStep(step, moves, pushed)
+    at, at_all = local.evaluate(pushed), step.evaluate(pushed)
+    assert_allclose(local.unbalanced(pushed, at.forces)[moves], step.unbalanced(pushed, at_all.forces)[moves])
+    tangents = [
+        tangent_stiffness(s.contacts, a, s.pattern.place, len(s.pattern.column))
+        for s, a in ((local, at), (step, at_all))
+    ]
+    assert local.factorize(tangents[0], pushed)
+    forces = step.unbalanced(pushed, at_all.forces)
+    movement = local.solve(forces)
+    whole = bsr_array((step.complete(tangents[1], pushed), step.pattern.column, step.pattern.row_start)).tocsr()
+    unknown = np.flatnonzero(np.repeat(moves, 3))
+    wanted = np.linalg.solve(whole[unknown][:, unknown].toarray(), forces.ravel()[unknown])
+    assert_allclose(movement.ravel()[unknown], wanted, rtol=1e-8, atol=1e-10 * np.abs(wanted).max())
+    assert not movement[~moves].any()
+    assert local.clusters == 2
+    local.close()
+
+
+def test_what_newtons_method_does_not_end_is_solved_from_inside(rest, monkeypatch):
+    """A brick is pushed into its neighbours, and Newton's method has no iterations."""
+    step, position = rest
+    pushed = position.copy()
+    pushed[BLOCK] += [2e-4, 1e-4, 1e-3]
+    monkeypatch.setattr(local_phase, "MOST_ITERATIONS", 0)
+    stays = relax_locally(step, pushed, TOLERANCE)
+    assert sizes(step, stays).max() == sizes(step, pushed).max()
+    monkeypatch.setattr(
+        local_phase, "newton", lambda local, near, *_, **__: Found(near, local.evaluate(near), converged=True)
+    )
+    relaxed = relax_locally(step, pushed, TOLERANCE, inside=True)
+    assert sizes(step, relaxed).max() < 0.1 * sizes(step, pushed).max()

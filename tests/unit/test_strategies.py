@@ -11,7 +11,7 @@ from bsm_mesh.solve import strategies
 from bsm_mesh.solve.continuation import FIRST_LAM, Continuation
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, elastic_position, newton
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.step import LONGEST, Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
 
 FRICTION = 35.0
@@ -186,3 +186,46 @@ def test_contacts_updated_within_the_first_step_have_no_history_yet():
     assert (first.candidates.history >= 0).any(), "they were updated"
     assert not first.old_shear.any()
     assert second.old_shear.any()
+
+
+def column(count: int, stiffness: float) -> bsm.Results:
+    """Return the equilibrium of blocks half a metre high, one on the other; wide enough not to buckle."""
+    polygons = [[(-1, -1), (5, -1), (5, 0), (-1, 0)]]
+    polygons += [[(0, k / 2), (4, k / 2), (4, (k + 1) / 2), (0, (k + 1) / 2)] for k in range(count)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=26e3)],
+        joints=[bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=FRICTION))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+    return bsm.run(model, CONTINUATION)
+
+
+def test_what_settles_together_does_so_in_one_step(monkeypatch):
+    """A column sinks at its top by the sum of what lies on its joints over their stiffness: here twelve step lengths."""
+    count, stiffness = 80, 5e7
+    settlement = 13e3 * count * (count + 1) / 2 / stiffness
+    stage = column(count, stiffness).stages[-1]
+    assert stage.status == "stable"
+    assert_allclose(-stage.displacement[-1, 1], settlement, rtol=1e-6)
+    assert len(stage.steps) <= 3
+    monkeypatch.setattr(Step, "make_room", lambda step, elastic: None)
+    slow = column(count, stiffness).stages[-1]
+    assert_allclose(-slow.displacement[-1, 1], settlement, rtol=1e-6)
+    assert len(slow.steps) > 5
+
+
+def test_blocks_that_would_move_past_each_other_get_no_room():
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
+    far = 3 * LONGEST * run.moving.d
+    step.make_room(step.start + np.array([[0.0, 0.0, 0.0], [far, 0.0, 0.0]]))
+    assert step.room == 0
+    assert not step.takes(step.start + np.array([[0.0, 0.0, 0.0], [far, 0.0, 0.0]]))
+    together = step.start + np.array([[far, 0.0, 0.0], [far, 0.0, 0.0]])
+    step.make_room(together)
+    assert_allclose(step.room, far)
+    assert step.takes(together)
+    assert not step.takes(step.start + np.array([[0.0, 0.0, 0.0], [far, 0.0, 0.0]]))

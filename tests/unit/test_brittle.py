@@ -1,0 +1,75 @@
+"""Contacts whose law jumps where they open: those that Newton's method is caught in break, and no others."""
+
+import numpy as np
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.brittle import NEAR, breaking
+from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.step import Step
+
+STIFFNESS, COHESION = 1e9, 1e6  # Pa/m, Pa
+PRESSED, SHEARED = 1e-7, 2e-4  # of the left corner [m]
+
+
+def block_on_a_base(cohesion: float = COHESION, tension: float = 0.0) -> Step:
+    """Return the step of a square metre on a base."""
+    law = bsm.MohrCoulomb(friction=30.0, cohesion=cohesion)
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([[(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=26e3)],
+        joints=[bsm.Joint("J", STIFFNESS, STIFFNESS, law=law, tensile_strength=tension)],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+    run = Continuation(model, bsm.Options(), lambda *_: None)
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    return Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
+
+
+def caught(step: Step, turn: float, pressed: float = PRESSED) -> np.ndarray:
+    """Return the contacts that break where the left corner is hardly pressed, and a correction turns the block."""
+    position = step.start.copy()
+    position[1] += [SHEARED, -pressed - 1e-5, -2e-5]  # the left corner at -pressed, the right one 20 micrometres deeper
+    at = step.evaluate(position)
+    correction = np.zeros_like(position)
+    correction[1, 2] = -turn  # clockwise: the left corner lifts by turn / 2
+    return breaking(step, position, at, step.unbalanced(position, at.forces), correction)
+
+
+def test_a_corner_that_bears_shear_and_would_open_breaks():
+    step = block_on_a_base()
+    rows = caught(step, 10 * PRESSED)
+    assert len(rows) == 1
+    at = step.evaluate(step.start + np.array([[0, 0, 0], [SHEARED, -PRESSED - 1e-5, -2e-5]]))
+    assert at.bearing[rows].all()
+    assert at.pressure[rows] == pytest.approx(0.5 * STIFFNESS * PRESSED, rel=0.01)
+    step.break_contacts(rows)
+    again = step.evaluate(step.start + np.array([[0, 0, 0], [SHEARED, -PRESSED - 1e-5, -2e-5]]))
+    assert abs(again.shear[rows]) == pytest.approx(np.tan(np.radians(30)) * again.pressure[rows])
+    assert len(caught(step, 10 * PRESSED)) == 0
+
+
+def test_one_that_opens_late_on_the_way_does_not():
+    assert len(caught(block_on_a_base(), 2 * PRESSED / NEAR * 0.9)) == 0
+
+
+def test_without_cohesion_nothing_jumps():
+    assert len(caught(block_on_a_base(cohesion=0.0), 10 * PRESSED)) == 0
+
+
+def test_tensile_strength_holds_and_breaks():
+    """The corner bears tension to 1e5 Pa: 100 micrometres of opening, and is broken close behind."""
+    step = block_on_a_base(tension=1e5)
+    assert len(caught(step, 10 * PRESSED)) == 0
+    rows = caught(step, 1e-4, pressed=-0.99e-4)
+    assert len(rows) == 1
+    step.break_contacts(rows)
+    assert step.contacts.tension[rows] == 0
+
+
+def test_breaking_nothing_changes_nothing():
+    step = block_on_a_base()
+    contacts = step.contacts
+    step.break_contacts(np.zeros(0, int))
+    assert step.contacts is contacts
