@@ -203,7 +203,7 @@ def column(count: int, stiffness: float) -> bsm.Results:
 
 
 def test_what_settles_together_does_so_in_one_step(monkeypatch):
-    """A column sinks at its top by the sum of what lies on its joints over their stiffness: here twelve step lengths."""
+    """A column sinks at its top by the sum of what lies on its joints over their stiffness: twelve step lengths."""
     count, stiffness = 80, 5e7
     settlement = 13e3 * count * (count + 1) / 2 / stiffness
     stage = column(count, stiffness).stages[-1]
