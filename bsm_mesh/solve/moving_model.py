@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.broad_phase import near_pairs
-from bsm_mesh.contact.outlines import records_at
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import Outlines, corner_positions
 from bsm_mesh.model.loads import point_forces_of
@@ -143,18 +141,6 @@ class MovingModel:
     def gather(self, history: History, position: FloatArray, *, first: bool) -> MovingContacts:
         """Return the contacts near a position with their history; `first`: touching ones are intact."""
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
-
-    def approach(self, start: FloatArray, position: FloatArray) -> float:
-        """Return how far blocks that could meet on the way have moved past each other, at most [m].
-
-        Much less than they have moved where a high wall settles as a whole.
-        """
-        moved = position - start
-        reach = BAND * self.d + 2 * float(np.hypot(*moved[:, :2].T).max())
-        a, b = near_pairs(*records_at(self.outlines, start, reach)).T
-        turned_by = np.abs(moved[:, 2]) * self.outlines.block_size
-        past = np.hypot(*(moved[a, :2] - moved[b, :2]).T) + turned_by[a] + turned_by[b]
-        return float(past.max(initial=0.0))
 
     def evaluate(
         self, contacts: MovingContacts, position: FloatArray, friction_pressure: FloatArray | None = None

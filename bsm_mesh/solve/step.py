@@ -147,7 +147,7 @@ class Step:
     def make_room(self, elastic: FloatArray) -> None:
         """Let blocks settle together as far as their elastic position lies, if they hardly move past each other."""
         size, most = self.movement(elastic - self.start), LONGEST * self.moving.d
-        if size > most and self.moving.approach(self.start, elastic) <= most:
+        if size > most and self._past_each_other(elastic - self.start) <= most:
             self.room = size
 
     @property
@@ -159,7 +159,14 @@ class Step:
         """Return whether the step may end at a position: no block has come to contacts that the step does not know."""
         if self.movement(position - self.anchor) > self.longest:
             return False
-        return self.room == 0 or self.moving.approach(self.anchor, position) <= LONGEST * self.moving.d
+        return self.room == 0 or self._past_each_other(position - self.anchor) <= LONGEST * self.moving.d
+
+    def _past_each_other(self, movement: FloatArray) -> float:
+        """Return how far blocks that are near each other move past each other, at most [m]."""
+        a, b = self.contacts.candidates.block_a, self.contacts.candidates.block_b
+        turned = np.abs(movement[:, 2]) * self.moving.outlines.block_size
+        past = np.hypot(*(movement[a, :2] - movement[b, :2]).T) + turned[a] + turned[b]
+        return float(past.max(initial=0.0))
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
