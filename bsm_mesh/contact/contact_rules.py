@@ -15,7 +15,7 @@ from bsm_mesh.contact.rules import Rules
 from bsm_mesh.contact.same_place import are_duals, are_rivals, bears_on_both, is_face, same_tips, touches
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, nogil=True)
 def settle(
     vertices: RecordArray,
     blocks: RecordArray,

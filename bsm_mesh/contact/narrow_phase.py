@@ -34,7 +34,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
 )
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, nogil=True)
 def facing_rows(
     vertices: RecordArray, blocks: RecordArray, pairs: IntArray, band: float, rules: Rules
 ) -> tuple[RecordArray, IntArray]:  # pragma: no cover - compiled

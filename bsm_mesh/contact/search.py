@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numba as nb
 import numpy as np
@@ -16,6 +18,9 @@ from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, r
 from bsm_mesh.contact.rules import RULES, Rules
 
 __all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts"]
+
+
+WORTH_TWO = 50_000  # pairs of blocks: from here on two threads look for contacts
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -118,6 +123,10 @@ class Candidates:
         return len(self.corner)
 
 
+NAMES = tuple(field.name for field in fields(Candidates))
+Columns = tuple[Any, ...]
+
+
 def detect_contacts(
     outlines: Outlines, position: FloatArray, active: ActiveContacts, band: float, *, rules: Rules = RULES
 ) -> Candidates:
@@ -142,14 +151,36 @@ def detect_contacts(
     old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
     old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
     pairs = near_pairs(vertices, blocks)
+    columns = _settled_by_two if len(pairs) >= WORTH_TWO else _settled
+    return Candidates(**dict(zip(NAMES, columns(vertices, blocks, pairs, old, band, rules), strict=True)))
+
+
+def _settled(
+    vertices: RecordArray, blocks: RecordArray, pairs: IntArray, old: RecordArray, band: float, rules: Rules
+) -> Columns:
+    """Return the fields of the candidates of pairs of blocks, in their order."""
     rows, starts = facing_rows(vertices, blocks, pairs, band, rules)
-    kept = settle(vertices, blocks, pairs, old, band, rules, rows, starts)
-    names = [field.name for field in fields(Candidates)]
-    return Candidates(**dict(zip(names, _columns(kept), strict=True)))
+    found: Columns = _columns(settle(vertices, blocks, pairs, old, band, rules, rows, starts))
+    return found
 
 
-@nb.njit(cache=True)
-def _columns(rows: RecordArray) -> tuple[IntArray | FloatArray | BoolArray, ...]:  # pragma: no cover - compiled
+def _settled_by_two(
+    vertices: RecordArray, blocks: RecordArray, pairs: IntArray, old: RecordArray, band: float, rules: Rules
+) -> Columns:
+    """Return the same by two threads: pairs do not depend on each other."""
+    half = len(pairs) // 2
+    split = int(np.searchsorted(old["pair"], (np.int64(pairs[half, 0]) << 32) | np.int64(pairs[half, 1])))
+    parts = (pairs[:half], old[:split]), (pairs[half:], old[split:])
+    with ThreadPoolExecutor(2) as threads:
+        first, second = threads.map(lambda part: _settled(vertices, blocks, part[0], part[1], band, rules), parts)
+    for name, before in (("history", split), ("inherits", split), ("rival", len(first[0]))):
+        number = second[NAMES.index(name)]
+        number[number >= 0] += before
+    return tuple(np.concatenate(both) for both in zip(first, second, strict=True))
+
+
+@nb.njit(cache=True, nogil=True)
+def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compiled
     """Return the fields of `Candidates`, in their order, in one pass over the records ROW."""
     n, i4, i8 = rows.size, np.int32, np.int64
     block_a, block_b, corner, edge = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)

@@ -14,13 +14,15 @@ from contact_scenes import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scenes import gmsh_triangles, grid, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
+from bsm_mesh.contact import search
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
+from bsm_mesh.solve import gathering
 
 ATOL = 1e-9  # m, of blocks about 1 m large near the origin
 seeds = st.integers(min_value=0, max_value=2**32 - 1)
@@ -218,3 +220,31 @@ def test_many_candidates_of_one_pair():
     lower, upper = np.vstack([[(0, -9), (600, -9)], zigzag[::-1]]), np.vstack([zigzag, [(600, 9), (0, 9)]])
     scene = Scene.of([lower, upper])
     assert len(scene.touching(scene.detect())) == 1200
+
+
+def test_two_threads_find_the_same(monkeypatch):
+    """Row for row, with history, heirs and rivals, at every step of bricks that slide off a base and fall."""
+    given, real = [], search.detect_contacts
+
+    def both(outlines, position, active, band):
+        alone = real(outlines, position, active, band)
+        with monkeypatch.context() as two:
+            two.setattr(search, "WORTH_TWO", 2)
+            by_two = real(outlines, position, active, band)
+        for field in dataclasses.fields(alone):
+            assert_array_equal(getattr(by_two, field.name), getattr(alone, field.name), err_msg=field.name)
+        given.append([(getattr(alone, name) >= 0).any() for name in ("history", "inherits", "rival")])
+        return alone
+
+    monkeypatch.setattr(gathering, "detect_contacts", both)
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([rectangle(-1, -1, 5, 0), *running_bond(4, 4)], rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=26e3)],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=10.0))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        gravity_direction=-60.0,
+    )
+    bsm.run(model, bsm.Options(max_steps=60))
+    assert len(given) > 20
+    assert np.any(given, axis=0).all()
