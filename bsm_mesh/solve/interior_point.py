@@ -207,7 +207,7 @@ def strength_of(
     """Return shear strength and its derivative by the pressure, (m,), at pressures (m,)."""
     strength, by_pressure = np.zeros_like(pressure), np.zeros_like(pressure)
     law_of = contacts.properties.law
-    for number in np.unique(law_of):
+    for number in np.flatnonzero(np.bincount(law_of)):
         chosen: BoolArray = law_of == number
         far = np.full(int(chosen.sum()), np.finfo(float).max / 4)
         length, failed = contacts.candidates.length[chosen], contacts.failed[chosen]

@@ -105,7 +105,7 @@ def evaluate(
     law_of = contacts.properties.law
     given = pressure if friction_pressure is None else friction_pressure
     rubbing = bearing if friction_pressure is None else in_range & (friction_pressure > 0)
-    for number in np.unique(law_of[rubbing]):
+    for number in np.flatnonzero(np.bincount(law_of[rubbing])):  # much quicker than unique
         chosen = rubbing & (law_of == number)
         answer = laws[number].respond(given[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
         shear[chosen], strength[chosen] = answer.shear, answer.strength
