@@ -42,6 +42,7 @@ FIRST_LAM = 1e-3  # over d
 HELD_LAM = 0.1  # over d: least for a step with shear strengths held
 MOST_UPDATES = 4  # of the contacts within the first step
 FIRST_TOLERANCE = 1e-3  # of the first step before they are updated
+UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 
 
@@ -203,7 +204,7 @@ class Continuation:
         if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
             return _Taken(rest, step)
         found = solve_at_once(step, max(FIRST_TOLERANCE, tolerance))
-        for _ in range(MOST_UPDATES):
+        for update in range(MOST_UPDATES):
             if not found.converged:
                 break
             size = self.moving.outlines.size
@@ -212,7 +213,10 @@ class Continuation:
             contacts = recall(contacts, step.contacts, found.at, size)
             updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
             updated.room = step.room
-            again = softened_newton(updated, found.position, tolerance)
+            at = updated.evaluate(found.position)
+            left = updated.sizes(updated.unbalanced(found.position, at.forces), self.moving.weight(at))[0]
+            wanted = max(tolerance, UPDATED * left) if update < MOST_UPDATES - 1 else tolerance
+            again = softened_newton(updated, found.position, wanted)
             if not again.converged:
                 break
             step, found, same = updated, again, again.position is found.position
