@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.solve import newton
 from bsm_mesh.solve.brittle import NEAR, breaking
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.step import Step
@@ -73,3 +74,37 @@ def test_breaking_nothing_changes_nothing():
     contacts = step.contacts
     step.break_contacts(np.zeros(0, int))
     assert step.contacts is contacts
+
+
+def tunnel(cohesion: float, size: float) -> bsm.Model:
+    """Return a square of Voronoi cells under in-situ stress, of which a stage excavates a circle."""
+    from geometries import Region, RockMass, Voronoi, cut_blocks, rectangle
+
+    region, cells = Region(outline=rectangle(-50, -50, 50, 50), rock="r"), Voronoi(name="J", size=size, rounds=5)
+    cut = cut_blocks(RockMass(regions=[region], joints=[cells], seed=1))
+    polygons = np.split(cut.points[cut.corners], cut.rings[1:-1])
+    turn = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    circle = tuple(zip(10 * np.cos(turn), 10 * np.sin(turn), strict=True))
+    law = bsm.MohrCoulomb(friction=35.0, cohesion=cohesion)
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=25e3)],
+        joints=[bsm.Joint("J", 1e10, 1e10, law=law)],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[k for k, corners in enumerate(polygons) if np.abs(corners).max() > 50 - 1e-6])],
+        in_situ=bsm.InSitu(surface=200.0, k0=1.0),
+        stages=[bsm.Stage(name="tunnel", excavate=(circle,))],
+    )
+
+
+def test_a_tunnel_in_whose_wall_joints_fail_needs_it(monkeypatch):
+    """Without the rule Newton's method stands still in the first step of the excavation."""
+    pytest.importorskip("shapely")
+
+    def first_step() -> int:
+        stage = bsm.run(tunnel(cohesion=0.5e6, size=1.6), bsm.Options(max_steps=2)).stages[-1]
+        return stage.steps[0].factorizations
+
+    with_it = first_step()
+    monkeypatch.setattr(newton, "breaking", lambda *_: np.zeros(0, int))
+    assert 2 * with_it < first_step()
