@@ -67,6 +67,7 @@ class MovingSteps:
 
     def __init__(self) -> None:
         self._wait, self._pause = 0, 1
+        self._softened = False  # which of both ways of Newton's method ended the last step that one of them did
 
     def solve(self, step: Step, inner: float, *, from_rest: bool, failures: int) -> Found:
         """Return the end of a step to a tolerance `inner`.
@@ -85,14 +86,16 @@ class MovingSteps:
             How often this step failed with other regularisations.
         """
         near_rest = inner < NEAR_REST
-        if not from_rest:
-            found = softened_newton(step, step.start, inner, inside=True)
+        for softened in (self._softened, not self._softened):
+            if softened and from_rest:
+                continue
+            if softened:
+                found = softened_newton(step, step.start, inner, inside=True)
+            else:
+                most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
+                found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
             if found.converged:
-                return found
-        if from_rest or near_rest:
-            most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
-            found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
-            if found.converged:
+                self._softened = softened
                 return found
         crawls = step.lam * step.moving.d > CRAWLING
         if near_rest or (not crawls if from_rest else self._wait == 0 and failures < MOST_FAILURES):
