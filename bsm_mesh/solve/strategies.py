@@ -32,8 +32,12 @@ def solve_at_once(step: Step, tolerance: float) -> Found:
     """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
     elastic = elastic_position(step)
     step.make_room(elastic)
+    contacts = step.contacts
     found = softened_newton(step, elastic, tolerance)
-    return found if found.converged else _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
+    if found.converged:
+        return found
+    step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
+    return _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
 
 
 def softened_newton(step: Step, position: FloatArray, tolerance: float, *, inside: bool = False) -> Found:
@@ -85,7 +89,7 @@ class MovingSteps:
         failures : int
             How often this step failed with other regularisations.
         """
-        near_rest = inner < NEAR_REST
+        near_rest, contacts = inner < NEAR_REST, step.contacts
         for softened in (self._softened, not self._softened):
             if softened and from_rest:
                 continue
@@ -97,6 +101,7 @@ class MovingSteps:
             if found.converged:
                 self._softened = softened
                 return found
+            step.contacts = contacts
         crawls = step.lam * step.moving.d > CRAWLING
         if near_rest or (not crawls if from_rest else self._wait == 0 and failures < MOST_FAILURES):
             return _from_inside(step, step.start, inner, MOST_MOVING)
@@ -129,6 +134,10 @@ def _from_inside(
     for barrier in barriers:
         near = interior_point(step, elastic, HAND_OVER, barrier=barrier)
         if near is not None:
+            contacts = step.contacts
             found = softened_newton(step, near, tolerance)
-            return found if found.converged else newton(step, near, tolerance, most=most)
+            if not found.converged:
+                step.contacts = contacts
+                found = newton(step, near, tolerance, most=most)
+            return found
     return Found(step.start, step.evaluate(step.start), converged=False)

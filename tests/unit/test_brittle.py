@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import newton
+from bsm_mesh.solve import newton, strategies
 from bsm_mesh.solve.brittle import NEAR, breaking
 from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.step import Step
 
 STIFFNESS, COHESION = 1e9, 1e6  # Pa/m, Pa
@@ -108,3 +109,26 @@ def test_a_tunnel_in_whose_wall_joints_fail_needs_it(monkeypatch):
     with_it = first_step()
     monkeypatch.setattr(newton, "breaking", lambda *_: np.zeros(0, int))
     assert 2 * with_it < first_step()
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_what_broke_on_a_way_that_led_nowhere_is_whole_again(monkeypatch, moving):
+    def leads_nowhere(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
+        step.break_contacts(np.array([0]))
+        return Found(position, step.evaluate(position), converged=False)
+
+    step = block_on_a_base()
+    assert not step.contacts.failed.any()
+    monkeypatch.setattr(strategies, "softened_newton", leads_nowhere)
+    monkeypatch.setattr(strategies.MovingSteps, "__init__", softened_first)
+    if moving:
+        step.lam = 1 / step.moving.d
+        found = strategies.MovingSteps().solve(step, 1e-3, from_rest=False, failures=0)
+    else:
+        found = strategies.solve_at_once(step, 1e-6)
+    assert found.converged
+    assert not step.contacts.failed.any()
+
+
+def softened_first(steps: strategies.MovingSteps) -> None:
+    steps._wait, steps._pause, steps._softened = 0, 1, True
