@@ -71,7 +71,6 @@ class MovingSteps:
 
     def __init__(self) -> None:
         self._wait, self._pause = 0, 1
-        self._softened = False  # which of both ways of Newton's method ended the last step that one of them did
 
     def solve(self, step: Step, inner: float, *, from_rest: bool, failures: int) -> Found:
         """Return the end of a step to a tolerance `inner`.
@@ -90,16 +89,15 @@ class MovingSteps:
             How often this step failed with other regularisations.
         """
         near_rest, contacts = inner < NEAR_REST, step.contacts
-        for softened in (self._softened, not self._softened):
-            if softened and from_rest:
-                continue
-            if softened:
-                found = softened_newton(step, step.start, inner, inside=True)
-            else:
-                most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
-                found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
+        if not from_rest:
+            found = softened_newton(step, step.start, inner, inside=True)
             if found.converged:
-                self._softened = softened
+                return found
+            step.contacts = contacts
+        if from_rest or near_rest:
+            most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
+            found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
+            if found.converged:
                 return found
             step.contacts = contacts
         crawls = step.lam * step.moving.d > CRAWLING
