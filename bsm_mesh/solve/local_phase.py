@@ -67,7 +67,7 @@ def _out_of_balance(step: Step, position: FloatArray) -> tuple[FloatArray, float
     """Return every block's greatest force out of balance over the reference weight (n,), and that weight."""
     at = step.evaluate(position)
     weight = step.moving.weight(at)
-    free = step.moving.free(step.unbalanced(position, at.forces), step.supports)
+    free = step.free(step.unbalanced(position, at.forces))
     return np.abs(free).max(axis=1) / weight, weight
 
 
@@ -140,8 +140,7 @@ class _Search:
 
     def _merit(self, forces: FloatArray) -> FloatArray:
         """Return the square of the 2-norm of every cluster."""
-        local = self.local
-        free = local.moving.free(forces, local.supports)[local.block]
+        local, free = self.local, self.local.free(forces)
         return np.bincount(local.cluster, weights=(free**2).sum(axis=1), minlength=local.clusters).astype(float)
 
 

@@ -79,10 +79,9 @@ class LocalStep(Step):
         self._bolt_places = local[self.factors.bolt_places]
         self.clusters, self.cluster = connected_components(part, directed=False)
 
-    def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
-        """Return greatest component and 2-norm of the moving blocks' forces out of balance over a weight."""
-        free = self.moving.free(forces, self.supports)[self.block]
-        return float(np.abs(free).max()) / weight, float(np.sqrt(np.einsum("ij,ij", free, free))) / weight
+    def free(self, forces: FloatArray) -> FloatArray:
+        """Return what counts of forces (n, 3) as being out of balance, of the moving blocks alone, (k, 3)."""
+        return super().free(forces)[self.block]
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
         """Return contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated."""

@@ -178,9 +178,13 @@ class Step:
         forces -= self.lam * self.moving.mass * (position - self.anchor)
         return forces
 
+    def free(self, forces: FloatArray) -> FloatArray:
+        """Return what counts of forces (n, 3) as being out of balance: what moves a block that may move."""
+        return self.moving.free(forces, self.supports)
+
     def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
         """Return greatest component and 2-norm of forces out of balance over a weight."""
-        free = self.moving.free(forces, self.supports)
+        free = self.free(forces)
         norm = np.sqrt(np.einsum("ij,ij", free, free))  # not BLAS: its threads would wait beside the linear solver's
         return float(np.abs(free).max()) / weight, float(norm) / weight
 
