@@ -44,6 +44,7 @@ def make_linear_solver(
     *,
     once: bool = False,
     corrections: bool = False,
+    definite: bool = False,
 ) -> LinearSolver:
     """Return the named solver with the pattern analysed when first factorized.
 
@@ -63,6 +64,9 @@ def make_linear_solver(
     corrections : bool
         Whether solutions need four digits only: then Pardiso factorizes large systems in single precision.
 
+    definite : bool
+        Whether `factorize` must find out that a matrix is not positive definite.
+
     Raises
     ------
     ModelError
@@ -79,5 +83,5 @@ def make_linear_solver(
 
         return ClusterPardiso(pattern, threads)
     if name == "superlu":
-        return SuperLU(pattern, position)
+        return SuperLU(pattern, position, definite=definite)
     raise ModelError(f"linear_solver: '{name}' is unknown{nearest(name, ('auto', 'pardiso', 'superlu', 'cluster'))}")

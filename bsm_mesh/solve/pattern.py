@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -61,6 +61,23 @@ def whole_pattern(n_blocks: int, block_a: IntArray, block_b: IntArray) -> BlockP
     across = np.where(low_first, across, across[:, ::-1])
     place = np.column_stack([diagonal[block_a], across, diagonal[block_b]]).astype(np.int32)
     return BlockPattern(row_start=row_start, column=column, diagonal=diagonal, place=place, symmetric=False)
+
+
+def upper_triangle(whole: BlockPattern) -> tuple[BlockPattern, BoolArray]:
+    """Return the pattern of the upper triangle of a whole one, and which of its places (n_places,) that has."""
+    row = np.repeat(np.arange(whole.rows, dtype=np.int32), np.diff(whole.row_start))
+    chosen = whole.column >= row
+    row_start = np.zeros(whole.rows + 1, np.int32)
+    row_start[1:] = np.cumsum(np.bincount(row[chosen], minlength=whole.rows))
+    number = np.cumsum(chosen, dtype=np.int32) - 1
+    upper = BlockPattern(
+        row_start=row_start,
+        column=whole.column[chosen],
+        diagonal=row_start[:-1].copy(),
+        place=number[np.where(chosen[whole.place[:, 1]], whole.place[:, 1], whole.place[:, 2])],
+        symmetric=True,
+    )
+    return upper, chosen
 
 
 @nb.njit(cache=True)

@@ -13,7 +13,7 @@ from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.pattern import BlockPattern, constrain, whole_pattern
+from bsm_mesh.solve.pattern import BlockPattern, constrain, upper_triangle, whole_pattern
 
 LONGEST = 2.0  # of the step length: what one correction, and a whole step, may move a block
 
@@ -60,23 +60,45 @@ class Factors:
         )
         if not same:
             self.close()
-            centroid = self.blocks.moments.centroid
-            options = self.options
-            self._solver = make_linear_solver(
-                options.linear_solver, pattern, centroid, options.threads, corrections=True
-            )
-            self.name, self._pattern = self._solver.name, pattern
-            self.bolt_places = self.moving.bolts.places(pattern)
+            self._pattern, self.bolt_places = pattern, self.moving.bolts.places(pattern)
+            self._open()
         return pattern
 
+    def _open(self) -> LinearSolver:
+        """Make the linear solver of the last pattern."""
+        assert self._pattern is not None
+        options, centroid = self.options, self.blocks.moments.centroid
+        solver = make_linear_solver(options.linear_solver, self._pattern, centroid, options.threads, corrections=True)
+        self._solver, self.name = solver, solver.name
+        return solver
+
     def factorize(self, data: FloatArray) -> bool:
-        """Factorize the blocks (n_places, 3, 3); False where the matrix is singular."""
-        assert self._solver is not None
+        """Factorize the blocks (n_places, 3, 3) of the last pattern; False where the matrix is singular."""
         self.count += 1
         try:
-            self._solver.factorize(data)
+            (self._solver or self._open()).factorize(data)
         except SingularMatrixError:
             return False
+        return True
+
+    def is_positive_definite(self, data: FloatArray) -> bool:
+        """Return whether a symmetric matrix, blocks (n_places, 3, 3) of the last pattern, is positive definite.
+
+        The factors that were there are given back first, or a model at rest would need the memory of both.
+        """
+        assert self._pattern is not None
+        upper, chosen = upper_triangle(self._pattern)
+        self.close()
+        self.count += 1
+        options, centroid = self.options, self.blocks.moments.centroid
+        name, threads = options.linear_solver, options.threads
+        solver = make_linear_solver(name, upper, centroid, threads, once=True, definite=True)
+        try:
+            solver.factorize(data[chosen])
+        except SingularMatrixError:
+            return False
+        finally:
+            solver.close()
         return True
 
     def solve(self, right_side: FloatArray) -> FloatArray:
@@ -135,6 +157,13 @@ class Step:
         held = copy(self)
         held.friction_pressure = pressure
         return held
+
+    def resting(self, position: FloatArray, lam: float) -> Step:
+        """Return the same step from another position, with another regularisation and shear strengths not held."""
+        there = copy(self)
+        there.anchor, there.lam, there.friction_pressure = position, lam, None
+        there.supports = self.moving.constraints_at(position)
+        return there
 
     def break_contacts(self, rows: IntArray) -> None:
         """Take cohesion and tensile strength from contacts (k,), as if an earlier step had opened them."""

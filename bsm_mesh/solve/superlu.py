@@ -16,12 +16,21 @@ class SuperLU:
 
     SuperLU's own orderings of 1e5 blocks take from ten seconds to minutes; one on the blocks, by their position,
     takes a fraction of a second and leaves the 3 x 3 blocks whole for SuperLU's supernodes.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+        The matrix.
+    position : (n, 2) float64 [m]
+        Centroids of the blocks.
+    definite : bool
+        Whether to look at the pivots, of which it makes a copy: else a matrix that is not positive definite passes.
     """
 
     name = "superlu"
 
-    def __init__(self, pattern: BlockPattern, position: FloatArray) -> None:
-        self._pattern = pattern
+    def __init__(self, pattern: BlockPattern, position: FloatArray, *, definite: bool = False) -> None:
+        self._pattern, self._definite = pattern, definite
         self._order = elimination_order(pattern, position)
         position = np.empty(pattern.rows, dtype=np.int32)
         position[self._order] = np.arange(pattern.rows, dtype=np.int32)
@@ -37,7 +46,7 @@ class SuperLU:
         values, indices, pointers = _scalar_columns(start, row, source, data)
         n = 3 * self._pattern.rows
         try:
-            self._factors = splu(
+            factors = splu(
                 csc_array((values, indices, pointers), shape=(n, n)),
                 permc_spec="NATURAL",
                 diag_pivot_thresh=0.0,
@@ -45,6 +54,9 @@ class SuperLU:
             )
         except RuntimeError as error:
             raise SingularMatrixError(str(error)) from error
+        if self._definite and not (factors.U.diagonal() > 0).all():
+            raise SingularMatrixError("SuperLU found a pivot that is not positive")
+        self._factors = factors
 
     def solve(self, right_side: FloatArray) -> FloatArray:
         """Return the solution (n, 3)."""

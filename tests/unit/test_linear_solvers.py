@@ -89,6 +89,22 @@ def test_two_solvers_at_once_do_not_mix(name):
 
 
 @pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("lift", [1e-6, -1e-6])
+def test_a_matrix_that_is_not_positive_definite_is_found_out_when_asked_for(name, lift):
+    """Its lowest eigenvalue a millionth of the highest off zero, to one side or the other."""
+    pattern, data, full = random_system(60, 150, seed=5)
+    values = np.linalg.eigvalsh(full)
+    data[pattern.diagonal] += (lift * values[-1] - values[0]) * np.eye(3)
+    solver = make_linear_solver(name, pattern, positions(pattern), once=True, definite=True)
+    if lift > 0:
+        solver.factorize(data)
+    else:
+        with pytest.raises(SingularMatrixError):
+            solver.factorize(data)
+    solver.close()
+
+
+@pytest.mark.parametrize("name", SOLVERS)
 def test_a_singular_matrix_raises(name):
     pattern, data, _ = random_system(5, 6, seed=3)
     data = np.zeros_like(data)

@@ -7,7 +7,7 @@ from scenes import dense_solution, grid, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
-from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness
+from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness, upper_triangle, whole_pattern
 
 STIFFNESS = (3e8, 1e8)
 SCENES = {"grid": grid(3, 3), "bond": running_bond(4, 3), "turned": [turned(p, 23) for p in running_bond(4, 3)]}
@@ -125,3 +125,16 @@ def test_frames_do_not_matter_for_the_trace():
     """Turning the model leaves the invariants of K unchanged."""
     traces = [np.trace(dense(*assembled([turned(p, a) for p in grid(2, 2)])[1:])) for a in (0, 17, 90)]
     assert_allclose(traces, traces[0], rtol=1e-12)
+
+
+def test_the_upper_triangle_of_a_whole_pattern_is_that_of_the_same_pairs():
+    rng = np.random.default_rng(7)
+    a = rng.integers(0, 40, 90).astype(np.int32)
+    b = ((a + rng.integers(1, 40, 90)) % 40).astype(np.int32)
+    whole, expected = whole_pattern(40, a, b), block_pattern(40, a, b)
+    upper, chosen = upper_triangle(whole)
+    row = np.repeat(np.arange(40), np.diff(whole.row_start))
+    assert_array_equal(chosen, row <= whole.column)
+    for name in ("row_start", "column", "diagonal", "place"):
+        assert_array_equal(getattr(upper, name), getattr(expected, name))
+    assert upper.symmetric
