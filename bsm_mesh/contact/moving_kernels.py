@@ -9,7 +9,7 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 
 @nb.njit(cache=True)
@@ -42,6 +42,36 @@ def relative_positions(
         arm_a[k, 0], arm_a[k, 1] = ax, ay
         arm_b[k, 0], arm_b[k, 1] = rx, ry
     return gap, coordinate, tangent, arm_a, arm_b
+
+
+@nb.njit(cache=True)
+def pressures_and_trial_shears(
+    gap: FloatArray,
+    along: FloatArray,
+    offset: FloatArray,
+    edge_length: FloatArray,
+    reach: FloatArray,
+    normal_stiffness: FloatArray,
+    shear_stiffness: FloatArray,
+    tension: FloatArray,
+    old_along: FloatArray,
+    old_shear: FloatArray,
+) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:  # pragma: no cover - compiled
+    """Return pressure, shear force if they stuck, who bears, and whose corner is over the edge, (m,) each.
+
+    Who bears nothing has no pressure; who is not anchored (`old_along` not a number), no shear.
+    """
+    m = gap.size
+    pressure, trial = np.empty(m), np.empty(m)
+    bearing, in_range = np.empty(m, np.bool_), np.empty(m, np.bool_)
+    for k in range(m):
+        pressing = -normal_stiffness[k] * (gap[k] - offset[k])
+        in_range[k] = (along[k] >= -reach[k]) & (along[k] <= edge_length[k] + reach[k])
+        bearing[k] = in_range[k] & (pressing >= -tension[k]) & ((pressing > 0.0) | (tension[k] > 0.0))
+        pressure[k] = pressing if bearing[k] else 0.0
+        moved = along[k] - old_along[k]
+        trial[k] = 0.0 if np.isnan(moved) else old_shear[k] + shear_stiffness[k] * moved
+    return pressure, trial, bearing, in_range
 
 
 @nb.njit(cache=True)

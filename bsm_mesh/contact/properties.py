@@ -48,7 +48,7 @@ class JointCatalogue:
     Attributes
     ----------
     laws : tuple of JointLaw
-        Of the joints in their order, then of every pair of rocks.
+        Of the joints and of every pair of rocks, different ones.
     """
 
     def __init__(self, model: Model) -> None:
@@ -69,7 +69,8 @@ class JointCatalogue:
             for other in rocks:
                 laws.append(_between(one, other))
                 tension.append(min(_rock_tension(one), _rock_tension(other)))
-        self.laws = tuple(laws)
+        self.laws = tuple(dict.fromkeys(laws))  # one of equal ones
+        self._law = np.array([self.laws.index(law) for law in laws], dtype=np.int32)
         self._tension = np.array(tension)
 
     def look_up(
@@ -119,13 +120,13 @@ class JointCatalogue:
                 f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
                 "or default_joint = ... for faces that bear none"
             )
-        law = np.where(jointed, joint, len(self._model.joints) + rock_a * self._n_rocks + rock_b).astype(np.int32)
+        kind = np.where(jointed, joint, len(self._model.joints) + rock_a * self._n_rocks + rock_b)
         return ContactProperties(
             normal_stiffness=1 / compliance[:, 0],
             shear_stiffness=1 / compliance[:, 1],
             joint=joint,
-            law=law,
-            tension=self._tension[law],
+            law=self._law[kind],
+            tension=self._tension[kind],
         )
 
 

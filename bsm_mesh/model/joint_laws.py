@@ -168,10 +168,11 @@ class MohrCoulomb:
         """Return the peak line, or the residual one once failed."""
         pressing = np.maximum(pressure, 0.0)
         peak, residual = np.tan(np.radians(self.friction)), np.tan(np.radians(self.residual))
+        if self.cohesion == 0 and peak == residual:  # the common case, in half the passes
+            return _slide(trial_shear, peak * pressing, np.where(pressure > 0, peak, 0.0), failed.copy())
         strength = np.where(failed, residual * pressing, self.cohesion * length + peak * pressing)
         slope = np.where(pressure > 0, np.where(failed, residual, peak), 0.0)
-        weakens = self.cohesion > 0 or peak != residual
-        return _slide(trial_shear, strength, slope, failed | (weakens & (np.abs(trial_shear) > strength)))
+        return _slide(trial_shear, strength, slope, failed | (np.abs(trial_shear) > strength))
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,10 +201,9 @@ class Weaker:
 def _slide(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: BoolArray) -> JointResponse:
     """Return the trial shear cut to the strength (return mapping)."""
     sticking = np.abs(trial) <= strength
-    sign = np.sign(trial)
     return JointResponse(
-        shear=np.where(sticking, trial, sign * strength),
-        by_pressure=np.where(sticking, 0.0, sign * slope),
+        shear=np.where(sticking, trial, np.copysign(strength, trial)),
+        by_pressure=np.where(sticking, 0.0, np.copysign(slope, trial)),
         strength=strength,
         sticking=sticking,
         failed=failed,

@@ -7,7 +7,7 @@ the block is held and axes in which it is free; the held ones are struck out of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,13 +54,32 @@ class Constraints:
     slot: IntArray
     share: FloatArray
 
+    def of(self, blocks: IntArray) -> Constraints:
+        """Return what `free_part`, `scaled` and `expand` need of some of the blocks (q,), in their numbers."""
+        number = self.number[blocks]
+        supported = np.flatnonzero(number >= 0)
+        rows = number[supported]
+        number = np.full(len(blocks), -1, dtype=np.int32)
+        number[supported] = np.arange(len(supported))
+        block, basis, held = supported.astype(np.int32), self.basis[rows], self.held[rows]
+        return replace(self, block=block, number=number, basis=basis, held=held, given=self.given[blocks])
+
     def free_part(self, forces: FloatArray) -> FloatArray:
         """Return forces (n, 3) in the equations' axes with the held components zero."""
         free = forces.copy()
-        turned = np.einsum("kri,kr->ki", self.basis, forces[self.block])
-        turned[np.arange(3) < self.held[:, None]] = 0.0
-        free[self.block] = turned
+        free[self.block] = self._free_part_of_supported(forces)
         return free
+
+    def scaled(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
+        """Return the same as accelerations see it: times a scale (n, 3) where blocks have no support."""
+        free = forces * scale
+        free[self.block] = self._free_part_of_supported(forces)  # whose axes have that scale in them
+        return free
+
+    def _free_part_of_supported(self, forces: FloatArray) -> FloatArray:
+        turned: FloatArray = np.einsum("kri,kr->ki", self.basis, forces[self.block])
+        turned[np.arange(3) < self.held[:, None]] = 0.0
+        return turned
 
     def expand(self, solution: FloatArray) -> FloatArray:
         """Return displacements (n, 3) from the unknowns along the equations' axes."""

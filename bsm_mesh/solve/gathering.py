@@ -10,7 +10,7 @@ from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.history import History
-from bsm_mesh.solve.moving import TOUCHING, MovingContacts, turned
+from bsm_mesh.solve.moving import TOUCHING, MovingContacts, rows_by_law, turned
 
 
 def gather_contacts(
@@ -67,6 +67,7 @@ def gather_contacts(
         rivals=np.flatnonzero(found.rival >= 0),
         leaning=leaning,
         lean=_edges_from_corners(outlines.corners, blocks.following, found.lean[leaning], found.corner[leaning]),
+        by_law=rows_by_law(properties.law),
     )
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.interior_kernels import (
     ABSENT,
     BONDED,
@@ -26,7 +26,7 @@ from bsm_mesh.contact.interior_kernels import (
 )
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
 from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.solve.moving import MovingContacts, may_bear
+from bsm_mesh.solve.moving import MovingContacts, may_bear, respond
 from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 60
@@ -205,12 +205,5 @@ def strength_of(
     contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return shear strength and its derivative by the pressure, (m,), at pressures (m,)."""
-    strength, by_pressure = np.zeros_like(pressure), np.zeros_like(pressure)
-    law_of = contacts.properties.law
-    for number in np.flatnonzero(np.bincount(law_of)):
-        chosen: BoolArray = law_of == number
-        far = np.full(int(chosen.sum()), np.finfo(float).max / 4)
-        length, failed = contacts.candidates.length[chosen], contacts.failed[chosen]
-        answer = laws[number].respond(pressure[chosen], far, length, failed)
-        strength[chosen], by_pressure[chosen] = answer.strength, answer.by_pressure
-    return strength, by_pressure
+    answer = respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
+    return answer.strength, answer.by_pressure

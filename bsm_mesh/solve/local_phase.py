@@ -51,7 +51,7 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside:
         return position
     local = LocalStep(step, flagged, position)
     try:
-        relaxed = _relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf)
+        relaxed = local.whole(_relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf))
     finally:
         local.close()
     contacts = step.contacts

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
+from bsm_mesh.contact.moving_kernels import (
+    add_moving_forces,
+    fill_tangent,
+    pressures_and_trial_shears,
+    relative_positions,
+)
 from bsm_mesh.contact.properties import ContactProperties
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import Candidates
-from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 
 FULL = 1 - 1e-9  # of its strength: what a contact bears that slips
 TOUCHING = 1e-3  # of the block size: a gap or overlap up to this is contact when two blocks meet
@@ -39,6 +44,7 @@ class MovingContacts:
     rivals: IntArray  # (k,) candidates that have a rival
     leaning: IntArray  # (l,) candidates whose corner has an edge that leads into the other block
     lean: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
+    by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law that is in use, and its rows
 
     @property
     def count(self) -> int:
@@ -92,28 +98,29 @@ def evaluate(
     gap, along, tangent, arm_a, arm_b = relative_positions(
         position, c.block_a, c.block_b, contacts.corner, contacts.start, contacts.along
     )
-    pressure = -contacts.normal_stiffness * (gap - contacts.offset)
-    in_range = (along >= -contacts.reach) & (along <= c.edge_length + contacts.reach)
-    bearing = in_range & (pressure >= -contacts.tension) & ((pressure > 0) | (contacts.tension > 0))
-    bearing &= may_bear(contacts, position, gap, tangent)
-    anchored = ~np.isnan(contacts.old_along)
-    moved = np.where(anchored, along - contacts.old_along, 0.0)
-    trial = np.where(anchored, contacts.old_shear + contacts.shear_stiffness * moved, 0.0)
-    pressure = np.where(bearing, pressure, 0.0)
-    shear, by_pressure, strength = np.zeros_like(gap), np.zeros_like(gap), np.zeros_like(gap)
-    sticking, failed = np.zeros(len(gap), dtype=bool), contacts.failed.copy()
-    law_of = contacts.properties.law
-    given = pressure if friction_pressure is None else friction_pressure
-    rubbing = bearing if friction_pressure is None else in_range & (friction_pressure > 0)
-    for number in np.flatnonzero(np.bincount(law_of[rubbing])):  # much quicker than unique
-        chosen = rubbing & (law_of == number)
-        answer = laws[number].respond(given[chosen], trial[chosen], c.length[chosen], contacts.failed[chosen])
-        shear[chosen], strength[chosen] = answer.shear, answer.strength
-        sticking[chosen], failed[chosen] = answer.sticking, answer.failed
-        if friction_pressure is None:
-            by_pressure[chosen] = answer.by_pressure
+    pressure, trial, bearing, in_range = pressures_and_trial_shears(
+        gap,
+        along,
+        contacts.offset,
+        c.edge_length,
+        contacts.reach,
+        contacts.normal_stiffness,
+        contacts.shear_stiffness,
+        contacts.tension,
+        contacts.old_along,
+        contacts.old_shear,
+    )
+    if len(contacts.rivals) or len(contacts.leaning):
+        bearing &= may_bear(contacts, position, gap, tangent)
+        pressure[~bearing] = 0.0
+    if friction_pressure is None:
+        answer = _response(contacts, laws, pressure, trial, bearing)
+    else:
+        rubbing = in_range & (friction_pressure > 0)
+        answer = _response(contacts, laws, friction_pressure, trial, rubbing)
+        answer = replace(answer, by_pressure=np.zeros_like(gap))
     forces = np.zeros((len(position), 3))
-    add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, shear, forces)
+    add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, answer.shear, forces)
     return Evaluation(
         gap=gap,
         along=along,
@@ -121,14 +128,49 @@ def evaluate(
         arm_a=arm_a,
         arm_b=arm_b,
         pressure=pressure,
-        shear=shear,
+        shear=answer.shear,
         bearing=bearing,
-        sticking=sticking & anchored,
-        strength=strength,
-        by_pressure=by_pressure,
-        failed=failed,
+        sticking=answer.sticking & ~np.isnan(contacts.old_along),
+        strength=answer.strength,
+        by_pressure=answer.by_pressure,
+        failed=answer.failed,
         forces=forces,
     )
+
+
+def _response(
+    contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray, trial: FloatArray, rubbing: BoolArray
+) -> JointResponse:
+    """Return the laws' response to pressures and trial shears (m,); contacts that do not rub (m,) bear no shear."""
+    pressure, trial = np.where(rubbing, pressure, 0.0), np.where(rubbing, trial, 0.0)
+    answer = respond(contacts, laws, pressure, trial)
+    return replace(answer, strength=np.where(rubbing, answer.strength, 0.0), sticking=answer.sticking & rubbing)
+
+
+def respond(
+    contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray, trial: FloatArray
+) -> JointResponse:
+    """Return every contact's response by its own law to pressures and trial shears (m,)."""
+    length, failed = contacts.candidates.length, contacts.failed
+    answers = [laws[law].respond(pressure[k], trial[k], length[k], failed[k]) for law, k in contacts.by_law]
+    if len(answers) == 1:
+        return answers[0]
+    whole = {
+        field.name: np.zeros(contacts.count, bool if field.name in ("sticking", "failed") else float)
+        for field in fields(JointResponse)
+    }
+    for (_, rows), answer in zip(contacts.by_law, answers, strict=True):
+        for name, values in whole.items():
+            values[rows] = getattr(answer, name)
+    return JointResponse(**whole)
+
+
+def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
+    """Return the number of every law in use, and its rows among the laws of contacts (m,)."""
+    used = np.flatnonzero(np.bincount(law))  # much quicker than unique
+    if len(used) == 1:
+        return ((int(used[0]), slice(None)),)
+    return tuple((int(number), np.flatnonzero(law == number)) for number in used)
 
 
 def may_bear(contacts: MovingContacts, position: FloatArray, gap: FloatArray, tangent: FloatArray) -> BoolArray:

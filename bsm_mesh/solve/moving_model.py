@@ -84,6 +84,12 @@ class MovingModel:
         np.add.at(total, self.applied.block, self.applied.force)
         return total
 
+    @property
+    def constant_loads(self) -> FloatArray | None:
+        """Weights (n, 3) where nothing else acts; None where what acts depends on where the blocks are."""
+        plain = not (len(self.bolts.alive) or len(self.applied.block) or self.water.acts)
+        return self.loads if plain else None
+
     def loads_at(self, position: FloatArray) -> FloatArray:
         """Return weights, loads and water, (n, 3).
 
@@ -148,19 +154,11 @@ class MovingModel:
         """Return the contact forces at a position; `friction_pressure` as `moving.evaluate` takes it."""
         return evaluate(contacts, self.catalogue.laws, position, friction_pressure)
 
-    def free(self, forces: FloatArray, supports: Constraints) -> FloatArray:
-        """Return forces as accelerations see them: held axes out, moments over the radius of gyration."""
-        free = supports.free_part(forces)
-        plain = np.ones(len(forces), dtype=bool)
-        plain[supports.block] = False
-        free[plain] *= self.scale[plain]
-        return free
-
     def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
         """Return the greatest force out of balance over the reference weight."""
         at = self.evaluate(contacts, position)
         supports = self.constraints_at(position)
-        return float(np.abs(self.free(self.acting_at(position) + at.forces, supports)).max()) / self.weight(at)
+        return float(np.abs(supports.scaled(self.acting_at(position) + at.forces, self.scale)).max()) / self.weight(at)
 
     def weight(self, at: Evaluation) -> float:
         """Return the reference weight [N/m]; without weights and loads the mean contact force."""

@@ -135,6 +135,8 @@ class Step:
         The accepted position with what the supports move in this step.
     driven : bool
         Whether they move anything.
+    mass, scale : (n, 3) float64
+        As in `MovingModel`.
     room : float [m]
         How much farther than `LONGEST` blocks may go in this step, all together.
     friction_pressure : (m,) float64 or None [N/m]
@@ -146,7 +148,7 @@ class Step:
     ) -> None:
         self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
         self.friction_pressure: FloatArray | None = None
-        self.room = 0.0
+        self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
         self.supports = moving.constraints_at(anchor)
         given = moving.given(self.supports)
         self.start, self.driven = anchor + given, bool(given.any())
@@ -203,13 +205,17 @@ class Step:
 
     def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
         """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""
-        forces = self.moving.acting_at(position) + contact_forces
-        forces -= self.lam * self.moving.mass * (position - self.anchor)
+        forces = self.acting_at(position) + contact_forces
+        forces -= self.lam * self.mass * (position - self.anchor)
         return forces
+
+    def acting_at(self, position: FloatArray) -> FloatArray:
+        """Return weights, loads, water and bolt forces at a position, (n, 3)."""
+        return self.moving.acting_at(position)
 
     def free(self, forces: FloatArray) -> FloatArray:
         """Return what counts of forces (n, 3) as being out of balance: what moves a block that may move."""
-        return self.moving.free(forces, self.supports)
+        return self.supports.scaled(forces, self.scale)
 
     def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
         """Return greatest component and 2-norm of forces out of balance over a weight."""
@@ -223,7 +229,7 @@ class Step:
 
     def movement(self, step: FloatArray) -> float:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""
-        return float(np.abs(step / self.moving.scale).max())
+        return float(np.abs(step / self.scale).max())
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
         """Return contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated."""
@@ -231,7 +237,7 @@ class Step:
         if len(bolts.alive):
             bolts.add_tangent(bolts.evaluate(position), self.factors.bolt_places, data)
         pattern, support = self.pattern, self.supports
-        data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.moving.mass.T
+        data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.mass.T
         constrain(
             pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
         )

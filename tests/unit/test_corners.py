@@ -21,7 +21,7 @@ shifts = st.floats(-0.03, 0.03)
 
 
 def ways_out(p, q):
-    """Return how deep two convex polygons are in each other, and the unit vectors along which q leaves (about) soonest.
+    """Return how deep two convex polygons are in each other along every way out, and that way for q, a unit vector.
 
     Both stay apart along the outward normal of an edge of one of them, or they overlap (separating axes).
     """
@@ -31,8 +31,7 @@ def ways_out(p, q):
             along = (end - start) / np.hypot(*(end - start))
             normal = np.array([along[1], -along[0]])
             ways.append((-((other - start) @ normal).min(), sign * normal))
-    depth = min(inside for inside, _ in ways)
-    return depth, [normal for inside, normal in ways if inside < depth + 0.2 * abs(depth) + 1e-9]
+    return ways
 
 
 def wedge(angle, turn, up):
@@ -58,14 +57,18 @@ def test_the_nearer_way_out_bears(below, above, turn, other_turn, aside, apart, 
     edges = [[turn + below / 2, turn - below / 2], [other_turn + above / 2, other_turn - above / 2]]
     assume(min(abs(p - q) for p in edges[0] for q in edges[1]) > 7.0)
     lower, upper = wedge(below, turn, up=True), wedge(above, other_turn, up=False) + np.array([aside, apart])
-    assume(ways_out(lower, upper)[0] <= 0.0)
+    apart_before = [depth <= 0.0 for depth, _ in ways_out(lower, upper)]
+    assume(any(apart_before))
     shift = np.array([0.0, -apart - pressed])
     force, contacts = force_on_upper(lower, upper, shift)
-    depth, directions = ways_out(lower, upper + shift)
+    ways = ways_out(lower, upper + shift)
+    depth = min(deep for deep, _ in ways)
     assume(abs(depth) > 1e-9)
     if depth < 0:
         assert_allclose(force, 0.0, atol=1e-12)
         return
+    soonest = [deep < 1.2 * depth + 1e-9 for deep, _ in ways]  # about; or the way that they have come
+    directions = [way for (_, way), soon, came in zip(ways, soonest, apart_before, strict=True) if soon or came]
     direction = max(directions, key=lambda normal: force @ normal)
     aside_of_it = abs(force @ (-direction[1], direction[0]))
     assert aside_of_it <= RULES.parallel * np.hypot(*force), "no other edge bears, but one within 6 degrees"
