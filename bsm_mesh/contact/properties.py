@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
@@ -57,12 +58,11 @@ class JointCatalogue:
         defined = [joint.name for joint in model.joints]
         number = np.array([defined.index(n) if n in defined else -1 for n in blocks.joint_names] + [-1], dtype=np.int32)
         self._joint_of_edge = number[blocks.edge_joint]
-        self._default = -1 if model.default_joint is None else defined.index(model.default_joint)
+        self._default = np.int32(-1 if model.default_joint is None else defined.index(model.default_joint))
         rocks = [next(rock for rock in model.rocks if rock.name == name) for name in blocks.rock_names]
         self._moduli = np.array([rock.contact_moduli for rock in rocks])
         self._joint_stiffness = np.array([joint.contact_stiffness for joint in model.joints]).reshape(-1, 2)
         self._floor = least_depth(blocks)
-        self._n_rocks = len(rocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
         for one in rocks:
@@ -74,60 +74,94 @@ class JointCatalogue:
         self._tension = np.array(tension)
 
     def look_up(
-        self,
-        block_a: IntArray,
-        block_b: IntArray,
-        edge: IntArray,
-        parallel_edge: IntArray,
-        arm_a: FloatArray,
-        arm_b: FloatArray,
-        normal: FloatArray,
+        self, position: FloatArray, sides: tuple[IntArray, ...], corner: FloatArray, along: FloatArray
     ) -> ContactProperties:
         """Return the properties of contacts.
 
         Parameters
         ----------
-        block_a, block_b : (m,) int32
-            Block with the corner, block with the edge.
-        edge, parallel_edge : (m,) int32
-            Edge of b, and the edge of a that lies along it (-1: none).
-        arm_a, arm_b : (m, 2) float64 [m]
-            From each block's centroid to the contact.
-        normal : (m, 2) float64
-            Outward unit normal of b's edge.
+        position : (n, 3) float64 [m, m, rad]
+            Centroid and rotation of every block.
+        sides : tuple of (m,) int32
+            Block with the corner, block with the edge, that edge, and the edge of the first block that lies along it
+            (-1: none).
+        corner : (m, 2) float64 [m]
+            The corner in the frame of its block.
+        along : (m, 2) float64
+            Unit direction of the edge in the frame of its block.
 
         Raises
         ------
         ModelError
             Where two rigid rocks meet without a joint.
         """
-        blocks = self._model.blocks
-        joint = self._joint_of_edge[edge]
-        of_a = np.where(parallel_edge >= 0, self._joint_of_edge[parallel_edge], -1)
-        joint = np.where(joint >= 0, joint, of_a)
-        joint = np.where(joint >= 0, joint, self._default).astype(np.int32)
-        rock_a, rock_b = blocks.rock[block_a], blocks.rock[block_b]
-        depth_a = np.maximum(-(arm_a * normal).sum(axis=1), self._floor[block_a])
-        depth_b = np.maximum((arm_b * normal).sum(axis=1), self._floor[block_b])
-        compliance = depth_a[:, None] / self._moduli[rock_a] + depth_b[:, None] / self._moduli[rock_b]
-        jointed = joint >= 0
-        if jointed.any():
-            compliance[jointed] += 1 / self._joint_stiffness[joint[jointed]]
-        stiff = np.flatnonzero(compliance[:, 0] == 0)
+        joints = self._joint_of_edge, self._default, self._joint_stiffness
+        rocks = self._model.blocks.rock, self._floor, self._moduli
+        normal, shear, joint, kind = _in_series(position, *sides, corner, along, *joints, *rocks)
+        stiff = np.flatnonzero(np.isinf(normal))
         if stiff.size:
-            a, b = int(block_a[stiff[0]]), int(block_b[stiff[0]])
+            a, b = int(sides[0][stiff[0]]), int(sides[1][stiff[0]])
             raise ModelError(
                 f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
                 "or default_joint = ... for faces that bear none"
             )
-        kind = np.where(jointed, joint, len(self._model.joints) + rock_a * self._n_rocks + rock_b)
         return ContactProperties(
-            normal_stiffness=1 / compliance[:, 0],
-            shear_stiffness=1 / compliance[:, 1],
+            normal_stiffness=normal,
+            shear_stiffness=shear,
             joint=joint,
             law=self._law[kind],
             tension=self._tension[kind],
         )
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _in_series(
+    position: FloatArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    edge: IntArray,
+    parallel_edge: IntArray,
+    corner: FloatArray,
+    along: FloatArray,
+    joint_of_edge: IntArray,
+    default: int,
+    joint_stiffness: FloatArray,
+    rock: IntArray,
+    floor: FloatArray,
+    moduli: FloatArray,
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled
+    """Return normal and shear stiffness of joint and both rocks in series, joint, and kind of contact, (m,) each.
+
+    The kind is the joint, or behind all joints the pair of rocks that meet without one.
+    """
+    m, n_joints, n_rocks = block_a.size, joint_stiffness.shape[0], moduli.shape[0]
+    normal, shear = np.empty(m), np.empty(m)
+    joint, kind = np.empty(m, np.int32), np.empty(m, np.int32)
+    cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
+    for k in range(m):
+        a, b = block_a[k], block_b[k]
+        joint[k] = joint_of_edge[edge[k]]
+        if joint[k] < 0 and parallel_edge[k] >= 0:
+            joint[k] = joint_of_edge[parallel_edge[k]]
+        if joint[k] < 0:
+            joint[k] = default
+        tx = cosine[b] * along[k, 0] - sine[b] * along[k, 1]
+        ty = sine[b] * along[k, 0] + cosine[b] * along[k, 1]
+        ax = cosine[a] * corner[k, 0] - sine[a] * corner[k, 1]
+        ay = sine[a] * corner[k, 0] + cosine[a] * corner[k, 1]
+        rx, ry = position[a, 0] - position[b, 0] + ax, position[a, 1] - position[b, 1] + ay
+        depth_a = max(ay * tx - ax * ty, floor[a])
+        depth_b = max(rx * ty - ry * tx, floor[b])
+        one, other = rock[a], rock[b]
+        by_normal = depth_a / moduli[one, 0] + depth_b / moduli[other, 0]
+        by_shear = depth_a / moduli[one, 1] + depth_b / moduli[other, 1]
+        kind[k] = n_joints + one * n_rocks + other
+        if joint[k] >= 0:
+            by_normal += 1.0 / joint_stiffness[joint[k], 0]
+            by_shear += 1.0 / joint_stiffness[joint[k], 1]
+            kind[k] = joint[k]
+        normal[k], shear[k] = 1.0 / by_normal, 1.0 / by_shear
+    return normal, shear, joint, kind
 
 
 def _has_strength(rock: Rock) -> bool:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
+from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.history import History
-from bsm_mesh.solve.moving import TOUCHING, MovingContacts, rows_by_law, turned
+from bsm_mesh.solve.moving import TOUCHING, MovingContacts, rows_by_law
 
 
 def gather_contacts(
@@ -34,7 +34,8 @@ def gather_contacts(
     vector = outlines.corners[blocks.following[found.edge]] - start
     along = vector / np.hypot(*vector.T)[:, None]
     corner = outlines.corners[found.corner]
-    properties = _properties(catalogue, found, position, corner, along)
+    sides = found.block_a, found.block_b, found.edge, found.parallel_edge
+    properties = catalogue.look_up(position, sides, corner, along)
     source = np.where(found.history >= 0, found.history, found.inherits)
     known = source >= 0
     touching = found.in_range & (found.gap <= near)
@@ -69,17 +70,6 @@ def gather_contacts(
         lean=_edges_from_corners(outlines.corners, blocks.following, found.lean[leaning], found.corner[leaning]),
         by_law=rows_by_law(properties.law),
     )
-
-
-def _properties(
-    catalogue: JointCatalogue, found: Candidates, position: FloatArray, corner: FloatArray, along: FloatArray
-) -> ContactProperties:
-    """Return stiffness, law and tensile strength of the candidates as their blocks stand."""
-    turn_a, turn_b = position[found.block_a, 2], position[found.block_b, 2]
-    normal = turned(np.stack([along[:, 1], -along[:, 0]], axis=1), turn_b)
-    arm_a = turned(corner, turn_a)
-    arm_b = position[found.block_a, :2] + arm_a - position[found.block_b, :2]
-    return catalogue.look_up(found.block_a, found.block_b, found.edge, found.parallel_edge, arm_a, arm_b, normal)
 
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:

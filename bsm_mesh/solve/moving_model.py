@@ -77,6 +77,7 @@ class MovingModel:
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
         self.d = STEP * self.outlines.size
+        self._answered: tuple[tuple[object, ...], Evaluation] | None = None
 
     def _dead_forces(self) -> FloatArray:
         """Return weights and the forces of loads, which keep their direction, (n, 2)."""
@@ -151,8 +152,14 @@ class MovingModel:
     def evaluate(
         self, contacts: MovingContacts, position: FloatArray, friction_pressure: FloatArray | None = None
     ) -> Evaluation:
-        """Return the contact forces at a position; `friction_pressure` as `moving.evaluate` takes it."""
-        return evaluate(contacts, self.catalogue.laws, position, friction_pressure)
+        """Return the contact forces at a position; `friction_pressure` as `moving.evaluate` takes it.
+
+        One way to solve a step hands its position to the next, so the last answer is kept for the same arrays.
+        """
+        asked = contacts, position, friction_pressure
+        if self._answered is None or any(now is not then for now, then in zip(asked, self._answered[0], strict=True)):
+            self._answered = asked, evaluate(contacts, self.catalogue.laws, position, friction_pressure)
+        return self._answered[1]
 
     def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
         """Return the greatest force out of balance over the reference weight."""

@@ -151,7 +151,8 @@ class Step:
         self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
         self.supports = moving.constraints_at(anchor)
         given = moving.given(self.supports)
-        self.start, self.driven = anchor + given, bool(given.any())
+        self.driven = bool(given.any())
+        self.start = anchor + given if self.driven else anchor
         self.pattern = factors.pattern_of(contacts)
 
     def with_friction_of(self, pressure: FloatArray) -> Step:
