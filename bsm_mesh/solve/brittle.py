@@ -10,14 +10,20 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.solve.moving import Evaluation
-from bsm_mesh.solve.step import Step, moved_by
+from bsm_mesh.solve.step import Balance, Step, moved_by
 
 NEAR = 0.25  # of a correction, within which a contact opens or closes that may be what stops it
 WEIGHTY = 0.1  # of the 2-norm out of balance: a smaller jump stops no correction
 
 
-def breaking(step: Step, position: FloatArray, at: Evaluation, forces: FloatArray, correction: FloatArray) -> IntArray:
+def break_caught(step: Step, here: Balance, correction: FloatArray) -> bool:
+    """Break the contacts in whose jump Newton's method is caught, for the rest of the step; return if there are any."""
+    caught = breaking(step, here, correction)
+    step.break_contacts(caught)
+    return bool(caught.size)
+
+
+def breaking(step: Step, here: Balance, correction: FloatArray) -> IntArray:
     """Return the contacts in whose jump Newton's method is caught, (k,).
 
     They are intact, open or close at once on the way to the corrected position, and lose much with that.
@@ -26,19 +32,16 @@ def breaking(step: Step, position: FloatArray, at: Evaluation, forces: FloatArra
     ----------
     step : Step
         The equations.
-    position, correction : (n, 3) float64 [m, m, rad]
-        Where the blocks are, and where Newton's method would move them.
-    at : Evaluation
-        The contact forces there.
-    forces : (n, 3) float64 [N/m, N/m, N]
-        Forces out of balance there.
+    here : Balance
+        Where the blocks are, and what is out of balance there.
+    correction : (n, 3) float64 [m, m, rad]
+        By what Newton's method would move them.
     """
-    contacts = step.contacts
-    after = step.evaluate(moved_by(position, correction))
+    contacts, at = step.contacts, here.at
+    after = step.evaluate(moved_by(here.position, correction))
     rows = np.flatnonzero(~contacts.failed & (at.bearing != after.bearing))
     stiffness, opening = contacts.normal_stiffness[rows], contacts.tension[rows] / contacts.normal_stiffness[rows]
-    here, there = (stiffness * (contacts.offset[rows] + opening - end.gap[rows]) for end in (at, after))
+    near, far = (stiffness * (contacts.offset[rows] + opening - end.gap[rows]) for end in (at, after))
     borne = [np.hypot(end.pressure[rows], end.shear[rows]) for end in (at, after)]
-    jump = np.where(at.bearing[rows], borne[0], borne[1]) - np.abs(here)
-    _, norm = step.sizes(forces, 1.0)
-    return rows[(np.abs(here) <= NEAR * np.abs(here - there)) & (jump > WEIGHTY * norm)]
+    jump = np.where(at.bearing[rows], borne[0], borne[1]) - np.abs(near)
+    return rows[(np.abs(near) <= NEAR * np.abs(near - far)) & (jump > WEIGHTY * here.norm)]

@@ -40,7 +40,7 @@ from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newto
 
 FIRST_LAM = 1e-3  # over d
 HELD_LAM = 0.1  # over d: least for a step with shear strengths held
-MOST_UPDATES = 4  # of the contacts within the first step
+MOST_UPDATES = 6  # of the contacts within the first step
 FIRST_TOLERANCE = 1e-3  # of the first step before they are updated
 UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
@@ -213,9 +213,8 @@ class Continuation:
             contacts = recall(contacts, step.contacts, found.at, size)
             updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
             updated.room = step.room
-            at = updated.evaluate(found.position)
-            left = updated.sizes(updated.unbalanced(found.position, at.forces), self.moving.weight(at))[0]
-            wanted = max(tolerance, UPDATED * left) if update < MOST_UPDATES - 1 else tolerance
+            left = updated.balance_at(found.position).greatest
+            wanted = max(tolerance, min(FIRST_TOLERANCE, UPDATED * left)) if update < MOST_UPDATES - 1 else tolerance
             again = softened_newton(updated, found.position, wanted)
             if not again.converged:
                 break

@@ -12,12 +12,13 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.solve.brittle import break_caught
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_step import LocalStep
 from bsm_mesh.solve.moving import tangent_stiffness
-from bsm_mesh.solve.newton import MOST_HALVINGS, newton, softness_at
+from bsm_mesh.solve.newton import MOST_HALVINGS, STALLED, newton, softness_at
 from bsm_mesh.solve.pattern import BlockPattern
-from bsm_mesh.solve.step import Step, moved_by
+from bsm_mesh.solve.step import Balance, Step, moved_by
 
 FLAGGED = 3e-3  # of the greatest force out of balance: blocks above this are solved on their own
 RINGS = 5  # of blocks around them that move with them
@@ -78,8 +79,7 @@ def _relaxed(local: LocalStep, weight: float, tolerance: float, before: float) -
         near = interior_point(local, local.start, max(tolerance, ENOUGH * before))
         if near is not None:
             found = newton(local, near, tolerance, most=MOST_ITERATIONS)
-            after = local.sizes(local.unbalanced(found.position, found.at.forces), weight)[0]
-            return found.position if after < size else position
+            return found.position if local.balance_at(found.position, weight).greatest < size else position
     return position
 
 
@@ -99,27 +99,27 @@ class _Search:
 
     def relax(self, tolerance: float) -> tuple[FloatArray, float]:
         """Return where it ends, and the greatest force out of balance there."""
-        local, position = self.local, self.local.start
-        at = local.evaluate(position)
-        for iteration in range(MOST_ITERATIONS + 1):
-            forces = local.unbalanced(position, at.forces)
-            size, _ = local.sizes(forces, self.weight)
-            if size < tolerance or iteration == MOST_ITERATIONS:
+        local = self.local
+        here = local.balance_at(local.start, self.weight)
+        for _ in range(MOST_ITERATIONS):
+            if here.greatest < tolerance:
                 break
             places = local.pattern.place, len(local.pattern.column)
-            if not local.factorize(tangent_stiffness(local.contacts, at, *places, softness_at(size)), position):
+            data = tangent_stiffness(local.contacts, here.at, *places, softness_at(here.greatest))
+            if not local.factorize(data, here.position):
                 break
-            movement = local.solve(forces)
+            movement = local.solve(here.forces)
             if not np.isfinite(movement).all():
                 break
-            position = self._searched(position, forces, movement)
-            at = local.evaluate(position)
-        return position, size
+            before, here = here.norm, local.balance_at(self._searched(here, movement), self.weight)
+            if here.greatest >= tolerance and here.norm > STALLED * before and break_caught(local, here, movement):
+                here = local.balance_at(here.position, self.weight)
+        return here.position, here.greatest
 
-    def _searched(self, position: FloatArray, forces: FloatArray, movement: FloatArray) -> FloatArray:
+    def _searched(self, here: Balance, movement: FloatArray) -> FloatArray:
         """Return the position after the best part of a movement, another one for every cluster."""
-        local = self.local
-        before = self._merit(forces)
+        local, position = self.local, here.position
+        before = self._merit(here.forces)
         part, best_part = np.ones(local.clusters), np.ones(local.clusters)
         best, halve = np.full(local.clusters, np.inf), np.ones(local.clusters, dtype=bool)
         for _ in range(MOST_HALVINGS + 1):

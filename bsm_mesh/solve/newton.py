@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.brittle import breaking
+from bsm_mesh.solve.brittle import break_caught
 from bsm_mesh.solve.moving import Evaluation, first_tangent, tangent_stiffness
-from bsm_mesh.solve.step import Step, moved_by
+from bsm_mesh.solve.step import Balance, Step, moved_by
 
 MOST_ITERATIONS = 12
 STALLED = 0.7  # of the 2-norm: with more left after an iteration, contacts are looked at whose laws jump
 MOST_HALVINGS = 6
+CHORD = 0.5  # of greatest force or 2-norm: with more left by the last factors, new ones are wanted
 SOFTEST = 0.1  # of their stiffness: what open and slipping contacts keep in a softened tangent
 
 
@@ -56,38 +57,44 @@ def newton(
     most : int
         Iterations at most.
     """
-    at = step.evaluate(position)
-    forces = step.unbalanced(position, at.forces)
-    greatest, norm = step.sizes(forces, step.moving.weight(at))
+    here = step.balance_at(position)
     for iteration in range(most + 1):
-        if greatest < tolerance and (iteration or not step.driven):
-            return Found(position, at, converged=True)
+        if here.greatest < tolerance and (iteration or not step.driven):
+            return Found(here.position, here.at, converged=True)
         if iteration == most:
             break
         places = step.pattern.place, len(step.pattern.column)
         if from_rest and iteration == 0:
-            data = first_tangent(step.contacts, at, *places)
+            data = first_tangent(step.contacts, here.at, *places)
         else:
-            data = tangent_stiffness(step.contacts, at, *places, softness_at(greatest) if softened else 0.0)
-        if not step.factorize(data, position):
+            softness = softness_at(here.greatest) if softened else 0.0
+            data = tangent_stiffness(step.contacts, here.at, *places, softness)
+        if not step.factorize(data, here.position):
             break
-        correction = step.solve(forces)
+        correction = step.solve(here.forces)
         if not np.isfinite(correction).all():
             break
-        before = norm
-        position, at, forces = _halved(step, position, correction, norm)
-        greatest, norm = step.sizes(forces, step.moving.weight(at))
-        if norm > STALLED * before and greatest >= tolerance:
-            caught = breaking(step, position, at, forces, correction)
-            if caught.size:
-                step.break_contacts(caught)
-                at = step.evaluate(position)
-                forces = step.unbalanced(position, at.forces)
-                greatest, norm = step.sizes(forces, step.moving.weight(at))
-                continue
-        if norm > contraction * before and greatest >= tolerance:
+        before, here = here.norm, _halved(step, here, correction)
+        if here.greatest >= tolerance and here.norm > STALLED * before and break_caught(step, here, correction):
+            here = step.balance_at(here.position)
+        elif here.greatest >= tolerance and here.norm > contraction * before:
             break
-    return Found(position, at, converged=False)
+    return Found(here.position, here.at, converged=False)
+
+
+def chord_method(step: Step, position: FloatArray, tolerance: float) -> FloatArray:
+    """Return where Newton's method with the last factors, whatever they are of, ends: it goes on while it pays.
+
+    Near the end the 2-norm is that of rounding in all blocks, and only the greatest force still falls.
+    """
+    here, pays = step.balance_at(position), True
+    while pays and here.greatest >= tolerance:
+        there = step.balance_at(moved_by(here.position, step.solve(here.forces)))
+        if not (there.greatest <= here.greatest and there.norm <= here.norm):
+            break
+        pays = there.greatest < CHORD * here.greatest or there.norm < CHORD * here.norm
+        here = there
+    return here.position
 
 
 def softness_at(greatest: float) -> float:
@@ -109,25 +116,20 @@ def elastic_position(step: Step) -> FloatArray:
     return moved_by(step.start, movement) if np.isfinite(movement).all() else step.start
 
 
-def _halved(
-    step: Step, position: FloatArray, correction: FloatArray, norm: float
-) -> tuple[FloatArray, Evaluation, FloatArray]:
+def _halved(step: Step, here: Balance, correction: FloatArray) -> Balance:
     """Return the best of the corrections halved until the 2-norm falls.
 
     The greatest residual as merit needs many times the iterations.
     """
     size = step.movement(correction)
     part = min(1.0, step.longest / size) if size > 0 else 1.0
-    best: tuple[float, FloatArray, Evaluation, FloatArray] | None = None
+    best: Balance | None = None
     for _ in range(MOST_HALVINGS + 1):
-        trial = moved_by(position, part * correction)
-        at = step.evaluate(trial)
-        forces = step.unbalanced(trial, at.forces)
-        found = step.sizes(forces, step.moving.weight(at))[1]
-        if best is None or found < best[0]:
-            best = found, trial, at, forces
-        if found < (1 - 1e-3 * part) * norm:
+        there = step.balance_at(moved_by(here.position, part * correction))
+        if best is None or there.norm < best.norm:
+            best = there
+        if there.norm < (1 - 1e-3 * part) * here.norm:
             break
         part /= 2
     assert best is not None
-    return best[1], best[2], best[3]
+    return best

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,6 +34,8 @@ class Factors:
         Name of the linear solver, once it was used.
     count : int
         Factorizations so far.
+    ready : bool
+        Whether there are factors of a matrix with the last pattern.
     bolt_places : (k,) int32
         Places of the bolts in the last pattern.
     """
@@ -41,7 +43,7 @@ class Factors:
     def __init__(self, moving: MovingModel, options: Options) -> None:
         self.options, self.moving, self.blocks = options, moving, moving.model.blocks
         self.bolt_places = np.zeros(0, np.int32)
-        self.name, self.count = "", 0
+        self.name, self.count, self.ready = "", 0, False
         self._solver: LinearSolver | None = None
         self._pattern: BlockPattern | None = None
 
@@ -69,16 +71,18 @@ class Factors:
         assert self._pattern is not None
         options, centroid = self.options, self.blocks.moments.centroid
         solver = make_linear_solver(options.linear_solver, self._pattern, centroid, options.threads, corrections=True)
-        self._solver, self.name = solver, solver.name
+        self._solver, self.name, self.ready = solver, solver.name, False
         return solver
 
     def factorize(self, data: FloatArray) -> bool:
         """Factorize the blocks (n_places, 3, 3) of the last pattern; False where the matrix is singular."""
         self.count += 1
+        self.ready = False
         try:
             (self._solver or self._open()).factorize(data)
         except SingularMatrixError:
             return False
+        self.ready = True
         return True
 
     def is_positive_definite(self, data: FloatArray) -> bool:
@@ -110,7 +114,32 @@ class Factors:
         """Give the factors' memory back."""
         if self._solver is not None:
             self._solver.close()
-            self._solver = None
+            self._solver, self.ready = None, False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Balance:
+    """What is out of balance at a position.
+
+    Attributes
+    ----------
+    position : (n, 3) float64 [m, m, rad]
+        Where.
+    at : Evaluation
+        The contact forces there.
+    forces : (n, 3) float64 [N/m, N/m, N]
+        What the equations lack.
+    greatest : float
+        The greatest component of what counts of them, over the reference weight.
+    norm : float [N/m]
+        Their 2-norm.
+    """
+
+    position: FloatArray
+    at: Evaluation
+    forces: FloatArray
+    greatest: float
+    norm: float
 
 
 class Step:
@@ -224,9 +253,13 @@ class Step:
         norm = np.sqrt(np.einsum("ij,ij", free, free))  # not BLAS: its threads would wait beside the linear solver's
         return float(np.abs(free).max()) / weight, float(norm) / weight
 
-    def norm_at(self, position: FloatArray) -> float:
-        """Return the 2-norm of the forces out of balance at a position [N/m]."""
-        return self.sizes(self.unbalanced(position, self.evaluate(position).forces), 1.0)[1]
+    def balance_at(self, position: FloatArray, weight: float | None = None) -> Balance:
+        """Return what is out of balance at a position, its greatest component over the reference weight or another."""
+        at = self.evaluate(position)
+        weight = weight or self.moving.weight(at)
+        forces = self.unbalanced(position, at.forces)
+        greatest, norm = self.sizes(forces, weight)
+        return Balance(position, at, forces, greatest, norm * weight)
 
     def movement(self, step: FloatArray) -> float:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""

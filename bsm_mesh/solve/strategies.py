@@ -11,11 +11,13 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_phase import relax_locally
-from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, elastic_position, newton
+from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.step import Step
 
 SHRINKING = 0.25  # Newton's method at the start goes on while it shrinks the 2-norm to this in two factorizations
 MOST_SOFTENED = 30  # of them at most
+MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of the 2-norm to which a round brings it
+NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may be used for all blocks
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
@@ -41,24 +43,44 @@ def solve_at_once(step: Step, tolerance: float) -> Found:
 
 
 def softened_newton(step: Step, position: FloatArray, tolerance: float, *, inside: bool = False) -> Found:
-    """Return where Newton's method with softened tangents ends, after each of them the worst blocks solved apart.
+    """Return where Newton's method with softened tangents ends, before and after each of them settled (`_settled`).
 
-    `inside`: those by the interior point method too, which may take them to an equilibrium farther away.
+    `inside`: the worst blocks by the interior point method too, which may take them to an equilibrium farther away.
     """
-    norms = [np.inf, step.norm_at(position)]
+    position = _settled(step, position, tolerance, inside=inside)
+    norms = [np.inf, step.balance_at(position).norm]
     found = Found(position, step.evaluate(position), converged=False)
     for _ in range(MOST_SOFTENED):
         contacts = step.contacts
         found = newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
             break
-        position = relax_locally(step, found.position, tolerance, inside=inside)
-        norms.append(step.norm_at(position))
+        position = _settled(step, found.position, tolerance, inside=inside)
+        norms.append(step.balance_at(position).norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
         elif norms[-1] > SHRINKING * norms[-3]:
             break
     return found
+
+
+def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool) -> FloatArray:
+    """Return a position from which whatever needs no factorization of the whole is done.
+
+    The worst blocks are solved apart, then what that leaves out of balance around them is spread with the last factors
+    of the whole; in turns, while it halves the 2-norm. Where many blocks are far out of balance the last factors lead
+    astray, and are left alone.
+    """
+    here = step.balance_at(position)
+    for _ in range(MOST_ROUNDS):
+        relaxed = relax_locally(step, here.position, tolerance, inside=inside)
+        few = relaxed is not here.position
+        if step.factors.ready and (few or here.greatest < NEAR_BALANCE):
+            relaxed = chord_method(step, relaxed, tolerance)
+        before, here = here.norm, step.balance_at(relaxed)
+        if here.greatest < tolerance or here.norm > HALVED * before:
+            break
+    return here.position
 
 
 class MovingSteps:
@@ -120,9 +142,8 @@ def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found
     better = newton(held, near, inner, most=MOST_POLISHING)
     if better.converged:
         return better
-    at = held.evaluate(near)
-    greatest, _ = held.sizes(held.unbalanced(near, at.forces), step.moving.weight(at))
-    return Found(near, at, converged=greatest < UNPOLISHED)
+    there = held.balance_at(near)
+    return Found(near, there.at, converged=there.greatest < UNPOLISHED)
 
 
 def _from_inside(

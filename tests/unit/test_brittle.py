@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import newton, strategies
+from bsm_mesh.solve import brittle, strategies
 from bsm_mesh.solve.brittle import NEAR, breaking
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.newton import Found
@@ -33,10 +33,9 @@ def caught(step: Step, turn: float, pressed: float = PRESSED) -> np.ndarray:
     """Return the contacts that break where the left corner is hardly pressed, and a correction turns the block."""
     position = step.start.copy()
     position[1] += [SHEARED, -pressed - 1e-5, -2e-5]  # the left corner at -pressed, the right one 20 micrometres deeper
-    at = step.evaluate(position)
     correction = np.zeros_like(position)
     correction[1, 2] = -turn  # clockwise: the left corner lifts by turn / 2
-    return breaking(step, position, at, step.unbalanced(position, at.forces), correction)
+    return breaking(step, step.balance_at(position), correction)
 
 
 def test_a_corner_that_bears_shear_and_would_open_breaks():
@@ -107,7 +106,7 @@ def test_a_tunnel_in_whose_wall_joints_fail_needs_it(monkeypatch):
         return stage.steps[0].factorizations
 
     with_it = first_step()
-    monkeypatch.setattr(newton, "breaking", lambda *_: np.zeros(0, int))
+    monkeypatch.setattr(brittle, "breaking", lambda *_: np.zeros(0, int))
     assert 2 * with_it < first_step()
 
 

@@ -8,14 +8,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import local_phase
+from bsm_mesh.solve import local_phase, strategies
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.local_phase import RINGS, relax_locally
 from bsm_mesh.solve.local_step import LocalStep
 from bsm_mesh.solve.moving import tangent_stiffness
-from bsm_mesh.solve.newton import Found
+from bsm_mesh.solve.newton import Found, chord_method
 from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import solve_at_once
+from bsm_mesh.solve.strategies import softened_newton, solve_at_once
 
 COURSES, BRICKS, TOLERANCE = 24, 40, 5e-7
 BLOCK = 100  # which is pushed
@@ -100,6 +100,33 @@ def test_some_blocks_have_the_equations_of_all_with_the_others_held(rest):
     assert not movement[~moves].any()
     assert local.clusters == 2
     local.close()
+
+
+def test_near_rest_the_last_factors_do(rest):
+    """All blocks a little out of place: the last factors, of a softened tangent, bring them back, and pay each time."""
+    step, position = rest
+    shaken = position + 1e-9 * np.random.default_rng(0).normal(size=position.shape)
+    assert step.balance_at(shaken).greatest > 1e3 * TOLERANCE
+    before = step.factors.count
+    found = chord_method(step, shaken, TOLERANCE)
+    assert step.balance_at(found).greatest < TOLERANCE
+    assert step.factors.count == before
+    far = position + 1e-4 * np.random.default_rng(0).normal(size=position.shape)
+    assert step.balance_at(chord_method(step, far, TOLERANCE)).norm <= step.balance_at(far).norm
+
+
+def test_a_block_out_of_place_near_rest_takes_no_factorization_of_the_whole(rest, monkeypatch):
+    step, position = rest
+    pushed = position.copy()
+    pushed[BLOCK, :2] += 2e-6
+    before = step.factors.count
+    found = softened_newton(step, pushed, TOLERANCE)
+    assert found.converged
+    assert step.factors.count == before
+    monkeypatch.setattr(strategies, "MOST_ROUNDS", 0)
+    found = softened_newton(step, pushed, TOLERANCE)
+    assert found.converged
+    assert step.factors.count > before
 
 
 def test_what_newtons_method_does_not_end_is_solved_from_inside(rest, monkeypatch):
