@@ -33,7 +33,7 @@ from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.history import History, commit, recall
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
-from bsm_mesh.solve.newton import Found, newton
+from bsm_mesh.solve.newton import Found, chord_method, newton
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Factors, Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newton, solve_at_once
@@ -84,6 +84,14 @@ class _Taken:
     found: Found
     step: Step
     rejected: bool = False
+
+
+def _polished(step: Step, found: Found) -> Found:
+    """Return what the last factors still gain beyond the tolerance: closed forms of small models hold to rounding."""
+    if not (found.converged and step.factors.ready):
+        return found
+    position = chord_method(step, found.position, 0.0)
+    return Found(position, step.evaluate(position), converged=True)
 
 
 class Continuation:
@@ -221,7 +229,7 @@ class Continuation:
             step, found, same = updated, again, again.position is found.position
             if same:
                 break
-        return _Taken(found, step)
+        return _Taken(_polished(step, found), step)
 
     def _record(
         self,

@@ -223,7 +223,7 @@ def test_many_candidates_of_one_pair():
 
 
 def test_two_threads_find_the_same(monkeypatch):
-    """Row for row, with history, heirs and rivals, at every step of bricks that slide off a base and fall."""
+    """Row for row, with history, heirs and rivals, at every step of bricks that slide off a base, beside squares."""
     given, real = [], search.detect_contacts
 
     def both(outlines, position, active, band):
@@ -238,7 +238,10 @@ def test_two_threads_find_the_same(monkeypatch):
 
     monkeypatch.setattr(gathering, "detect_contacts", both)
     model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([rectangle(-1, -1, 5, 0), *running_bond(4, 4)], rock="r"),
+        blocks=bsm.Blocks.from_polygons(
+            [rectangle(-1, -1, 15, 0), *running_bond(4, 4), *(np.add(square, (8, 0)) for square in grid(3, 3))],
+            rock="r",
+        ),
         rocks=[bsm.Rock("r", unit_weight=26e3)],
         joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=10.0))],
         default_joint="J",
