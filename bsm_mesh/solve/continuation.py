@@ -43,6 +43,10 @@ HELD_LAM = 0.1  # over d: least for a step with shear strengths held
 MOST_UPDATES = 6  # of the contacts within the first step
 FIRST_TOLERANCE = 1e-3  # of the first step before they are updated
 UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
+LEAST_INNER, CONFIRMED = (
+    0.5,
+    0.99,
+)  # of the tolerance: more is asked of no step, for in a million blocks rounding is near
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 
 
@@ -140,9 +144,9 @@ class Continuation:
             residual = moving.static_residual(contacts, position)
             if number == 0:
                 self.start_residual = residual
-            inner = max(0.1 * self.options.tolerance, 1e-2 * min(residual, 1.0))
-            if residual < 0.5 * self.options.tolerance:  # at rest already, which this step confirms
-                inner = 0.5 * self.options.tolerance
+            inner = max(LEAST_INNER * self.options.tolerance, 1e-2 * min(residual, 1.0))
+            if residual < CONFIRMED * self.options.tolerance:  # at rest already, which this step confirms
+                inner = max(inner, residual / CONFIRMED)
             taken = self._take(contacts, position, lam, inner, direct=number == 0, quiet=quiet > 0)
             if taken is None:
                 return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", contacts, position)

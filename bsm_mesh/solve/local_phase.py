@@ -44,7 +44,7 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside:
         By the interior point method as well, where Newton's does not end.
     """
     sizes, weight = _out_of_balance(step, position)
-    threshold = max(FLAGGED * sizes.max(), 3 * tolerance)
+    threshold = max(FLAGGED * sizes.max(), min(3 * tolerance, sizes.max() / 3))
     if (sizes > threshold).sum() > MOST_BLOCKS * len(sizes):
         return position
     flagged = _grown(step.pattern, sizes > threshold, step.moving.driven)

@@ -11,7 +11,7 @@ from bsm_mesh.solve.pardiso import Pardiso
 from bsm_mesh.solve.pattern import BlockPattern
 
 ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
-MOST_REFINEMENTS = 4
+MOST_REFINEMENTS, SLOWEST = 10, 0.5  # each leaves at most this part: of a million blocks in a wall, a tenth
 
 
 class RefinedPardiso:
@@ -49,12 +49,15 @@ class RefinedPardiso:
             return self._solver.solve(right_side)
         matrix = bsr_array((self._data, self._pattern.column, self._pattern.row_start))
         wanted = ACCURACY * self._size(right_side)
-        x, left = np.zeros_like(right_side), right_side
+        x, left, size = np.zeros_like(right_side), right_side, np.inf
         for _ in range(MOST_REFINEMENTS):
             x = x + self._solved(left)
             left = right_side - (matrix @ x.ravel()).reshape(x.shape)
-            if self._size(left) <= wanted:
+            before, size = size, self._size(left)
+            if size <= wanted:
                 return x
+            if not size < SLOWEST * before:
+                break
         try:
             self._go_double()
         except SingularMatrixError:  # which single precision did not notice
