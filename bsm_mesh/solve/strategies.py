@@ -14,12 +14,14 @@ from bsm_mesh.solve.local_phase import relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.step import Step
 
-SHRINKING = 0.25  # Newton's method at the start goes on while it shrinks the 2-norm to this in two factorizations
+SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
 MOST_SOFTENED = 30  # of them at most
 MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of the 2-norm to which a round brings it
-NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may be used for all blocks
+NEAR_BALANCE = (
+    0.1  # greatest force out of balance up to which the last factors may be used for all blocks, and time given
+)
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
-WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this
+WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this; softened, near balance
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
@@ -56,10 +58,11 @@ def softened_newton(step: Step, position: FloatArray, tolerance: float, *, insid
         if found.converged:
             break
         position = _settled(step, found.position, tolerance, inside=inside)
-        norms.append(step.balance_at(position).norm)
+        here = step.balance_at(position)
+        norms.append(here.norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
-        elif norms[-1] > SHRINKING * norms[-3]:
+        elif norms[-1] > (SHRINKING if here.greatest > NEAR_BALANCE else WORTHWHILE) * norms[-3]:
             break
     return found
 
