@@ -29,13 +29,14 @@ from bsm_mesh.solve.balance import fall_rate
 from bsm_mesh.solve.bolt_evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
+from bsm_mesh.solve.factors import Factors
 from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.history import History, commit, recall
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.newton import Found, chord_method, newton
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.step import Factors, Step
+from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newton, solve_at_once
 
 FIRST_LAM = 1e-3  # over d
