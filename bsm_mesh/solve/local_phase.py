@@ -55,10 +55,23 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside:
         relaxed = local.whole(_relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf))
     finally:
         local.close()
-    contacts = step.contacts
-    step.break_contacts(local.rows[local.contacts.failed & ~contacts.failed[local.rows]])
+    return _taken(step, local, position, relaxed)
+
+
+def _taken(step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArray) -> FloatArray:
+    """Return the relaxed position where that helps, cluster by cluster, what is around each counted with it."""
+    contacts, before = step.contacts, _out_of_balance(step, position)[0]
+    broken = local.contacts.failed & ~contacts.failed[local.rows]
+    step.break_contacts(local.rows[broken])
     after = _out_of_balance(step, relaxed)[0]
-    if np.sqrt((after**2).sum()) > WORSE * np.sqrt((sizes**2).sum()):
+    helped = local.by_cluster(after**2) <= WORSE**2 * local.by_cluster(before**2)
+    if not helped.all():
+        step.contacts = contacts
+        step.break_contacts(local.rows[broken & helped[local.cluster_of_row]])
+        stay, relaxed = local.blocks[local.block[~helped[local.cluster]]], relaxed.copy()
+        relaxed[stay] = position[stay]
+        after = _out_of_balance(step, relaxed)[0]
+    if not helped.any() or (after**2).sum() > WORSE**2 * (before**2).sum():
         step.contacts = contacts
         return position
     return relaxed

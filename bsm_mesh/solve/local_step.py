@@ -45,6 +45,8 @@ class LocalStep(Step):
         Number of groups of moving blocks without a contact between.
     cluster : (k,) int32
         Group of each.
+    cluster_of_row : (l,) int64
+        Group that each contact has a part in.
     """
 
     def __init__(self, step: Step, moves: BoolArray, position: FloatArray) -> None:
@@ -86,6 +88,22 @@ class LocalStep(Step):
         self.pattern = replace(self._solved, column=np.append(column, np.int32(0)))
         self._bolt_places = local[self.factors.bolt_places]
         self.clusters, self.cluster = connected_components(part, directed=False)
+        self._set_clusters()
+
+    def _set_clusters(self) -> None:
+        """Set the cluster of every contact, and of every block: held ones belong to one of those that they touch."""
+        c, of_block = self.contacts.candidates, np.full(len(self.blocks), -1, np.int64)
+        of_block[self.block] = self.cluster
+        self.cluster_of_row = np.maximum(of_block[c.block_a], of_block[c.block_b])
+        for side in (c.block_a, c.block_b):
+            held = of_block[side] < 0
+            of_block[side[held]] = self.cluster_of_row[held]
+        self._cluster_of_block = of_block
+
+    def by_cluster(self, values: FloatArray) -> FloatArray:
+        """Return the sums of blocks' values (n,) over every cluster and the held blocks around it, (clusters,)."""
+        sums: FloatArray = np.bincount(self._cluster_of_block, values[self.blocks], self.clusters).astype(float)
+        return sums
 
     def whole(self, position: FloatArray) -> FloatArray:
         """Return where all blocks (n, 3) are with those of this step at a position."""

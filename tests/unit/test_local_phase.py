@@ -64,6 +64,32 @@ def test_a_block_out_of_place_comes_to_rest_and_those_far_from_it_stay(rest):
     assert sizes(step, relaxed).max() < 0.05 * before.max()
 
 
+def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
+    step, position = rest
+    pushed, other = position.copy(), BLOCK + 20 * BRICKS
+    pushed[[BLOCK, other], :2] += 2e-6
+    real, spoiled = local_phase._relaxed, []
+
+    def spoil_one(local: LocalStep, *how: float) -> np.ndarray:
+        found = real(local, *how)
+        assert local.clusters == 2
+        label = local.cluster[local.blocks[local.block] == other]
+        chosen = local.block[local.cluster == label]
+        found[chosen, 0] += 1e-4 * np.random.default_rng(0).normal(size=len(chosen))
+        spoiled.extend(local.blocks[chosen])
+        return found
+
+    monkeypatch.setattr(local_phase, "_relaxed", spoil_one)
+    relaxed = relax_locally(step, pushed, TOLERANCE)
+    moved = (relaxed != pushed).any(axis=1)
+    assert moved[BLOCK]
+    assert not moved[spoiled].any()
+    assert other in spoiled
+    before, after = sizes(step, pushed), sizes(step, relaxed)
+    assert after[BLOCK] < 0.05 * before[BLOCK]
+    assert after[other] == pytest.approx(before[other])
+
+
 def test_where_most_blocks_are_out_of_balance_nothing_is_solved_apart(rest):
     step, position = rest
     shaken = position + 1e-6 * np.random.default_rng(0).normal(size=position.shape)
