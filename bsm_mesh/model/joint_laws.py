@@ -49,6 +49,8 @@ class JointLaw(Protocol):
     ) -> JointResponse:
         """Return the response of contacts.
 
+        Those that do not touch come with neither pressure nor trial shear: that must leave their state as it is.
+
         Parameters
         ----------
         pressure : (m,) float64 [N/m]

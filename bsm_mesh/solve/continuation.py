@@ -44,10 +44,8 @@ HELD_LAM = 0.1  # over d: least for a step with shear strengths held
 MOST_UPDATES = 6  # of the contacts within the first step
 FIRST_TOLERANCE = 1e-3  # of the first step before they are updated
 UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
-LEAST_INNER, CONFIRMED = (
-    0.5,
-    0.99,
-)  # of the tolerance: more is asked of no step, for in a million blocks rounding is near
+LEAST_INNER = 0.5  # of the tolerance: more is asked of no step, for in great models rounding is near
+CONFIRMED = 0.99  # of the tolerance: with less out of balance, a step has only to confirm it
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 
 

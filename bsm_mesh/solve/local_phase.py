@@ -55,12 +55,15 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside:
         relaxed = local.whole(_relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf))
     finally:
         local.close()
-    return _taken(step, local, position, relaxed)
+    return _taken(step, local, position, relaxed, sizes)
 
 
-def _taken(step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArray) -> FloatArray:
-    """Return the relaxed position where that helps, cluster by cluster, what is around each counted with it."""
-    contacts, before = step.contacts, _out_of_balance(step, position)[0]
+def _taken(step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArray, before: FloatArray) -> FloatArray:
+    """Return the relaxed position where that helps, cluster by cluster, what is around each counted with it.
+
+    `before`: what every block had out of balance at the position, (n,).
+    """
+    contacts = step.contacts
     broken = local.contacts.failed & ~contacts.failed[local.rows]
     step.break_contacts(local.rows[broken])
     after = _out_of_balance(step, relaxed)[0]

@@ -94,6 +94,7 @@ class Step:
         there = copy(self)
         there.anchor, there.lam, there.friction_pressure = position, lam, None
         there.supports = self.moving.constraints_at(position)
+        there.pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
         return there
 
     def break_contacts(self, rows: IntArray) -> None:

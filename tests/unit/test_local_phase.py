@@ -9,7 +9,9 @@ from scipy.sparse import bsr_array
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import local_phase, strategies
+from bsm_mesh.solve.balance import fall_rate
 from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.history import History
 from bsm_mesh.solve.local_phase import RINGS, relax_locally
 from bsm_mesh.solve.local_step import LocalStep
 from bsm_mesh.solve.moving import tangent_stiffness
@@ -168,3 +170,16 @@ def test_what_newtons_method_does_not_end_is_solved_from_inside(rest, monkeypatc
     )
     relaxed = relax_locally(step, pushed, TOLERANCE, inside=True)
     assert sizes(step, relaxed).max() < 0.1 * sizes(step, pushed).max()
+
+
+def test_an_equilibrium_is_judged_by_its_own_contacts_though_a_later_step_had_others(rest, monkeypatch):
+    step, position = rest
+    lifted = position.copy()
+    lifted[BLOCK, 1] += 100.0
+    contacts = step.moving.gather(History.none(), lifted, first=True)
+    other = Step(step.moving, step.factors, contacts, lifted, step.lam)
+    assert len(other.pattern.column) != len(step.pattern.column)
+    assert fall_rate(step, position, step.evaluate(position), 1e-6) == 0.0
+    Step(step.moving, step.factors, contacts, lifted, step.lam)
+    monkeypatch.setattr(step.factors, "is_positive_definite", lambda _: False)  # then power iteration says the same
+    assert fall_rate(step, position, step.evaluate(position), 1e-6) == 0.0

@@ -77,3 +77,22 @@ def test_large_systems_of_corrections_take_it():
         solver.factorize(data)
         assert np.isfinite(solver.solve(np.ones((rows, 3)))).all()
         solver.close()
+
+
+@pytest.mark.parametrize(("lacks", "single"), [(0.2, True), (0.7, False)])
+def test_refinement_goes_on_while_each_leaves_less_than_half(monkeypatch, lacks, single):
+    """Factors whose solutions lack a fifth need six refinements; those that lack more are made again in double."""
+    pattern, data, matrix = chain(50, SPRING)
+    force, real, count = np.ones((50, 3)), RefinedPardiso._solved, []
+
+    def poor(self, right_side):
+        count.append(1)
+        return (1 - lacks) * real(self, right_side)
+
+    monkeypatch.setattr(RefinedPardiso, "_solved", poor)
+    solver = RefinedPardiso(pattern)
+    solver.factorize(data)
+    assert_allclose(matrix @ solver.solve(force).ravel(), force.ravel(), rtol=1e-3)
+    assert solver._single == single
+    assert (len(count) == 6) == single
+    solver.close()
