@@ -11,7 +11,7 @@ from bsm_mesh.solve.pardiso import Pardiso
 from bsm_mesh.solve.pattern import BlockPattern
 
 ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
-MOST_REFINEMENTS, SLOWEST = 10, 0.5  # each leaves at most this part: of a million blocks in a wall, a tenth
+MOST_REFINEMENTS, SLOWEST = 10, 0.5  # each leaves at most this part: in a wall of 400 000, a fiftieth
 
 
 class RefinedPardiso:

@@ -17,9 +17,7 @@ from bsm_mesh.solve.step import Step
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
 MOST_SOFTENED = 30  # of them at most
 MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of the 2-norm to which a round brings it
-NEAR_BALANCE = (
-    0.1  # greatest force out of balance up to which the last factors may be used for all blocks, and time given
-)
+NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may serve all blocks, and time is given
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this; softened, near balance
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
