@@ -17,25 +17,29 @@ def relative_positions(
     position: FloatArray,
     block_a: IntArray,
     block_b: IntArray,
-    corner: FloatArray,
-    start: FloatArray,
-    along: FloatArray,
+    corner: IntArray,
+    edge: IntArray,
+    corners: FloatArray,
+    directions: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2)."""
+    """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2).
+
+    `corners` (n_vertices, 2) and `directions` of their edges are in the frame of their blocks, as in `Outlines`.
+    """
     m = block_a.size
     gap, coordinate = np.empty(m), np.empty(m)
     tangent, arm_a, arm_b = np.empty((m, 2)), np.empty((m, 2)), np.empty((m, 2))
     cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
     for k in range(m):
-        a, b = block_a[k], block_b[k]
-        ax = cosine[a] * corner[k, 0] - sine[a] * corner[k, 1]
-        ay = sine[a] * corner[k, 0] + cosine[a] * corner[k, 1]
-        tx = cosine[b] * along[k, 0] - sine[b] * along[k, 1]
-        ty = sine[b] * along[k, 0] + cosine[b] * along[k, 1]
+        a, b, v, e = block_a[k], block_b[k], corner[k], edge[k]
+        ax = cosine[a] * corners[v, 0] - sine[a] * corners[v, 1]
+        ay = sine[a] * corners[v, 0] + cosine[a] * corners[v, 1]
+        tx = cosine[b] * directions[e, 0] - sine[b] * directions[e, 1]
+        ty = sine[b] * directions[e, 0] + cosine[b] * directions[e, 1]
         rx = position[a, 0] - position[b, 0] + ax
         ry = position[a, 1] - position[b, 1] + ay
-        dx = rx - (cosine[b] * start[k, 0] - sine[b] * start[k, 1])
-        dy = ry - (sine[b] * start[k, 0] + cosine[b] * start[k, 1])
+        dx = rx - (cosine[b] * corners[e, 0] - sine[b] * corners[e, 1])
+        dy = ry - (sine[b] * corners[e, 0] + cosine[b] * corners[e, 1])
         gap[k] = dx * ty - dy * tx
         coordinate[k] = dx * tx + dy * ty
         tangent[k, 0], tangent[k, 1] = tx, ty

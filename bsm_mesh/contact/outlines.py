@@ -54,6 +54,8 @@ class Outlines:
     ----------
     corners : (n_vertices, 2) float64 [m]
         Corners from the centroid of their block, at zero rotation.
+    directions : (n_vertices, 2) float64
+        Unit directions of the edges, at zero rotation.
     offsets : (n_blocks + 1,) int32
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
     fans : (n_vertices,) int32
@@ -67,6 +69,7 @@ class Outlines:
     """
 
     corners: FloatArray
+    directions: FloatArray
     offsets: IntArray
     fans: IntArray
     held: BoolArray
@@ -74,7 +77,8 @@ class Outlines:
     size: float
 
     def __post_init__(self) -> None:
-        own_array(self, "corners", np.float64, (None, 2))
+        for name in ("corners", "directions"):
+            own_array(self, name, np.float64, (None, 2))
         for name in ("offsets", "fans"):
             own_array(self, name, np.int32, (None,))
         own_array(self, "held", np.bool_, (None,))
@@ -85,8 +89,11 @@ class Outlines:
         """Return the outlines of blocks, of which those flagged in `held` (n_blocks,) cannot move."""
         fixed = np.asarray(held, dtype=bool)
         block_size = np.sqrt(blocks.moments.area)
+        corners = blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)]
+        edge = corners[blocks.following] - corners
         return cls(
-            corners=blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)],
+            corners=corners,
+            directions=edge / np.hypot(*edge.T)[:, None],
             offsets=blocks.offsets,
             fans=_fans(blocks),
             held=fixed,

@@ -74,7 +74,7 @@ class JointCatalogue:
         self._tension = np.array(tension)
 
     def look_up(
-        self, position: FloatArray, sides: tuple[IntArray, ...], corner: FloatArray, along: FloatArray
+        self, position: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray
     ) -> ContactProperties:
         """Return the properties of contacts.
 
@@ -83,12 +83,12 @@ class JointCatalogue:
         position : (n, 3) float64 [m, m, rad]
             Centroid and rotation of every block.
         sides : tuple of (m,) int32
-            Block with the corner, block with the edge, that edge, and the edge of the first block that lies along it
-            (-1: none).
-        corner : (m, 2) float64 [m]
-            The corner in the frame of its block.
-        along : (m, 2) float64
-            Unit direction of the edge in the frame of its block.
+            Block with the corner, block with the edge, that corner, that edge, and the edge of the first block that
+            lies along it (-1: none).
+        corners : (n_vertices, 2) float64 [m]
+            All corners in the frames of their blocks.
+        directions : (n_vertices, 2) float64
+            Unit directions of the edges that start there.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class JointCatalogue:
         """
         joints = self._joint_of_edge, self._default, self._joint_stiffness
         rocks = self._model.blocks.rock, self._floor, self._moduli
-        normal, shear, joint, kind = _in_series(position, *sides, corner, along, *joints, *rocks)
+        normal, shear, joint, kind = _in_series(position, *sides, corners, directions, *joints, *rocks)
         stiff = np.flatnonzero(np.isinf(normal))
         if stiff.size:
             a, b = int(sides[0][stiff[0]]), int(sides[1][stiff[0]])
@@ -119,10 +119,11 @@ def _in_series(
     position: FloatArray,
     block_a: IntArray,
     block_b: IntArray,
+    corner: IntArray,
     edge: IntArray,
     parallel_edge: IntArray,
-    corner: FloatArray,
-    along: FloatArray,
+    corners: FloatArray,
+    directions: FloatArray,
     joint_of_edge: IntArray,
     default: int,
     joint_stiffness: FloatArray,
@@ -139,16 +140,16 @@ def _in_series(
     joint, kind = np.empty(m, np.int32), np.empty(m, np.int32)
     cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
     for k in range(m):
-        a, b = block_a[k], block_b[k]
-        joint[k] = joint_of_edge[edge[k]]
+        a, b, v, e = block_a[k], block_b[k], corner[k], edge[k]
+        joint[k] = joint_of_edge[e]
         if joint[k] < 0 and parallel_edge[k] >= 0:
             joint[k] = joint_of_edge[parallel_edge[k]]
         if joint[k] < 0:
             joint[k] = default
-        tx = cosine[b] * along[k, 0] - sine[b] * along[k, 1]
-        ty = sine[b] * along[k, 0] + cosine[b] * along[k, 1]
-        ax = cosine[a] * corner[k, 0] - sine[a] * corner[k, 1]
-        ay = sine[a] * corner[k, 0] + cosine[a] * corner[k, 1]
+        tx = cosine[b] * directions[e, 0] - sine[b] * directions[e, 1]
+        ty = sine[b] * directions[e, 0] + cosine[b] * directions[e, 1]
+        ax = cosine[a] * corners[v, 0] - sine[a] * corners[v, 1]
+        ay = sine[a] * corners[v, 0] + cosine[a] * corners[v, 1]
         rx, ry = position[a, 0] - position[b, 0] + ax, position[a, 1] - position[b, 1] + ay
         depth_a = max(ay * tx - ax * ty, floor[a])
         depth_b = max(rx * ty - ry * tx, floor[b])

@@ -30,12 +30,8 @@ def gather_contacts(
     """
     found = detect_contacts(outlines, position, history.active, band)
     blocks, near = model.blocks, TOUCHING * outlines.size
-    start = outlines.corners[found.edge]
-    vector = outlines.corners[blocks.following[found.edge]] - start
-    along = vector / np.hypot(*vector.T)[:, None]
-    corner = outlines.corners[found.corner]
-    sides = found.block_a, found.block_b, found.edge, found.parallel_edge
-    properties = catalogue.look_up(position, sides, corner, along)
+    sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
+    properties = catalogue.look_up(position, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.inherits)
     known = source >= 0
     touching = found.in_range & (found.gap <= near)
@@ -50,11 +46,9 @@ def gather_contacts(
     old_along, first_along = _anchors(history, found, fresh)
     leaning = np.flatnonzero(found.lean >= 0)
     return MovingContacts(
+        outlines=outlines,
         candidates=found,
         properties=properties,
-        corner=corner,
-        start=start,
-        along=along,
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,
         tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),

@@ -24,7 +24,7 @@ from bsm_mesh.contact.interior_kernels import (
     smoothed_pressure,
     smoothed_shear,
 )
-from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
+from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.moving import MovingContacts, may_bear, respond
 from bsm_mesh.solve.step import Step, moved_by
@@ -105,7 +105,7 @@ class _Problem:
     def typical_product(self, elastic: FloatArray) -> float:
         """Return the median of pressure squared over stiffness at a position: what the barrier starts from."""
         c = self.step.contacts
-        pressure = c.normal_stiffness * np.maximum(c.offset - self._relative(elastic)[0], 0.0)
+        pressure = c.normal_stiffness * np.maximum(c.offset - self.step.contacts.relative_positions(elastic)[0], 0.0)
         weight = self.step.moving.reference
         pressing = pressure > BEARING * weight
         if not pressing.any():
@@ -115,7 +115,7 @@ class _Problem:
     def begin(self, position: FloatArray, barrier: float) -> tuple[FloatArray, float]:
         """Return the state at a position with all products equal to the barrier, and the barrier."""
         c = self.step.contacts
-        gap, along, tangent, *_ = self._relative(position)
+        gap, along, tangent, *_ = self.step.contacts.relative_positions(position)
         on_edge = (along >= -c.reach) & (along <= c.candidates.edge_length + c.reach)
         on_edge &= may_bear(c, position, gap, tangent)
         self.kind[0, on_edge] = LIMITED
@@ -131,7 +131,7 @@ class _Problem:
     def look(self, position: FloatArray, state: FloatArray) -> None:
         """Set gaps, trial shears and strengths at a position, and the forces out of balance."""
         c, self.position = self.step.contacts, position
-        gap, along, *self.frame = self._relative(position)
+        gap, along, *self.frame = self.step.contacts.relative_positions(position)
         self.now[0], self.now[1] = gap - c.offset, self._trial(along)
         self._set_strength(state)
         limited = self.kind[1] == LIMITED
@@ -181,13 +181,6 @@ class _Problem:
         stiffness = (condensed[0], condensed[1], condensed[2])
         data = fill_tangent(pattern.place, len(pattern.column), *self.frame, *stiffness, state[0], state[1])
         return self.step.factorize(data, self.position)
-
-    def _relative(self, position: FloatArray) -> tuple[FloatArray, ...]:
-        c = self.step.contacts
-        found: tuple[FloatArray, ...] = relative_positions(
-            position, c.candidates.block_a, c.candidates.block_b, c.corner, c.start, c.along
-        )
-        return found
 
     def _trial(self, along: FloatArray) -> FloatArray:
         moved = along - self.old_along

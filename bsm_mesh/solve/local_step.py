@@ -157,9 +157,10 @@ def _chosen(contacts: MovingContacts, rows: IntArray, block: IntArray) -> Moving
     candidates = _rows_of(contacts.candidates, rows)
     rival = candidates.rival
     leaning = number[contacts.leaning]
-    plain = ("candidates", "properties", "rivals", "leaning", "lean", "by_law")
+    plain = ("outlines", "candidates", "properties", "rivals", "leaning", "lean", "by_law")
     others = {field.name for field in fields(contacts)}.difference(plain)
     return MovingContacts(
+        outlines=contacts.outlines,
         candidates=replace(
             candidates,
             block_a=block[candidates.block_a],

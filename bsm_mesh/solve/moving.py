@@ -15,7 +15,7 @@ from bsm_mesh.contact.moving_kernels import (
 )
 from bsm_mesh.contact.properties import ContactProperties
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.contact.search import Candidates
+from bsm_mesh.contact.search import Candidates, Outlines
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 
 FULL = 1 - 1e-9  # of its strength: what a contact bears that slips
@@ -26,11 +26,9 @@ TOUCHING = 1e-3  # of the block size: a gap or overlap up to this is contact whe
 class MovingContacts:
     """Candidates of a step with everything that their forces depend on; constant within the step."""
 
+    outlines: Outlines  # of all blocks
     candidates: Candidates
     properties: ContactProperties
-    corner: FloatArray  # (m, 2) corner in a's frame
-    start: FloatArray  # (m, 2) start of the edge in b's frame
-    along: FloatArray  # (m, 2) unit direction of the edge in b's frame
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
@@ -50,6 +48,14 @@ class MovingContacts:
     def count(self) -> int:
         """Number of candidates."""
         return len(self.offset)
+
+    def relative_positions(self, position: FloatArray) -> tuple[FloatArray, ...]:
+        """Return gap and coordinate along the edge (m,), edge direction (m, 2), both arms to the corner (m, 2)."""
+        c, corners, directions = self.candidates, self.outlines.corners, self.outlines.directions
+        found: tuple[FloatArray, ...] = relative_positions(
+            position, c.block_a, c.block_b, c.corner, c.edge, corners, directions
+        )
+        return found
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -95,9 +101,7 @@ def evaluate(
     Where `friction_pressure` (m,) is given, shear strengths are those at that pressure, whatever a contact bears.
     """
     c = contacts.candidates
-    gap, along, tangent, arm_a, arm_b = relative_positions(
-        position, c.block_a, c.block_b, contacts.corner, contacts.start, contacts.along
-    )
+    gap, along, tangent, arm_a, arm_b = contacts.relative_positions(position)
     pressure, trial, bearing, in_range = pressures_and_trial_shears(
         gap,
         along,

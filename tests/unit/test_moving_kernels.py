@@ -20,9 +20,10 @@ class Scene:
         self.position = np.column_stack([rng.normal(scale=2, size=(N, 2)), rng.uniform(-7, 7, N)])
         self.a = rng.integers(0, N, M).astype(np.int32)
         self.b = ((self.a + rng.integers(1, N, M)) % N).astype(np.int32)
-        self.corner, self.start = rng.normal(size=(M, 2)), rng.normal(size=(M, 2))
-        angle = rng.uniform(-np.pi, np.pi, M)
-        self.along = np.column_stack([np.cos(angle), np.sin(angle)])
+        self.corners = rng.normal(size=(2 * M, 2))
+        self.corner, self.edge = np.arange(M, dtype=np.int32), np.arange(M, 2 * M, dtype=np.int32)
+        angle = rng.uniform(-np.pi, np.pi, 2 * M)
+        self.directions = np.column_stack([np.cos(angle), np.sin(angle)])
         self.kn, self.ks = KN * rng.uniform(0.5, 2, M), KS * rng.uniform(0.5, 2, M)
         self.kn[-1] = self.ks[-1] = 0.0  # an open contact
         gap, coordinate = self.relative(self.position)[:2]
@@ -30,7 +31,8 @@ class Scene:
         self.old = coordinate - rng.normal(size=M)
 
     def relative(self, position):
-        return relative_positions(position, self.a, self.b, self.corner, self.start, self.along)
+        numbers = self.a, self.b, self.corner, self.edge
+        return relative_positions(position, *numbers, self.corners, self.directions)
 
     def respond(self, position):
         gap, coordinate, *_ = self.relative(position)
@@ -117,8 +119,9 @@ def test_gap_and_coordinate_by_hand():
     """Edge of b from (1, 0) along y turned by 90 degrees about (0, 0): from (0, 1) along -x, outward normal +y."""
     position = np.array([(0.0, 3.0, np.pi), (0.0, 0.0, np.pi / 2)])
     one, zero = np.array([0], np.int32), np.array([1], np.int32)
+    corners, directions = np.array([(0.5, 0.75), (1.0, 0.0)]), np.array([(1.0, 0.0), (0.0, 1.0)])
     gap, coordinate, tangent, arm_a, arm_b = relative_positions(
-        position, one, zero, np.array([(0.5, 0.75)]), np.array([(1.0, 0.0)]), np.array([(0.0, 1.0)])
+        position, one, zero, np.array([0], np.int32), np.array([1], np.int32), corners, directions
     )
     assert_allclose(gap, 1.25)
     assert_allclose(coordinate, 0.5)
