@@ -19,12 +19,15 @@ def relative_positions(
     block_b: IntArray,
     corner: IntArray,
     edge: IntArray,
+    between: FloatArray,
     corners: FloatArray,
     directions: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2).
 
-    `corners` (n_vertices, 2) and `directions` of their edges are in the frame of their blocks, as in `Outlines`.
+    Positions are movements from where blocks were given, where `between` (m, 2) led from b's centroid to a's: rounding
+    is then that of movements, not of coordinates. `corners` (n_vertices, 2) and `directions` of their edges are in the
+    frame of their blocks, as in `Outlines`.
     """
     m = block_a.size
     gap, coordinate = np.empty(m), np.empty(m)
@@ -36,8 +39,8 @@ def relative_positions(
         ay = sine[a] * corners[v, 0] + cosine[a] * corners[v, 1]
         tx = cosine[b] * directions[e, 0] - sine[b] * directions[e, 1]
         ty = sine[b] * directions[e, 0] + cosine[b] * directions[e, 1]
-        rx = position[a, 0] - position[b, 0] + ax
-        ry = position[a, 1] - position[b, 1] + ay
+        rx = between[k, 0] + (position[a, 0] - position[b, 0]) + ax
+        ry = between[k, 1] + (position[a, 1] - position[b, 1]) + ay
         dx = rx - (cosine[b] * corners[e, 0] - sine[b] * corners[e, 1])
         dy = ry - (sine[b] * corners[e, 0] + cosine[b] * corners[e, 1])
         gap[k] = dx * ty - dy * tx

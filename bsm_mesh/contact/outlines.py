@@ -56,6 +56,8 @@ class Outlines:
         Corners from the centroid of their block, at zero rotation.
     directions : (n_vertices, 2) float64
         Unit directions of the edges, at zero rotation.
+    centroid : (n_blocks, 2) float64 [m]
+        Where the blocks' centroids were given.
     offsets : (n_blocks + 1,) int32
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
     fans : (n_vertices,) int32
@@ -70,6 +72,7 @@ class Outlines:
 
     corners: FloatArray
     directions: FloatArray
+    centroid: FloatArray
     offsets: IntArray
     fans: IntArray
     held: BoolArray
@@ -77,7 +80,7 @@ class Outlines:
     size: float
 
     def __post_init__(self) -> None:
-        for name in ("corners", "directions"):
+        for name in ("corners", "directions", "centroid"):
             own_array(self, name, np.float64, (None, 2))
         for name in ("offsets", "fans"):
             own_array(self, name, np.int32, (None,))
@@ -94,12 +97,19 @@ class Outlines:
         return cls(
             corners=corners,
             directions=edge / np.hypot(*edge.T)[:, None],
+            centroid=blocks.moments.centroid,
             offsets=blocks.offsets,
             fans=_fans(blocks),
             held=fixed,
             block_size=block_size,
             size=float(np.median(block_size if fixed.all() else block_size[~fixed])),
         )
+
+    def placed(self, position: FloatArray) -> FloatArray:
+        """Return centroid and rotation of blocks that have moved (n_blocks, 3) from where they were given."""
+        placed = position.copy()
+        placed[:, :2] += self.centroid
+        return placed
 
 
 def _fans(blocks: Blocks) -> IntArray:
@@ -114,45 +124,50 @@ def _fans(blocks: Blocks) -> IntArray:
     return fans
 
 
-def corner_positions(outlines: Outlines, position: FloatArray) -> FloatArray:
+def corner_positions(outlines: Outlines, placed: FloatArray) -> FloatArray:
     """Return where the corners are, (n_vertices, 2) [m].
 
     Parameters
     ----------
     outlines : Outlines
         The blocks.
-    position : (n_blocks, 3) float64 [m, m, rad]
+    placed : (n_blocks, 3) float64 [m, m, rad]
         Centroid and rotation of every block; rotations of any size are exact.
     """
-    placed: FloatArray = _place(outlines.corners, outlines.offsets, np.ascontiguousarray(position))
-    return placed
+    corners: FloatArray = _place(outlines.corners, outlines.offsets, np.ascontiguousarray(placed))
+    return corners
 
 
-def records_at(outlines: Outlines, position: FloatArray, band: float) -> tuple[RecordArray, RecordArray]:
-    """Return the records VERTEX (n_vertices,) and BLOCK (n_blocks,) at a position (n_blocks, 3), for a band [m]."""
+def records_at(outlines: Outlines, placed: FloatArray, band: float) -> tuple[RecordArray, RecordArray]:
+    """Return the records VERTEX (n_vertices,) and BLOCK (n_blocks,) of placed blocks (n_blocks, 3), for a band [m]."""
     size = np.minimum(outlines.block_size, outlines.size)
-    placed = corner_positions(outlines, position)
     records: tuple[RecordArray, RecordArray] = _records(
-        placed, outlines.corners, outlines.offsets, outlines.fans, outlines.held, size, 0.5 * band
+        corner_positions(outlines, placed),
+        outlines.corners,
+        outlines.offsets,
+        outlines.fans,
+        outlines.held,
+        size,
+        0.5 * band,
     )
     return records
 
 
 @nb.njit(cache=True)
-def _place(corners: FloatArray, offsets: IntArray, position: FloatArray) -> FloatArray:  # pragma: no cover - compiled
+def _place(corners: FloatArray, offsets: IntArray, placed: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the corners, turned by each block's rotation and moved to its centroid."""
-    placed = np.empty_like(corners)
+    there = np.empty_like(corners)
     for b in range(offsets.size - 1):
-        c, s = np.cos(position[b, 2]), np.sin(position[b, 2])
+        c, s = np.cos(placed[b, 2]), np.sin(placed[b, 2])
         for i in range(offsets[b], offsets[b + 1]):
-            placed[i, 0] = position[b, 0] + (c * corners[i, 0] - s * corners[i, 1])
-            placed[i, 1] = position[b, 1] + (s * corners[i, 0] + c * corners[i, 1])
-    return placed
+            there[i, 0] = placed[b, 0] + (c * corners[i, 0] - s * corners[i, 1])
+            there[i, 1] = placed[b, 1] + (s * corners[i, 0] + c * corners[i, 1])
+    return there
 
 
 @nb.njit(cache=True)
 def _records(
-    placed: FloatArray,
+    there: FloatArray,
     corners: FloatArray,
     offsets: IntArray,
     fans: IntArray,
@@ -168,8 +183,8 @@ def _records(
         x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf
         for i in range(first, last):
             k = i + 1 if i + 1 < last else first
-            x, y = placed[i, 0], placed[i, 1]
-            dx, dy = placed[k, 0] - x, placed[k, 1] - y
+            x, y = there[i, 0], there[i, 1]
+            dx, dy = there[k, 0] - x, there[k, 1] - y
             length = np.sqrt(dx * dx + dy * dy)
             vertex = vertices[i]
             vertex.x, vertex.y, vertex.dx, vertex.dy = x, y, dx / length, dy / length

@@ -74,13 +74,13 @@ class JointCatalogue:
         self._tension = np.array(tension)
 
     def look_up(
-        self, position: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray
+        self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray
     ) -> ContactProperties:
         """Return the properties of contacts.
 
         Parameters
         ----------
-        position : (n, 3) float64 [m, m, rad]
+        placed : (n, 3) float64 [m, m, rad]
             Centroid and rotation of every block.
         sides : tuple of (m,) int32
             Block with the corner, block with the edge, that corner, that edge, and the edge of the first block that
@@ -97,7 +97,7 @@ class JointCatalogue:
         """
         joints = self._joint_of_edge, self._default, self._joint_stiffness
         rocks = self._model.blocks.rock, self._floor, self._moduli
-        normal, shear, joint, kind = _in_series(position, *sides, corners, directions, *joints, *rocks)
+        normal, shear, joint, kind = _in_series(placed, *sides, corners, directions, *joints, *rocks)
         stiff = np.flatnonzero(np.isinf(normal))
         if stiff.size:
             a, b = int(sides[0][stiff[0]]), int(sides[1][stiff[0]])
@@ -116,7 +116,7 @@ class JointCatalogue:
 
 @nb.njit(cache=True, error_model="numpy")
 def _in_series(
-    position: FloatArray,
+    placed: FloatArray,
     block_a: IntArray,
     block_b: IntArray,
     corner: IntArray,
@@ -138,7 +138,7 @@ def _in_series(
     m, n_joints, n_rocks = block_a.size, joint_stiffness.shape[0], moduli.shape[0]
     normal, shear = np.empty(m), np.empty(m)
     joint, kind = np.empty(m, np.int32), np.empty(m, np.int32)
-    cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
+    cosine, sine = np.cos(placed[:, 2]), np.sin(placed[:, 2])
     for k in range(m):
         a, b, v, e = block_a[k], block_b[k], corner[k], edge[k]
         joint[k] = joint_of_edge[e]
@@ -150,7 +150,7 @@ def _in_series(
         ty = sine[b] * directions[e, 0] + cosine[b] * directions[e, 1]
         ax = cosine[a] * corners[v, 0] - sine[a] * corners[v, 1]
         ay = sine[a] * corners[v, 0] + cosine[a] * corners[v, 1]
-        rx, ry = position[a, 0] - position[b, 0] + ax, position[a, 1] - position[b, 1] + ay
+        rx, ry = placed[a, 0] - placed[b, 0] + ax, placed[a, 1] - placed[b, 1] + ay
         depth_a = max(ay * tx - ax * ty, floor[a])
         depth_b = max(rx * ty - ry * tx, floor[b])
         one, other = rock[a], rock[b]

@@ -128,15 +128,15 @@ Columns = tuple[Any, ...]
 
 
 def detect_contacts(
-    outlines: Outlines, position: FloatArray, active: ActiveContacts, band: float, *, rules: Rules = RULES
+    outlines: Outlines, placed: FloatArray, active: ActiveContacts, band: float, *, rules: Rules = RULES
 ) -> Candidates:
-    """Return the candidates for contact at a position.
+    """Return the candidates for contact where the blocks are.
 
     Parameters
     ----------
     outlines : Outlines
         The blocks.
-    position : (n_blocks, 3) float64 [m, m, rad]
+    placed : (n_blocks, 3) float64 [m, m, rad]
         Centroid and rotation of every block.
     active : ActiveContacts
         Contacts at the last accepted step.
@@ -146,7 +146,7 @@ def detect_contacts(
     rules : Rules
         Tolerances of the contact rules.
     """
-    vertices, blocks = records_at(outlines, position, band)
+    vertices, blocks = records_at(outlines, placed, band)
     old = np.empty(len(active.key), dtype=ACTIVE)
     old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
     old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T

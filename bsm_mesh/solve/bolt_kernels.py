@@ -10,28 +10,31 @@ from bsm_mesh.solve.bolt_chain import AT_LIMIT, chain_tangent, solve_chain
 
 
 @nb.njit(cache=True)
-def node_positions(
+def node_movements(
     position: FloatArray, block: IntArray, arm: FloatArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return where the nodes are, (n_nodes, 2), and the arms to them from the blocks' centroids as these stand."""
-    point, turned = np.empty((block.size, 2)), np.empty((block.size, 2))
+    """Return how far the nodes have moved, (n_nodes, 2), and the arms to them from the centroids."""
+    moved, turned = np.empty((block.size, 2)), np.empty((block.size, 2))
     for k in range(block.size):
         b = block[k]
         cosine, sine = np.cos(position[b, 2]), np.sin(position[b, 2])
         turned[k, 0] = cosine * arm[k, 0] - sine * arm[k, 1]
         turned[k, 1] = sine * arm[k, 0] + cosine * arm[k, 1]
-        point[k, 0] = position[b, 0] + turned[k, 0]
-        point[k, 1] = position[b, 1] + turned[k, 1]
-    return point, turned
+        moved[k, 0] = position[b, 0] + (turned[k, 0] - arm[k, 0])
+        moved[k, 1] = position[b, 1] + (turned[k, 1] - arm[k, 1])
+    return moved, turned
 
 
 @nb.njit(cache=True)
-def element_lines(point: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return length and unit direction of the elements from node `first` to the next."""
+def element_lines(
+    point: FloatArray, moved: FloatArray, first: IntArray
+) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
+    """Return length and unit direction of the elements from node `first` to the next, moved from where they were."""
     length, direction = np.empty(first.size), np.zeros((first.size, 2))
     for e in range(first.size):
         i = first[e]
-        dx, dy = point[i + 1, 0] - point[i, 0], point[i + 1, 1] - point[i, 1]
+        dx = (point[i + 1, 0] - point[i, 0]) + (moved[i + 1, 0] - moved[i, 0])
+        dy = (point[i + 1, 1] - point[i, 1]) + (moved[i + 1, 1] - moved[i, 1])
         length[e] = np.hypot(dx, dy)
         if length[e] > 0.0:
             direction[e, 0], direction[e, 1] = dx / length[e], dy / length[e]

@@ -21,7 +21,7 @@ from bsm_mesh.solve.bolt_kernels import (
     couple,
     element_lines,
     find_places,
-    node_positions,
+    node_movements,
     solve_bolts,
 )
 from bsm_mesh.solve.dowels import DowelEvaluation, Dowels
@@ -106,11 +106,11 @@ class InstalledBolts:
         stage : int
             Number of the stage; 0: bolts that name none.
         position : (n_blocks, 3) float64 [m, m, rad]
-            Centroids and rotations at installation.
+            Movements from where the blocks were given, at installation.
         """
         layout = self.layout
-        point, _ = node_positions(position, layout.block, self.arm)
-        length, _ = element_lines(point, layout.first_node)
+        moved, _ = node_movements(position, layout.block, self.arm)
+        length, _ = element_lines(layout.point, moved, layout.first_node)
         bolt = layout.bolt_of_element
         tensioned = length - layout.pretension[bolt] / self.stiffness
         chosen = (layout.stage == stage)[bolt]
@@ -157,8 +157,8 @@ class InstalledBolts:
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
         """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
         layout = self.layout
-        point, arm = node_positions(position, layout.block, self.arm)
-        length, direction = element_lines(point, layout.first_node)
+        moved, arm = node_movements(position, layout.block, self.arm)
+        length, direction = element_lines(layout.point, moved, layout.first_node)
         stretch = length - self.rest
         tension, slip = solve_bolts(
             layout.node_start,
@@ -172,7 +172,7 @@ class InstalledBolts:
         )
         return self._forces(
             len(position),
-            point=point,
+            point=layout.point + moved,
             arm=arm,
             length=length,
             direction=direction,

@@ -33,7 +33,7 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     history = _history(found, at, position, np.flatnonzero(found.touching), normal, shear)
     set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=True)
     at = evaluate(set_up, catalogue.laws, position)
-    point = position[set_up.candidates.block_a, :2] + at.arm_a
+    point = outlines.placed(position)[set_up.candidates.block_a, :2] + at.arm_a
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
     touching = set_up.touching
     peak = np.where(at.bearing, at.strength, np.inf)  # what tension parts is told as that
@@ -47,17 +47,16 @@ def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArr
     They touch where they did when all blocks were given, whatever the others have moved by since. As all contacts that
     arise later they have no cohesion and no tension; only faces of unlimited strength hold as before.
     """
-    _, catalogue, position, found = _as_given(model)
+    _, catalogue, _, found = _as_given(model)
     c = found.candidates
     new = (comes[c.block_a] & there[c.block_b]) | (comes[c.block_b] & there[c.block_a])
     chosen = np.flatnonzero(found.touching & new)
-    position = position + moved
-    at = evaluate(found, catalogue.laws, position)
+    at = evaluate(found, catalogue.laws, moved)
     nothing = np.zeros(found.count)
     parts = (
         history,
         replace(
-            _history(found, at, position, chosen, nothing, nothing),
+            _history(found, at, moved, chosen, nothing, nothing),
             failed=np.isfinite(found.properties.tension[chosen]),
         ),
     )
@@ -76,7 +75,7 @@ def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, Movin
     """Return outlines, laws, positions and contacts of the blocks as they were given."""
     blocks = model.blocks
     outlines, catalogue = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool)), JointCatalogue(model)
-    position = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
+    position = np.zeros((blocks.count, 3))
     band = BAND * outlines.size
     found = gather_contacts(model, outlines, catalogue, History.none(), position, band, first=True)
     return outlines, catalogue, position, found
@@ -118,7 +117,7 @@ def _history(
             pair=c.pair[kept],
             key=c.key[kept],
             pressure=np.maximum(-normal[kept], np.finfo(float).tiny),
-            point=position[c.block_a[kept], :2] + at.arm_a[kept],
+            point=found.outlines.placed(position)[c.block_a[kept], :2] + at.arm_a[kept],
             normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
         ),
         shear=shear[kept],

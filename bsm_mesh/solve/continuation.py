@@ -170,7 +170,7 @@ class Continuation:
 
     def _out_of(self, steps: str, residual: float, position: FloatArray) -> str:
         """Return why the run gave up, and what may help."""
-        moved = float(np.hypot(*(position - self.moving.start)[:, :2].T).max())
+        moved = float(np.hypot(*position[:, :2].T).max())
         return (
             f"the limit of {self.options.max_steps} {steps} was reached with residual {residual:.1e}, a block having "
             f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"

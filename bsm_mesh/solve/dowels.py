@@ -53,6 +53,8 @@ class Dowels:
         Blocks on the head's and on the tip's side.
     arm_near, arm_far : (k, 2) float64 [m]
         From their centroids to the crossing, in the blocks' own axes.
+    crossing : (k, 2) float64 [m]
+        Where the crossings were when the blocks were given.
     across : (k, 2) float64
         Unit vector across the bolt, in the near block's axes.
     stiffness, strength, spacing : (k,) float64 [N/m, N, m]
@@ -68,6 +70,7 @@ class Dowels:
     far: IntArray
     arm_near: FloatArray
     arm_far: FloatArray
+    crossing: FloatArray
     across: FloatArray
     stiffness: FloatArray
     strength: FloatArray
@@ -97,6 +100,7 @@ class Dowels:
             far=far,
             arm_near=crossing - centroid[near],
             arm_far=crossing - centroid[far],
+            crossing=crossing,
             across=np.stack([-along[:, 1], along[:, 0]], axis=1),
             stiffness=layout.dowel_stiffness[bolt],
             strength=layout.dowel_strength[bolt],
@@ -109,11 +113,12 @@ class Dowels:
         """Return the shear at a position (n_blocks, 3); elements (n_elements,) that are not alive bear none."""
         across = _turned(self.across, position[self.near, 2])
         arm_far = _turned(self.arm_far, position[self.far, 2])
-        point = position[self.far, :2] + arm_far
-        arm_near = point - position[self.near, :2]
+        moved = position[self.far, :2] + (arm_far - self.arm_far)
+        arm_near = self.arm_near + moved - position[self.near, :2]
         own = _turned(self.arm_near, position[self.near, 2])
         shear = ((arm_near - own) * across).sum(axis=1) - self.rest
         force = np.clip(self.stiffness * shear, -self.strength, self.strength) * alive[self.element]
+        point = self.crossing + moved
         return DowelEvaluation(across=across, arm_near=arm_near, arm_far=arm_far, point=point, shear=shear, force=force)
 
     def strained(self, at: DowelEvaluation, U: FloatArray, alive: BoolArray) -> DowelEvaluation:

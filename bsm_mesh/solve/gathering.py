@@ -28,10 +28,11 @@ def gather_contacts(
     At the start (`first`) all touching contacts are intact, and small overlaps of the given geometry bear nothing.
     Later ones have no cohesion, no tension and residual friction.
     """
-    found = detect_contacts(outlines, position, history.active, band)
+    placed = outlines.placed(position)
+    found = detect_contacts(outlines, placed, history.active, band)
     blocks, near = model.blocks, TOUCHING * outlines.size
     sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
-    properties = catalogue.look_up(position, sides, outlines.corners, outlines.directions)
+    properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.inherits)
     known = source >= 0
     touching = found.in_range & (found.gap <= near)
@@ -49,6 +50,7 @@ def gather_contacts(
         outlines=outlines,
         candidates=found,
         properties=properties,
+        between=outlines.centroid[found.block_a] - outlines.centroid[found.block_b],
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,
         tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),

@@ -106,6 +106,6 @@ def _active(contacts: MovingContacts, at: Evaluation, position: FloatArray, kept
         pair=c.pair[kept],
         key=c.key[kept],
         pressure=np.maximum(at.pressure[kept], np.finfo(float).tiny),
-        point=position[c.block_a[kept], :2] + at.arm_a[kept],
+        point=contacts.outlines.placed(position)[c.block_a[kept], :2] + at.arm_a[kept],
         normal=normal[kept],
     )

@@ -66,7 +66,7 @@ class LinearScheme:
         self.normal_force, self.shear_force = np.zeros(m), np.zeros(m)
         self.opening, self.slip = np.zeros(m), np.zeros(m)
         self.moved = np.zeros((model.blocks.count, 3))
-        self.given = np.column_stack([model.blocks.moments.centroid, np.zeros(model.blocks.count)])
+        self.given = np.zeros((model.blocks.count, 3))  # the position in which contacts and bolts stay
         self.bolts = InstalledBolts.of(model, self.given)
         at = self.bolts.evaluate(self.given)
         self.tension, self.bolt_shear = at.tension, at.dowels.force

@@ -64,7 +64,7 @@ class LocalStep(Step):
         held = step.friction_pressure
         self.friction_pressure = None if held is None else held[self.rows]
         self._set_pattern(step.pattern, self.blocks[self.block])
-        options, centroid = self.factors.options, self.start[self.block, :2]
+        options, centroid = self.factors.options, step.moving.outlines.centroid[self.blocks[self.block]]
         self._solver: LinearSolver = make_linear_solver(
             options.linear_solver, self._solved, centroid, options.threads, corrections=True
         )

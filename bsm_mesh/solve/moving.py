@@ -29,6 +29,7 @@ class MovingContacts:
     outlines: Outlines  # of all blocks
     candidates: Candidates
     properties: ContactProperties
+    between: FloatArray  # (m, 2) from b's centroid to a's where the blocks were given
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
@@ -53,7 +54,7 @@ class MovingContacts:
         """Return gap and coordinate along the edge (m,), edge direction (m, 2), both arms to the corner (m, 2)."""
         c, corners, directions = self.candidates, self.outlines.corners, self.outlines.directions
         found: tuple[FloatArray, ...] = relative_positions(
-            position, c.block_a, c.block_b, c.corner, c.edge, corners, directions
+            position, c.block_a, c.block_b, c.corner, c.edge, self.between, corners, directions
         )
         return found
 
@@ -96,7 +97,7 @@ def evaluate(
     position: FloatArray,
     friction_pressure: FloatArray | None = None,
 ) -> Evaluation:
-    """Return the contact forces on the blocks at a position, (n, 3), and all that the tangent needs.
+    """Return the contact forces on the blocks at a position (n, 3) and all that the tangent needs.
 
     Where `friction_pressure` (m,) is given, shear strengths are those at that pressure, whatever a contact bears.
     """

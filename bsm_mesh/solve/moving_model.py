@@ -27,6 +27,9 @@ REACHED = 1e-6  # of the step length: what a prescribed displacement may lack at
 class MovingModel:
     """A model whose blocks move.
 
+    Positions are movements from where the blocks were given, (n, 3) [m, m, rad]: of the centroid, and the rotation. So
+    their rounding is that of movements; of coordinates on a national grid it would be greater than what is asked for.
+
     Parameters
     ----------
     model : Model
@@ -34,12 +37,12 @@ class MovingModel:
     bolts : InstalledBolts, optional
         Its bolts; where not given the model's own, installed on the blocks as given.
     position : (n, 3) float64 [m, m, rad], optional
-        Where the blocks are; as given, if not.
+        Where the blocks are; where they were given, if not.
 
     Attributes
     ----------
     start : (n, 3) float64 [m, m, rad]
-        Centroid and rotation of every block as given.
+        The position in which the blocks were given: no movement.
     d : float [m]
         Step length.
     mass : (n, 3) float64 [N/m, N/m, N m]
@@ -55,7 +58,7 @@ class MovingModel:
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
         self.model = model
         moments = model.blocks.moments
-        self.start = np.column_stack([moments.centroid, np.zeros(model.blocks.count)])
+        self.start = np.zeros((model.blocks.count, 3))
         self.bolts = InstalledBolts.of(model, self.start) if bolts is None else bolts
         self.bars = bars_of(model.supports, model.blocks)
         self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
@@ -114,12 +117,13 @@ class MovingModel:
 
     def water_at(self, position: FloatArray) -> FloatArray:
         """Return the water's force and moment on every block where it stands, (n, 3)."""
-        return self.water.on_blocks(corner_positions(self.outlines, position), position[:, :2])
+        placed = self.outlines.placed(position)
+        return self.water.on_blocks(corner_positions(self.outlines, placed), placed[:, :2])
 
     def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return block, point and force of every load as the blocks stand."""
-        arm = turned(self.applied_arm, position[self.applied.block, 2])
-        return self.applied.block, position[self.applied.block, :2] + arm, self.applied.force
+        placed = self.outlines.placed(position)[self.applied.block]
+        return self.applied.block, placed[:, :2] + turned(self.applied_arm, placed[:, 2]), self.applied.force
 
     def bar_arms(self, position: FloatArray) -> FloatArray:
         """Return the arms from centroids to held points as the blocks stand, (n_bars, 2) [m]."""
@@ -128,7 +132,7 @@ class MovingModel:
     def constraints_at(self, position: FloatArray, *, conflicts: bool = False) -> Constraints:
         """Return the supports' constraints on small movements from a position."""
         arm = self.bar_arms(position)
-        moved = position[self.bars.block] - self.start[self.bars.block]
+        moved = position[self.bars.block]
         reached = ((moved[:, :2] + arm - self.bar_arm) * self.bars.direction).sum(axis=1)
         reached = np.where(self.bars.holds_rotation, moved[:, 2], reached)
         return constrain_bars(self.model, self.bars, arm, self.bars.value - reached, conflicts=conflicts)

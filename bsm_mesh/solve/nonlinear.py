@@ -71,12 +71,8 @@ class ContinuationScheme:
         self.model, self.options, self.report = model, options, report
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
-        self.bolts = InstalledBolts.of(model, self._position())
+        self.bolts = InstalledBolts.of(model, self.moved)
         self.linear_solver = ""
-
-    def _position(self) -> FloatArray:
-        centroid = self.model.blocks.moments.centroid
-        return np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved
 
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return what there is to say about it."""
@@ -97,7 +93,7 @@ class ContinuationScheme:
 
     def install(self, number: int) -> None:
         """Install the bolts of a stage as the blocks stand."""
-        self.bolts = self.bolts.install(number, self._position())
+        self.bolts = self.bolts.install(number, self.moved)
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
@@ -108,10 +104,11 @@ class ContinuationScheme:
         """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
         known = is_compiled(fill_tangent)
         self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
-        centroid = part.model.blocks.moments.centroid
-        position = np.column_stack([centroid, np.zeros(len(centroid))]) + self.moved[part.block]
         start = Start(
-            position=position, history=in_part(self.history, part), intact=number == 0, bolts=self.bolts.in_part(part)
+            position=self.moved[part.block],
+            history=in_part(self.history, part),
+            intact=number == 0,
+            bolts=self.bolts.in_part(part),
         )
         kind = WangIteration if self.options.scheme == "wang" else Continuation
 
@@ -122,7 +119,7 @@ class ContinuationScheme:
         motion = engine.run()
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
-        self.moved[part.block] = motion.position - engine.moving.start
+        self.moved[part.block] = motion.position
         history, _ = commit(motion.contacts, motion.at, motion.position, engine.moving.outlines.size)
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
@@ -140,13 +137,14 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
     bars = motion.constraints.bars
     arm = engine.moving.bar_arms(motion.position)
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
-    supports = support_forces(bars, motion.position[bars.block, :2] + arm, size)
+    placed = engine.moving.outlines.placed(motion.position)
+    supports = support_forces(bars, placed[bars.block, :2] + arm, size)
     contacts = _contact_forces(motion, engine.moving.water)
     block, point, force = engine.moving.point_forces_at(motion.position)
-    corners = corner_positions(engine.moving.outlines, motion.position)
+    corners = corner_positions(engine.moving.outlines, placed)
     stress, effective = total_and_effective_stress(
         model.blocks,
-        motion.position[:, :2],
+        placed[:, :2],
         contacts,
         (
             joined([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.bolts_at)]),
@@ -160,7 +158,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         status=motion.status,
         reason=motion.reason,
         present=np.ones(model.blocks.count, dtype=bool),
-        displacement=motion.position - engine.moving.start,
+        displacement=motion.position,
         stage_displacement=displacement,
         origin=np.zeros_like(displacement),
         stress=stress,
@@ -205,7 +203,7 @@ def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
     status = np.where(at.bearing, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
-    point = (motion.position[c.block_a, :2] + at.arm_a)[kept]
+    point = (table.outlines.placed(motion.position)[c.block_a, :2] + at.arm_a)[kept]
     joint = table.properties.joint[kept]
     slip = np.where(np.isnan(table.first_along), 0.0, at.along - table.first_along)
     return ContactForces(

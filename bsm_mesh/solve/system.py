@@ -88,7 +88,7 @@ class LinearSystem:
             nothing if normal_force is None else normal_force,
             nothing if shear_force is None else shear_force,
         )
-        given = np.column_stack([model.blocks.moments.centroid, np.zeros(model.blocks.count)])
+        given = np.zeros((model.blocks.count, 3))
         self.bolts = InstalledBolts.of(model, given) if bolts is None else bolts
         self.tensioned = self.bolts.evaluate(given)
         self.coupling = self.bolts.coupling(self.tensioned)

@@ -13,7 +13,7 @@ from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.pattern import block_pattern, whole_pattern
 
 BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
-START = np.column_stack([BLOCKS.moments.centroid, np.zeros(BLOCKS.count)])
+START = np.zeros((BLOCKS.count, 3))
 LINE = {"start": (0.2, 0.3), "end": (3.9, 2.6), "diameter": 0.025}
 BOLTS = {
     "holding": bsm.Bolt(**LINE),
@@ -91,7 +91,9 @@ def test_rigid_motion_of_everything_changes_no_tension(name):
     position = displaced(3)
     angle = 0.7
     turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
-    turned = np.column_stack([position[:, :2] @ turn.T + (3, -8), position[:, 2] + angle])
+    centroid = BLOCKS.moments.centroid
+    placed = (centroid + position[:, :2]) @ turn.T + (3, -8)
+    turned = np.column_stack([placed - centroid, position[:, 2] + angle])
     here, there = installed.evaluate(position), installed.evaluate(turned)
     assert_allclose(there.tension, here.tension, atol=1e-6)
     assert_allclose(there.dowels.force, here.dowels.force, atol=1e-6)
@@ -102,7 +104,7 @@ def test_rigid_motion_of_everything_changes_no_tension(name):
 def test_cut_bolt_works_on_in_its_parts():
     """Without the third of five blocks, two parts of two nodes are left; bonds at the cut hold as before."""
     row = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(5)], rock="rock")
-    start = np.column_stack([row.moments.centroid, np.zeros(5)])
+    start = np.zeros((5, 3))
     bolt = bsm.Bolt(start=(0, 0.5), end=(5, 0.5), diameter=0.02)
     installed = installed_bolts([bolt], row, start)
     cut = installed.without(np.array([False, False, True, False, False]))
@@ -115,7 +117,7 @@ def test_cut_bolt_works_on_in_its_parts():
 
 def test_held_blocks_are_those_a_bolt_can_still_hold():
     row = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(3)], rock="rock")
-    start = np.column_stack([row.moments.centroid, np.zeros(3)])
+    start = np.zeros((3, 3))
     bolt = bsm.Bolt(start=(0, 0.5), end=(3, 0.5), diameter=0.02, bond_strength=1e4)
     installed = installed_bolts([bolt], row, start)
 

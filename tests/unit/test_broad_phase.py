@@ -21,6 +21,7 @@ def outlines_of(polygons, held=None):
     outlines = Outlines(
         corners=vertices - np.repeat(moments.centroid, np.diff(offsets), axis=0),
         directions=np.zeros_like(vertices),  # which the broad phase does not look at
+        centroid=moments.centroid,
         offsets=offsets,
         fans=np.arange(len(vertices)),
         held=np.zeros(len(polygons), dtype=bool) if held is None else held,

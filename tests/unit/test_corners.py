@@ -159,7 +159,7 @@ def test_a_corner_with_an_edge_into_the_other_block_bears_once_it_has_turned(sin
     contacts = gather_contacts(*given, 0.15, first=True)
     position = moving.start.copy()
     position[1] += (0.0, -0.05, np.arcsin(sine) - np.radians(6.0))
-    assert (corner_positions(moving.outlines, position)[4:6, 1] < 0).all()
+    assert (corner_positions(moving.outlines, moving.outlines.placed(position))[4:6, 1] < 0).all()
     assert moving.evaluate(contacts, position).bearing.sum() == corners
 
 

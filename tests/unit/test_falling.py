@@ -20,8 +20,8 @@ def watch(heights, limit=100.0, **given):
     falling = Falling(moving, moving.start, limit)
     said = []
     for height in heights:
-        position = moving.start + np.array([(0, 0, 0), (0, height, 0)])
-        contacts = moving.gather(History.none(), position, first=False)
+        above, position = (np.array([(0, 0, 0), (0, at, 0)]) for at in (max(height, 0.0), height))
+        contacts = moving.gather(History.none(), above, first=False)
         said.append(falling.look(contacts, moving.evaluate(contacts, position), position))
     return said
 

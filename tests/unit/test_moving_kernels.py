@@ -32,7 +32,7 @@ class Scene:
 
     def relative(self, position):
         numbers = self.a, self.b, self.corner, self.edge
-        return relative_positions(position, *numbers, self.corners, self.directions)
+        return relative_positions(position, *numbers, np.zeros((M, 2)), self.corners, self.directions)
 
     def respond(self, position):
         gap, coordinate, *_ = self.relative(position)
@@ -117,11 +117,11 @@ def test_forces_and_moments_about_any_point_sum_to_zero(seed, state):
 
 def test_gap_and_coordinate_by_hand():
     """Edge of b from (1, 0) along y turned by 90 degrees about (0, 0): from (0, 1) along -x, outward normal +y."""
-    position = np.array([(0.0, 3.0, np.pi), (0.0, 0.0, np.pi / 2)])
+    position, between = np.array([(0.0, 1.0, np.pi), (0.0, 0.0, np.pi / 2)]), np.array([(0.0, 2.0)])
     one, zero = np.array([0], np.int32), np.array([1], np.int32)
     corners, directions = np.array([(0.5, 0.75), (1.0, 0.0)]), np.array([(1.0, 0.0), (0.0, 1.0)])
     gap, coordinate, tangent, arm_a, arm_b = relative_positions(
-        position, one, zero, np.array([0], np.int32), np.array([1], np.int32), corners, directions
+        position, one, zero, np.array([0], np.int32), np.array([1], np.int32), between, corners, directions
     )
     assert_allclose(gap, 1.25)
     assert_allclose(coordinate, 0.5)

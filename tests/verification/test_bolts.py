@@ -245,11 +245,11 @@ def test_forces_of_bolts_are_in_balance_with_themselves(seed):
         bsm.Bolt(start=(1.5, 0), end=(1.6, 2.7), diameter=0.03, kind="end_anchored", pretension=9e4),
         bsm.Bolt(start=(2.5, 0), end=(2.6, 2.7), diameter=0.03, bearing_stiffness=1e9, spacing=0.8),
     ]
-    start = np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)])
-    position = start + rng.normal(size=start.shape) * 0.02
-    installed = installed_bolts(bolts, blocks, start)
+    position = rng.normal(size=(blocks.count, 3)) * 0.02
+    installed = installed_bolts(bolts, blocks, np.zeros_like(position))
     forces = installed.evaluate(position).forces
-    moment = position[:, 0] * forces[:, 1] - position[:, 1] * forces[:, 0] + forces[:, 2]
+    placed = blocks.moments.centroid + position[:, :2]
+    moment = placed[:, 0] * forces[:, 1] - placed[:, 1] * forces[:, 0] + forces[:, 2]
     assert np.abs(forces).max() > 1e4
     assert_allclose(forces[:, :2].sum(axis=0), 0, atol=1e-12 * np.abs(forces).sum())
     assert_allclose(moment.sum(), 0, atol=1e-12 * np.abs(moment).sum())
@@ -278,7 +278,7 @@ def test_unloading_and_reloading(keys):
     """Beyond the limit the force stays; back by the elastic stretch it is zero, then slack; reloaded the same way."""
     blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1)], rock="rock")
     bolt = bsm.Bolt(start=(0, 0.5), end=(2, 0.5), diameter=0.02, **keys)
-    start = np.column_stack([blocks.moments.centroid, np.zeros(2)])
+    start = np.zeros((2, 3))
     bolts = installed_bolts([bolt], blocks, start)
     elastic = 4e4 / (bolt.axial_stiffness / 2)
     forces = []
@@ -292,7 +292,7 @@ def test_unloading_and_reloading(keys):
 def test_installed_later_feels_only_what_moves_later():
     blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1)], rock="rock")
     bolt = bsm.Bolt(start=(0, 0.5), end=(2, 0.5), diameter=0.02, pretension=1e4)
-    start = np.column_stack([blocks.moments.centroid, np.zeros(2)])
+    start = np.zeros((2, 3))
     moved = start + np.array([(0, 0, 0), (1e-3, 2e-3, 1e-3)])
     bolts = installed_bolts([bolt], blocks, moved)
     assert_allclose(bolts.evaluate(moved).tension, 1e4)
