@@ -82,6 +82,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
+def place(point: Iterable[float]) -> str:
+    """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more: on a national grid."""
+    return "(" + ", ".join(f"{x:.{max(6, len(str(int(abs(x)))) + 3)}g}" for x in point) + ")"
+
+
 def listing(ids: Iterable[int], most: int = 8) -> str:
     """Return ``"3, 4, 17, ... (120 in all)"``: the first few of many numbers."""
     numbers = [int(i) for i in ids]

@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, counted, listing, nearest
+from bsm_mesh.errors import ModelError, counted, listing, nearest, place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.bolt_layout import BoltLayout
 from bsm_mesh.model.model import Model
@@ -277,7 +277,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         alone = f", {report['bolts_in_one_block']} of them in a single block, bearing nothing"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
     for key, meaning in _meanings(report["thresholds"]).items():
-        rows.append((meaning, (listing(report[key], 5) or "none") + _place(report["first_at"].get(key))))
+        rows.append((meaning, _blocks(report[key]) + _place(report["first_at"].get(key))))
     return rows
 
 
@@ -296,5 +296,10 @@ def _meanings(limits: dict[str, float]) -> dict[str, str]:
     }
 
 
+def _blocks(ids: Sequence[int]) -> str:
+    """Return the numbers of the first blocks of a list."""
+    return f"block{'s' * (len(ids) > 1)} {listing(ids, 5)}" if ids else "none"
+
+
 def _place(point: Sequence[float] | None) -> str:
-    return "" if point is None else f", first at ({point[0]:.4g}, {point[1]:.4g})"
+    return "" if point is None else f", first at {place(point)}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.errors import place
 from bsm_mesh.model.polygons import edge_vectors, owner_of_corner, polygon_moments, self_crossing
 
 SHORTEST_EDGE = 1e-9  # m, as the merge tolerance: a shorter edge is two corners of one point
@@ -32,24 +33,20 @@ def outline_faults(vertices: FloatArray, offsets: IntArray) -> list[str]:
     length = np.hypot(*edge_vectors(vertices, offsets).T)
     for e in np.flatnonzero(length < SHORTEST_EDGE):
         faults.append(
-            f"block {owner[e]}: edge {e - offsets[owner[e]]} at {_place(vertices[e])} has length {length[e]:.3g} m; "
+            f"block {owner[e]}: edge {e - offsets[owner[e]]} at {place(vertices[e])} has length {length[e]:.3g} m; "
             f"merge duplicate corners (tolerance {SHORTEST_EDGE:g} m)"
         )
     area = polygon_moments(vertices, offsets).area
     perimeter = np.add.reduceat(length, offsets[:-1])
     flat = np.abs(area) <= 1e-12 * perimeter**2
     for b in np.flatnonzero(flat):
-        faults.append(f"block {b} at {_place(vertices[offsets[b]])}: encloses no area: corners on a line, or crossing")
+        faults.append(f"block {b} at {place(vertices[offsets[b]])}: encloses no area: corners on a line, or crossing")
     for b in np.flatnonzero(~flat & (area < 0)):
-        faults.append(f"block {b} at {_place(vertices[offsets[b]])}: corners run clockwise; reverse their order")
+        faults.append(f"block {b} at {place(vertices[offsets[b]])}: corners run clockwise; reverse their order")
     for b in self_crossing(vertices, offsets):
         if not flat[b]:
             faults.append(
-                f"block {b} at {_place(vertices[offsets[b]])}: its outline crosses or touches itself; "
+                f"block {b} at {place(vertices[offsets[b]])}: its outline crosses or touches itself; "
                 "give the corners in order round the block, or split it"
             )
     return faults
-
-
-def _place(point: FloatArray) -> str:
-    return f"({point[0]:.6g}, {point[1]:.6g})"

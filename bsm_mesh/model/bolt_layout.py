@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import raise_faults
+from bsm_mesh.errors import place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.stages import Stage, presence
@@ -197,10 +197,7 @@ def called(bolts: Sequence[Bolt], number: int) -> str:
     """Return how a bolt is called in messages: its number in the list, its name and its place."""
     bolt = bolts[number]
     name = f" '{bolt.name}'" if bolt.name else ""
-    return (
-        f"bolt {number + 1}{name} from ({bolt.start[0]:.6g}, {bolt.start[1]:.6g}) "
-        f"to ({bolt.end[0]:.6g}, {bolt.end[1]:.6g})"
-    )
+    return f"bolt {number + 1}{name} from {place(bolt.start)} to {place(bolt.end)}"
 
 
 def _report_ends(faults: list[str], bolts: Sequence[Bolt], found: Passages) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.errors import ModelError, nearest, place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.supports import unit_vector
@@ -153,7 +153,7 @@ def bolts_on_curves(pieces: FloatArray, **keys: Any) -> list[Bolt]:
         nodes, times = np.unique(mine, return_counts=True)
         ends = nodes[times == 1]
         if len(ends) != 2 or times.max() > 2:
-            faults.append(f"the curve near ({points[nodes[0]][0]:.6g}, {points[nodes[0]][1]:.6g}) is no open line")
+            faults.append(f"the curve near {place(points[nodes[0]])} is no open line")
             continue
         head, tip = points[ends[0]], points[ends[1]]
         along = tip - head
@@ -161,7 +161,7 @@ def bolts_on_curves(pieces: FloatArray, **keys: Any) -> list[Bolt]:
             head, tip, along = tip, head, -along
         off = points[nodes] - head
         if np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]).max() > STRAIGHT * float(along @ along):
-            faults.append(f"the curve from ({head[0]:.6g}, {head[1]:.6g}) bends; a bolt is straight")
+            faults.append(f"the curve from {place(head)} bends; a bolt is straight")
         heads.append(head)
         tips.append(tip)
     raise_faults([f"bolt curve: {fault}; draw each bolt as one straight line" for fault in faults])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import Faces
 from bsm_mesh.model.model import Model
@@ -95,7 +95,7 @@ def _rigid_faults(model: Model, faces: Faces, rows: IntArray) -> list[str]:
         a, b = sorted((int(blocks.owner[faces.edge_a[k]]), int(blocks.owner[faces.edge_b[k]])))
         rocks = sorted({blocks.rock_names[blocks.rock[a]], blocks.rock_names[blocks.rock[b]]})
         faults.append(
-            f"blocks {a} and {b} meet at ({faces.start[k, 0]:.6g}, {faces.start[k, 1]:.6g}) without a joint and "
+            f"blocks {a} and {b} meet at {place(faces.start[k])} without a joint and "
             f"their rock ({' and '.join(rocks)}) is rigid; give the rock young and poisson, or the face a joint "
             "(default_joint = ... for all faces)"
         )

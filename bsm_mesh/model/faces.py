@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.blocks import Blocks
 
 COLLINEAR = 1e-6  # of the shorter edge: greatest distance of two edges that lie on each other
@@ -65,7 +65,7 @@ def find_faces(blocks: Blocks) -> Faces:
 def _overlap_faults(blocks: Blocks, contested: IntArray) -> list[str]:
     return [
         f"blocks {blocks.owner[one]} and {blocks.owner[other]} overlap: both lie on the same side of their edge at "
-        f"({blocks.vertices[one, 0]:.6g}, {blocks.vertices[one, 1]:.6g}); remove one or correct its corners"
+        f"{place(blocks.vertices[one])}; remove one or correct its corners"
         for one, other in contested
     ]
 

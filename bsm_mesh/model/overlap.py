@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import place
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.polygons import owner_of_corner
 
@@ -51,7 +52,7 @@ class Overlaps:
         """
         named = self.pairs if numbers is None else numbers[self.pairs]
         return [
-            f"{thing} {a} and {b} overlap by {area:.3g} m2 near ({x:.6g}, {y:.6g}); "
+            f"{thing} {a} and {b} overlap by {area:.3g} m2 near {place((x, y))}; "
             "remove one of them or make their outlines meet"
             for (a, b), area, (x, y) in zip(named, self.area, self.place, strict=True)
         ]

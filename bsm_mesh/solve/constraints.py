@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 
@@ -204,7 +204,7 @@ def _check_conflicts(bars: Bars, misfit: FloatArray, tolerance: FloatArray) -> N
         raise ModelError(
             [
                 f"block {bars.block[i]}: support {bars.support[i] + 1} prescribes {bars.value[i]:g} at "
-                f"({bars.point[i, 0]:.6g}, {bars.point[i, 1]:.6g}), which contradicts the block's other supports; "
+                f"{place(bars.point[i])}, which contradicts the block's other supports; "
                 "remove one of them"
                 for i in bad[np.unique(bars.block[bad], return_index=True)[1]]
             ]

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import listing
+from bsm_mesh.errors import listing, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.constraints import RANK, Constraints, rounding
 from bsm_mesh.solve.pattern import BlockPattern
@@ -49,7 +49,8 @@ def free_parts(
         motion = _free_motion(constraints, part[bars.block] == p) if with_bars[p] else "move in any direction"
         if motion:
             whole = all_there and count == 1 and len(members) == blocks.count
-            who = "the model" if whole else f"block {listing(names[members])} at {_place(blocks, members[0])}"
+            where = place(blocks.moments.centroid[members[0]])
+            who = "the model" if whole else f"block {listing(names[members])} at {where}"
             held = "no support holds it" if not with_bars[p] else "its supports do not hold it"
             cure = (
                 "hold a boundary, a block or a point of it" if not with_bars[p] else "add a support across that motion"
@@ -80,9 +81,4 @@ def _free_motion(constraints: Constraints, chosen: FloatArray) -> str:
     if abs(turn) < 1e-6:
         return f"slide in the direction {np.degrees(np.arctan2(v, u)) % 180:.4g} degrees"
     x, y = centre[0] - v * size / turn, centre[1] + u * size / turn
-    return f"turn about ({x:.7g}, {y:.7g})"
-
-
-def _place(blocks: Blocks, block: int) -> str:
-    x, y = blocks.moments.centroid[block]
-    return f"({x:.7g}, {y:.7g})"
+    return f"turn about {place((x, y))}"

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
@@ -271,6 +272,6 @@ def beyond_strength(
     worst = beyond[int(np.argmax(np.nan_to_num(ratio, posinf=1e300)))]
     return (
         f"the in-situ field is beyond the strength of {beyond.size} of {len(pressure)} contacts ({int(slips.sum())} in "
-        f"shear, {int(parts.sum())} in tension; the worst at ({point[worst, 0]:.4g}, {point[worst, 1]:.4g})): "
+        f"shear, {int(parts.sum())} in tension; the worst at {place(point[worst])}): "
         "the joints cannot bear this k0 or stress",
     )

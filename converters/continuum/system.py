@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, place
 from converters.continuum.supports import HeldDisplacements, nodal_unknowns
 
 SOLVED = 1e-6  # of the greatest force: a larger residual means a singular matrix, or constraints in contradiction
@@ -113,7 +113,7 @@ def _refuse_free_motion(supports: HeldDisplacements, basis: Any, ties: IntArray 
     if loose.size:
         raise ModelError(
             [
-                f"the continuum about ({where[part == p, 0].mean():.4g}, {where[part == p, 1].mean():.4g}) is free to "
+                f"the continuum about {place((where[part == p, 0].mean(), where[part == p, 1].mean()))} is free to "
                 "move as a whole; hold a boundary, a block or a point of it"
                 for p in loose[:20]
             ]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import owner_of_corner
@@ -88,8 +89,8 @@ def snap_corners(blocks: Blocks, distance: float) -> tuple[Blocks, list[str]]:
     order = np.lexsort([np.arange(len(node)), inner, node])
     _, at = np.unique(node[order], return_index=True)
     first = order[at]
-    place = blocks.vertices[first[node]]
-    moved = np.hypot(*(place - blocks.vertices).T)
+    target = blocks.vertices[first[node]]
+    moved = np.hypot(*(target - blocks.vertices).T)
     if not moved.any():
         return blocks, []
     stays = node != node[blocks.following]
@@ -100,21 +101,21 @@ def snap_corners(blocks: Blocks, distance: float) -> tuple[Blocks, list[str]]:
     new_edge = np.cumsum(kept) - 1
     changed = np.unique(node[moved > 0])
     changes = [
-        f"corners near ({blocks.vertices[first[k], 0]:.6g}, {blocks.vertices[first[k], 1]:.6g}) become one: "
+        f"corners near {place(blocks.vertices[first[k]])} become one: "
         f"{len(np.unique(blocks.nodes[node == k]))} points, moved by {moved[node == k].max():.3g} m at most"
         for k in changed.tolist()
     ]
     changes += [
-        f"block {b} near ({x:.6g}, {y:.6g}) vanishes: its corners are nearer to each other than {distance:g} m"
+        f"block {b} near {place((x, y))} vanishes: its corners are nearer to each other than {distance:g} m"
         for b, (x, y) in zip(np.flatnonzero(~alive).tolist(), blocks.moments.centroid[~alive].tolist(), strict=True)
     ]
     boundaries = {name: new_edge[ids[kept[ids]]].astype(np.int32) for name, ids in blocks.boundaries.items()}
     excavations = {name: number[ids[alive[ids]]].astype(np.int32) for name, ids in blocks.excavations.items()}
     snapped = dataclasses.replace(
         blocks,
-        vertices=place[kept],
+        vertices=target[kept],
         offsets=np.concatenate([[0], np.cumsum(sizes[alive])]).astype(np.int32),
-        nodes=merge_points(place[kept], MERGE_TOLERANCE),
+        nodes=merge_points(target[kept], MERGE_TOLERANCE),
         rock=blocks.rock[alive],
         edge_joint=blocks.edge_joint[kept],
         boundaries=boundaries,
@@ -146,7 +147,7 @@ def _merge(fine: Blocks, slivers: IntArray, across_joints: bool) -> tuple[LongAr
         return own, []
     area, centre = fine.moments.area, fine.moments.centroid
     changes = [
-        f"block {s} ({area[s]:.3g} m2, near ({centre[s, 0]:.6g}, {centre[s, 1]:.6g})) is merged into block {n} across "
+        f"block {s} ({area[s]:.3g} m2, near {place(centre[s])}) is merged into block {n} across "
         f"{length:.3g} m " + ("without a joint" if j < 0 else f"of joint '{fine.joint_names[j]}'")
         for s, n, length, j in zip(sliver.tolist(), neighbour.tolist(), shared.tolist(), joint.tolist(), strict=True)
     ]

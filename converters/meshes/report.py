@@ -8,7 +8,7 @@ from enum import StrEnum
 from types import MappingProxyType
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import counted
+from bsm_mesh.errors import counted, place
 
 
 class NoteKind(StrEnum):
@@ -119,5 +119,5 @@ def _thing(group: str) -> str:
 
 def places(points: Sequence[FloatArray] | FloatArray, most: int = 3) -> str:
     """Return ``"near (1, 2), (3, 4), ..."`` for the first few of some points [m]."""
-    shown = ", ".join(f"({point[0]:.6g}, {point[1]:.6g})" for point in points[:most])
+    shown = ", ".join(place(point) for point in points[:most])
     return f"near {shown}" + (", ..." if len(points) > most else "")

@@ -56,8 +56,8 @@ def test_sums(report: dict[str, object]) -> None:
 def test_rows_name_the_blocks(report: dict[str, object]) -> None:
     rows = dict(quality_rows(report))
     x, y = bsm.Blocks.from_polygons([POOR[5]], rock="granite").moments.centroid[0]
-    assert rows["concave blocks"] == f"5, first at ({x:.4g}, {y:.4g})"
-    assert rows["blocks without contact"].startswith("4, 5, 6, first at (")
+    assert rows["concave blocks"] == f"block 5, first at ({x:.6g}, {y:.6g})"
+    assert rows["blocks without contact"].startswith("blocks 4, 5, 6, first at (")
 
 
 def test_a_good_mesh_has_none() -> None:
