@@ -17,10 +17,10 @@ from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
 from bsm_mesh.contact.rules import RULES, Rules
 
-__all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts"]
+__all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts", "key_of"]
 
 
-WORTH_TWO = 50_000  # pairs of blocks: from here on two threads look for contacts
+PAIRS_AT_ONCE = 25_000  # pairs of blocks whose contacts a thread looks for in one go
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -71,8 +71,6 @@ class Candidates:
         The block with the corner, and the block with the edge.
     corner, edge : (m,) int32
         Number of the corner, and of the edge.
-    pair, key : (m,) int64
-        As in `ActiveContacts`.
     gap : (m,) float64 [m]
         Distance of the corner from the edge's line, positive outside.
     along : (m,) float64 [m]
@@ -103,8 +101,6 @@ class Candidates:
     block_b: IntArray
     corner: IntArray
     edge: IntArray
-    pair: IntArray
-    key: IntArray
     gap: FloatArray
     along: FloatArray
     edge_length: FloatArray
@@ -121,6 +117,22 @@ class Candidates:
     def count(self) -> int:
         """Number of candidates."""
         return len(self.corner)
+
+    @property
+    def pair(self) -> IntArray:
+        """Numbers of the pairs, (m,) int64, as in `ActiveContacts`."""
+        return key_of(np.minimum(self.block_a, self.block_b), np.maximum(self.block_a, self.block_b))
+
+    @property
+    def key(self) -> IntArray:
+        """Numbers of corner and edge, (m,) int64, as in `ActiveContacts`."""
+        return key_of(self.corner, self.edge)
+
+
+def key_of(first: IntArray, second: IntArray) -> IntArray:
+    """Return one int64 for two numbers: first << 32 | second."""
+    key: IntArray = (first.astype(np.int64) << 32) | second
+    return key
 
 
 NAMES = tuple(field.name for field in fields(Candidates))
@@ -151,50 +163,50 @@ def detect_contacts(
     old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
     old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
     pairs = near_pairs(vertices, blocks)
-    columns = _settled_by_two if len(pairs) >= WORTH_TWO else _settled
-    return Candidates(**dict(zip(NAMES, columns(vertices, blocks, pairs, old, band, rules), strict=True)))
+    return Candidates(**dict(zip(NAMES, _settled(vertices, blocks, pairs, old, band, rules), strict=True)))
 
 
 def _settled(
     vertices: RecordArray, blocks: RecordArray, pairs: IntArray, old: RecordArray, band: float, rules: Rules
 ) -> Columns:
-    """Return the fields of the candidates of pairs of blocks, in their order."""
-    rows, starts = facing_rows(vertices, blocks, pairs, band, rules)
-    found: Columns = _columns(settle(vertices, blocks, pairs, old, band, rules, rows, starts))
-    return found
+    """Return the fields of the candidates of pairs of blocks, in their order.
 
+    Pairs do not depend on each other: two threads share them, some at a time, so that their records take little memory.
+    """
+    first = np.arange(0, max(len(pairs), 1), PAIRS_AT_ONCE)
+    parts = [pairs[k : k + PAIRS_AT_ONCE] for k in first]
+    split = [0, *np.searchsorted(old["pair"], key_of(*pairs[first[1:]].T)).tolist(), len(old)]
 
-def _settled_by_two(
-    vertices: RecordArray, blocks: RecordArray, pairs: IntArray, old: RecordArray, band: float, rules: Rules
-) -> Columns:
-    """Return the same by two threads: pairs do not depend on each other."""
-    half = len(pairs) // 2
-    split = int(np.searchsorted(old["pair"], (np.int64(pairs[half, 0]) << 32) | np.int64(pairs[half, 1])))
-    parts = (pairs[:half], old[:split]), (pairs[half:], old[split:])
+    def settled(part: int) -> Columns:
+        rows, starts = facing_rows(vertices, blocks, parts[part], band, rules)
+        active = old[split[part] : split[part + 1]]
+        columns: Columns = _columns(settle(vertices, blocks, parts[part], active, band, rules, rows, starts))
+        return columns
+
+    if len(parts) == 1:
+        return settled(0)
     with ThreadPoolExecutor(2) as threads:
-        first, second = threads.map(lambda part: _settled(vertices, blocks, part[0], part[1], band, rules), parts)
-    for name, before in (("history", split), ("inherits", split), ("rival", len(first[0]))):
-        number = second[NAMES.index(name)]
-        number[number >= 0] += before
-    return tuple(np.concatenate(both) for both in zip(first, second, strict=True))
+        found = list(threads.map(settled, range(len(parts))))
+    count = np.cumsum([0, *(len(columns[0]) for columns in found)])
+    for name, before in (("history", split), ("inherits", split), ("rival", count)):
+        for part, columns in enumerate(found):
+            number = columns[NAMES.index(name)]
+            number[number >= 0] += before[part]
+    return tuple(np.concatenate(column) for column in zip(*found, strict=True))
 
 
 @nb.njit(cache=True, nogil=True)
 def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compiled
     """Return the fields of `Candidates`, in their order, in one pass over the records ROW."""
-    n, i4, i8 = rows.size, np.int32, np.int64
+    n, i4 = rows.size, np.int32
     block_a, block_b, corner, edge = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
-    pair, key = np.empty(n, i8), np.empty(n, i8)
     gap, along, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     parallel_edge, in_range = np.empty(n, i4), np.empty(n, np.bool_)
     history, inherits, rival = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
     play, lean = np.empty(n), np.empty(n, i4)
     for i in range(n):
         row = rows[i]
-        a, b = row.block_a, row.block_b
-        block_a[i], block_b[i], corner[i], edge[i] = a, b, row.corner, row.edge
-        pair[i] = (i8(min(a, b)) << 32) | i8(max(a, b))
-        key[i] = (i8(row.corner) << 32) | i8(row.edge)
+        block_a[i], block_b[i], corner[i], edge[i] = row.block_a, row.block_b, row.corner, row.edge
         gap[i], along[i], edge_length[i], length[i] = row.gap, row.along, row.edge_length, row.length
         parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
         history[i], inherits[i], rival[i] = row.history, row.inherits, row.rival
@@ -204,8 +216,6 @@ def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compil
         block_b,
         corner,
         edge,
-        pair,
-        key,
         gap,
         along,
         edge_length,

@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.contact.search import ActiveContacts, Outlines
+from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.model.stress_field import StressField
@@ -57,7 +57,7 @@ def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArr
         history,
         replace(
             _history(found, at, moved, chosen, nothing, nothing),
-            failed=np.isfinite(found.properties.tension[chosen]),
+            failed=np.isfinite(found.tension[chosen]),
         ),
     )
     pair, key = (np.concatenate([getattr(part.active, name) for part in parts]) for name in ("pair", "key"))
@@ -95,7 +95,7 @@ def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, Floa
     n = np.stack([direction[:, 1], -direction[:, 0]], axis=1)
     field = StressField(model)
     sides = (c.block_a[on_face], c.block_b[on_face])
-    force = field.end_forces(start, end, n, sides, found.properties.joint[on_face])[:, 0]
+    force = field.end_forces(start, end, n, sides, found.joint[on_face])[:, 0]
     normal, shear = np.zeros(found.count), np.zeros(found.count)
     normal[on_face] = (force * n).sum(axis=1)
     shear[on_face] = (force * direction).sum(axis=1)
@@ -136,23 +136,22 @@ def between(history: History, stays: BoolArray) -> History:
 
 def in_part(history: History, part: Part) -> History:
     """Return a history of the whole in the numbers of a part; its blocks must be in the part."""
+    if part.present.all():
+        return history
     pair, key = history.active.pair, history.active.key
     low, high = np.searchsorted(part.block, pair >> LOWER), np.searchsorted(part.block, pair & 0xFFFFFFFF)
     corner, edge = np.searchsorted(part.corner, key >> LOWER), np.searchsorted(part.corner, key & 0xFFFFFFFF)
-    return _rows(history, np.arange(len(pair)), _joined(low, high), _joined(corner, edge))
+    return _rows(history, np.arange(len(pair)), key_of(low, high), key_of(corner, edge))
 
 
 def in_whole(history: History, part: Part) -> History:
     """Return a history of a part in the numbers of the whole."""
+    if part.present.all():
+        return history
     pair, key = history.active.pair, history.active.key
-    blocks = _joined(part.block[pair >> LOWER], part.block[pair & 0xFFFFFFFF])
-    corners = _joined(part.corner[key >> LOWER], part.corner[key & 0xFFFFFFFF])
+    blocks = key_of(part.block[pair >> LOWER], part.block[pair & 0xFFFFFFFF])
+    corners = key_of(part.corner[key >> LOWER], part.corner[key & 0xFFFFFFFF])
     return _rows(history, np.arange(len(pair)), blocks, corners)
-
-
-def _joined(first: IntArray, second: IntArray) -> IntArray:
-    joined: IntArray = (first.astype(np.int64) << LOWER) | second.astype(np.int64)
-    return joined
 
 
 def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> History:

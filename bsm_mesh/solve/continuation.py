@@ -224,14 +224,15 @@ class Continuation:
             contacts = recall(contacts, step.contacts, found.at, size)
             updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
             updated.room = step.room
-            left = updated.balance_at(found.position).greatest
-            wanted = max(tolerance, min(FIRST_TOLERANCE, UPDATED * left)) if update < MOST_UPDATES - 1 else tolerance
-            again = softened_newton(updated, found.position, wanted)
+            left = updated.balance_at(found.position)
+            if left.greatest < CONFIRMED * self.options.tolerance:
+                step, found = updated, Found(left.position, left.at, converged=True)
+                break
+            most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else tolerance
+            again = softened_newton(updated, found.position, max(tolerance, min(most, UPDATED * left.greatest)))
             if not again.converged:
                 break
-            step, found, same = updated, again, again.position is found.position
-            if same:
-                break
+            step, found = updated, again
         return _Taken(_polished(step, found), step)
 
     def _record(

@@ -49,7 +49,8 @@ def gather_contacts(
     return MovingContacts(
         outlines=outlines,
         candidates=found,
-        properties=properties,
+        joint=properties.joint,
+        law=properties.law,
         between=outlines.centroid[found.block_a] - outlines.centroid[found.block_b],
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,

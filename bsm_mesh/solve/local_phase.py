@@ -29,7 +29,15 @@ ENOUGH = 0.1  # of their greatest force out of balance: with more left, the inte
 WORSE = 1.2  # the 2-norm of the whole may grow by this, else the phase is taken back
 
 
-def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside: bool = False) -> FloatArray:
+def relax_locally(
+    step: Step,
+    position: FloatArray,
+    tolerance: float,
+    *,
+    inside: bool = False,
+    rings: int = RINGS,
+    worse: float = WORSE,
+) -> FloatArray:
     """Return a position at which the blocks worst out of balance are relaxed; the same one where that does not help.
 
     Parameters
@@ -42,12 +50,16 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside:
         Greatest force out of balance that is wanted, over the reference weight.
     inside : bool
         By the interior point method as well, where Newton's does not end.
+    rings : int
+        Of blocks around the worst ones that move with them.
+    worse : float
+        By how much the 2-norm may grow: around what slides far it grows until all blocks have followed.
     """
     sizes, weight = _out_of_balance(step, position)
     threshold = max(FLAGGED * sizes.max(), min(3 * tolerance, sizes.max() / 3))
     if (sizes > threshold).sum() > MOST_BLOCKS * len(sizes):
         return position
-    flagged = _grown(step.pattern, sizes > threshold, step.moving.driven)
+    flagged = _grown(step.pattern, sizes > threshold, step.moving.driven, rings)
     if not flagged.any() or flagged.sum() > MOST_BLOCKS * len(flagged):
         return position
     local = LocalStep(step, flagged, position)
@@ -55,10 +67,12 @@ def relax_locally(step: Step, position: FloatArray, tolerance: float, *, inside:
         relaxed = local.whole(_relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf))
     finally:
         local.close()
-    return _taken(step, local, position, relaxed, sizes)
+    return _taken(step, local, position, relaxed, sizes, worse)
 
 
-def _taken(step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArray, before: FloatArray) -> FloatArray:
+def _taken(
+    step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArray, before: FloatArray, worse: float
+) -> FloatArray:
     """Return the relaxed position where that helps, cluster by cluster, what is around each counted with it.
 
     `before`: what every block had out of balance at the position, (n,).
@@ -67,14 +81,14 @@ def _taken(step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArr
     broken = local.contacts.failed & ~contacts.failed[local.rows]
     step.break_contacts(local.rows[broken])
     after = _out_of_balance(step, relaxed)[0]
-    helped = local.by_cluster(after**2) <= WORSE**2 * local.by_cluster(before**2)
+    helped = local.by_cluster(after**2) <= worse**2 * local.by_cluster(before**2)
     if not helped.all():
         step.contacts = contacts
         step.break_contacts(local.rows[broken & helped[local.cluster_of_row]])
         stay, relaxed = local.blocks[local.block[~helped[local.cluster]]], relaxed.copy()
         relaxed[stay] = position[stay]
         after = _out_of_balance(step, relaxed)[0]
-    if not helped.any() or (after**2).sum() > WORSE**2 * (before**2).sum():
+    if not helped.any() or (after**2).sum() > worse**2 * (before**2).sum():
         step.contacts = contacts
         return position
     return relaxed
@@ -160,9 +174,9 @@ class _Search:
         return np.bincount(local.cluster, weights=(free**2).sum(axis=1), minlength=local.clusters).astype(float)
 
 
-def _grown(pattern: BlockPattern, flagged: BoolArray, held: BoolArray) -> BoolArray:
-    """Return the flagged blocks and those that are at most `RINGS` contacts away, not counted across held ones."""
+def _grown(pattern: BlockPattern, flagged: BoolArray, held: BoolArray, rings: int) -> BoolArray:
+    """Return the flagged blocks and those that are at most `rings` contacts away, not counted across held ones."""
     near = csr_array((np.ones(len(pattern.column), np.float32), pattern.column, pattern.row_start))
-    for _ in range(RINGS):
+    for _ in range(rings):
         flagged = flagged | ((near @ flagged.astype(np.float32) > 0) & ~held)
     return flagged

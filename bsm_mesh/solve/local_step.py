@@ -157,7 +157,7 @@ def _chosen(contacts: MovingContacts, rows: IntArray, block: IntArray) -> Moving
     candidates = _rows_of(contacts.candidates, rows)
     rival = candidates.rival
     leaning = number[contacts.leaning]
-    plain = ("outlines", "candidates", "properties", "rivals", "leaning", "lean", "by_law")
+    plain = ("outlines", "candidates", "rivals", "leaning", "lean", "by_law")
     others = {field.name for field in fields(contacts)}.difference(plain)
     return MovingContacts(
         outlines=contacts.outlines,
@@ -167,8 +167,7 @@ def _chosen(contacts: MovingContacts, rows: IntArray, block: IntArray) -> Moving
             block_b=block[candidates.block_b],
             rival=np.where(rival >= 0, number[rival], -1),
         ),
-        properties=_rows_of(contacts.properties, rows),
-        by_law=rows_by_law(contacts.properties.law[rows]),
+        by_law=rows_by_law(contacts.law[rows]),
         rivals=np.flatnonzero(rival >= 0),
         leaning=leaning[leaning >= 0],
         lean=contacts.lean[leaning >= 0],

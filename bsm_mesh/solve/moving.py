@@ -13,7 +13,6 @@ from bsm_mesh.contact.moving_kernels import (
     pressures_and_trial_shears,
     relative_positions,
 )
-from bsm_mesh.contact.properties import ContactProperties
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import Candidates, Outlines
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
@@ -28,7 +27,8 @@ class MovingContacts:
 
     outlines: Outlines  # of all blocks
     candidates: Candidates
-    properties: ContactProperties
+    joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
+    law: IntArray  # (m,) number in `JointCatalogue.laws`
     between: FloatArray  # (m, 2) from b's centroid to a's where the blocks were given
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray

@@ -204,7 +204,7 @@ def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
     point = (table.outlines.placed(motion.position)[c.block_a, :2] + at.arm_a)[kept]
-    joint = table.properties.joint[kept]
+    joint = table.joint[kept]
     slip = np.where(np.isnan(table.first_along), 0.0, at.along - table.first_along)
     return ContactForces(
         block_a=c.block_a[kept],

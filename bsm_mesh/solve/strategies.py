@@ -10,16 +10,18 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
-from bsm_mesh.solve.local_phase import relax_locally
+from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.step import Step
 
-SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
+SHRINKING = 0.7  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
 MOST_SOFTENED = 30  # of them at most
 MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of the 2-norm to which a round brings it
-NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may serve all blocks, and time is given
-MOST_MOVING = 6  # iterations of Newton's method in a moving step
-WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this; softened, near balance
+NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may serve all blocks
+NEARLY = 0.3  # and up to which all is tried for the worst blocks: with these,
+SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
+STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
+MOST_MOVING, WORTHWHILE = 6, 0.7  # iterations of Newton's method in a moving step, while it shrinks the 2-norm to this
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
@@ -60,7 +62,7 @@ def softened_newton(step: Step, position: FloatArray, tolerance: float, *, insid
         norms.append(here.norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
-        elif norms[-1] > (SHRINKING if here.greatest > NEAR_BALANCE else WORTHWHILE) * norms[-3]:
+        elif norms[-1] > SHRINKING * norms[-3]:
             break
     return found
 
@@ -70,17 +72,26 @@ def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool
 
     The worst blocks are solved apart, then what that leaves out of balance around them is spread with the last factors
     of the whole; in turns, while it halves the 2-norm. Where many blocks are far out of balance the last factors lead
-    astray, and are left alone.
+    astray, and are left alone. Where few are, a round that is stuck is tried with more blocks around the worst.
     """
-    here = step.balance_at(position)
+    here, rings = step.balance_at(position), RINGS
     for _ in range(MOST_ROUNDS):
-        relaxed = relax_locally(step, here.position, tolerance, inside=inside)
-        few = relaxed is not here.position
-        if step.factors.ready and (few or here.greatest < NEAR_BALANCE):
-            relaxed = chord_method(step, relaxed, tolerance)
-        before, here = here.norm, step.balance_at(relaxed)
-        if here.greatest < tolerance or here.norm > HALVED * before:
+        if here.greatest < tolerance:
             break
+        near, contacts = here.greatest < NEARLY and step.factors.ready, step.contacts
+        worse = SPREAD if near else WORSE
+        relaxed = relax_locally(step, here.position, tolerance, inside=inside or near, rings=rings, worse=worse)
+        if step.factors.ready and (relaxed is not here.position or here.greatest < NEAR_BALANCE):
+            relaxed = chord_method(step, relaxed, tolerance)
+        there = step.balance_at(relaxed)
+        gained = there.norm / here.norm
+        if gained > WORSE:
+            step.contacts = contacts  # what broke on a way that is not taken
+        else:
+            here = there
+        if gained > HALVED and not (near and gained > STUCK and rings < MOST_RINGS):
+            break
+        rings = 2 * rings if gained > STUCK else rings
     return here.position
 
 

@@ -222,14 +222,14 @@ def test_many_candidates_of_one_pair():
     assert len(scene.touching(scene.detect())) == 1200
 
 
-def test_two_threads_find_the_same(monkeypatch):
+def test_pairs_looked_at_apart_by_two_threads_find_the_same(monkeypatch):
     """Row for row, with history, heirs and rivals, at every step of bricks that slide off a base, beside squares."""
     given, real = [], search.detect_contacts
 
     def both(outlines, position, active, band):
         alone = real(outlines, position, active, band)
         with monkeypatch.context() as two:
-            two.setattr(search, "WORTH_TWO", 2)
+            two.setattr(search, "PAIRS_AT_ONCE", 7)
             by_two = real(outlines, position, active, band)
         for field in dataclasses.fields(alone):
             assert_array_equal(getattr(by_two, field.name), getattr(alone, field.name), err_msg=field.name)
