@@ -208,7 +208,8 @@ class Continuation:
         """Return the equilibrium next to the start with the contacts as they are there.
 
         The lengths that contacts share change with the movement. They are updated before anything is committed: what
-        slides still remembers where it began to, so that Newton's method need not find that out again.
+        slides still remembers where it began to, so that Newton's method need not find that out again. The least
+        regularisation bears as much as the tolerance where a wall of a million bricks settles; there it begins anew.
         """
         tolerance = 0.5 * self.options.tolerance
         rest = newton(step, step.start, tolerance, most=0)
@@ -223,7 +224,7 @@ class Continuation:
             contacts = self.moving.gather(history, found.position, first=False)
             contacts = recall(contacts, step.contacts, found.at, size)
             updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
-            updated.room = step.room
+            updated.room, updated.still = step.room, found.position
             left = updated.balance_at(found.position)
             if left.greatest < CONFIRMED * self.options.tolerance:
                 step, found = updated, Found(left.position, left.at, converged=True)

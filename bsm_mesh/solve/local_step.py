@@ -58,6 +58,7 @@ class LocalStep(Step):
         self.block = np.flatnonzero(moves[self.blocks])
         self.moving, self.factors, self.lam, self.room = step.moving, step.factors, step.lam, step.room
         self.anchor, self.start, self.driven = step.anchor[self.blocks], position[self.blocks], False
+        self.still = step.still[self.blocks]
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
         self.supports = step.supports.of(self.blocks)
         self.contacts = _chosen(step.contacts, self.rows, np.cumsum(involved, dtype=np.int32) - 1)

@@ -67,6 +67,8 @@ class Step:
         As in `MovingModel`.
     room : float [m]
         How much farther than `LONGEST` blocks may go in this step, all together.
+    still : (n, 3) float64
+        Where the regularisation bears nothing: the accepted position, unless a step goes on with contacts updated.
     friction_pressure : (m,) float64 or None [N/m]
         Pressures at which the contacts' shear strengths are held; None: they follow the pressures.
     """
@@ -76,6 +78,7 @@ class Step:
     ) -> None:
         self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
         self.friction_pressure: FloatArray | None = None
+        self.still = anchor
         self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
         self.supports = moving.constraints_at(anchor)
         given = moving.given(self.supports)
@@ -92,7 +95,8 @@ class Step:
     def resting(self, position: FloatArray, lam: float) -> Step:
         """Return the same step from another position, with another regularisation and shear strengths not held."""
         there = copy(self)
-        there.anchor, there.lam, there.friction_pressure = position, lam, None
+        there.anchor = there.still = position
+        there.lam, there.friction_pressure = lam, None
         there.supports = self.moving.constraints_at(position)
         there.pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
         return there
@@ -136,7 +140,7 @@ class Step:
     def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
         """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""
         forces = self.acting_at(position) + contact_forces
-        forces -= self.lam * self.mass * (position - self.anchor)
+        forces -= self.lam * self.mass * (position - self.still)
         return forces
 
     def acting_at(self, position: FloatArray) -> FloatArray:

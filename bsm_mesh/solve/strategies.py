@@ -14,14 +14,15 @@ from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.step import Step
 
-SHRINKING = 0.7  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
+SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
 MOST_SOFTENED = 30  # of them at most
 MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of the 2-norm to which a round brings it
 NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may serve all blocks
-NEARLY = 0.3  # and up to which all is tried for the worst blocks: with these,
+NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
-MOST_MOVING, WORTHWHILE = 6, 0.7  # iterations of Newton's method in a moving step, while it shrinks the 2-norm to this
+MOST_MOVING = 6  # iterations of Newton's method in a moving step
+WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this; softened, nearly in balance
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
@@ -62,7 +63,7 @@ def softened_newton(step: Step, position: FloatArray, tolerance: float, *, insid
         norms.append(here.norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
-        elif norms[-1] > SHRINKING * norms[-3]:
+        elif norms[-1] > (WORTHWHILE if here.greatest < NEARLY else SHRINKING) * norms[-3]:
             break
     return found
 

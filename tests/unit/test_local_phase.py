@@ -92,6 +92,58 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
     assert after[other] == pytest.approx(before[other])
 
 
+def test_more_rings_move_more_blocks(rest):
+    step, position = rest
+    pushed = position.copy()
+    pushed[BLOCK, :2] += 2e-6
+    moved = [(relax_locally(step, pushed, TOLERANCE, rings=k) != pushed).any(axis=1).sum() for k in (2, RINGS)]
+    assert moved[1] > 2 * moved[0] > 0
+
+
+def test_a_cluster_may_spread_what_it_had_where_that_is_said(rest, monkeypatch):
+    step, position = rest
+    pushed, spread = position.copy(), position.copy()
+    pushed[BLOCK, :2] += 2e-8
+    spread[BLOCK, :2] += 1e-7
+    monkeypatch.setattr(local_phase, "_relaxed", lambda local, *_: spread[local.blocks])
+    assert relax_locally(step, pushed, TOLERANCE) is pushed
+    assert_allclose(relax_locally(step, pushed, TOLERANCE, worse=strategies.SPREAD), spread, rtol=0, atol=0)
+
+
+def test_a_round_is_judged_when_the_last_factors_have_served_all_blocks(rest, monkeypatch):
+    step, position = rest
+    assert step.factors.ready
+    pushed, spread = position.copy(), position.copy()
+    pushed[BLOCK, :2] += 2e-8
+    spread[BLOCK, :2] += 1e-7
+    given = []
+
+    def spreads(step: Step, position: np.ndarray, tolerance: float, **keys) -> np.ndarray:
+        given.append(keys)
+        return spread
+
+    monkeypatch.setattr(strategies, "relax_locally", spreads)
+    settled = strategies._settled(step, pushed, TOLERANCE, inside=False)
+    assert sizes(step, settled).max() < TOLERANCE
+    assert given == [{"inside": True, "rings": RINGS, "worse": strategies.SPREAD}]
+
+
+def test_a_round_that_is_stuck_is_tried_with_more_rings_and_leads_nowhere_unless_it_gains(rest, monkeypatch):
+    step, position = rest
+    pushed = position.copy()
+    pushed[BLOCK, :2] += 2e-8
+    rings = []
+
+    def spoils(step: Step, position: np.ndarray, tolerance: float, **keys) -> np.ndarray:
+        rings.append(keys["rings"])
+        return position + 1e-4 * np.random.default_rng(0).normal(size=position.shape)
+
+    monkeypatch.setattr(strategies, "relax_locally", spoils)
+    monkeypatch.setattr(strategies, "chord_method", lambda step, position, tolerance: position)
+    assert strategies._settled(step, pushed, TOLERANCE, inside=False) is pushed
+    assert rings == [RINGS, 2 * RINGS, 4 * RINGS]
+
+
 def test_where_most_blocks_are_out_of_balance_nothing_is_solved_apart(rest):
     step, position = rest
     shaken = position + 1e-6 * np.random.default_rng(0).normal(size=position.shape)

@@ -208,8 +208,9 @@ def test_what_settles_together_does_so_in_one_step(monkeypatch):
     settlement = 13e3 * count * (count + 1) / 2 / stiffness
     stage = column(count, stiffness).stages[-1]
     assert stage.status == "stable"
-    assert_allclose(-stage.displacement[-1, 1], settlement, rtol=1e-6)
-    assert len(stage.steps) <= 3
+    assert_allclose(-stage.displacement[-1, 1], settlement, rtol=1e-9)
+    assert len(stage.steps) == 2
+    assert stage.steps[0].residual < 1e-8  # the least regularisation, anchored at the start, would bear 1.2e-6
     monkeypatch.setattr(Step, "make_room", lambda step, elastic: None)
     slow = column(count, stiffness).stages[-1]
     assert_allclose(-slow.displacement[-1, 1], settlement, rtol=1e-6)
