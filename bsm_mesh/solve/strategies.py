@@ -22,7 +22,9 @@ NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
-WORTHWHILE = 0.7  # and it goes on there while it shrinks the 2-norm to this; softened, nearly in balance
+WORTHWHILE = (
+    0.7  # and it goes on there while it shrinks the 2-norm to this; softened, nearly in balance or from zero stress
+)
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
@@ -38,17 +40,21 @@ def solve_at_once(step: Step, tolerance: float) -> Found:
     elastic = elastic_position(step)
     step.make_room(elastic)
     contacts = step.contacts
-    found = softened_newton(step, elastic, tolerance)
+    from_nothing = not (contacts.candidates.history >= 0).any()  # no stress before: no path to keep to
+    found = softened_newton(step, elastic, tolerance, shrinking=WORTHWHILE if from_nothing else SHRINKING)
     if found.converged:
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
     return _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
 
 
-def softened_newton(step: Step, position: FloatArray, tolerance: float, *, inside: bool = False) -> Found:
+def softened_newton(
+    step: Step, position: FloatArray, tolerance: float, *, inside: bool = False, shrinking: float = SHRINKING
+) -> Found:
     """Return where Newton's method with softened tangents ends, before and after each of them settled (`_settled`).
 
     `inside`: the worst blocks by the interior point method too, which may take them to an equilibrium farther away.
+    `shrinking`: the part to which two factorizations must shrink the 2-norm while blocks are far out of balance.
     """
     position = _settled(step, position, tolerance, inside=inside)
     norms = [np.inf, step.balance_at(position).norm]
@@ -63,7 +69,7 @@ def softened_newton(step: Step, position: FloatArray, tolerance: float, *, insid
         norms.append(here.norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
-        elif norms[-1] > (WORTHWHILE if here.greatest < NEARLY else SHRINKING) * norms[-3]:
+        elif norms[-1] > (WORTHWHILE if here.greatest < NEARLY else shrinking) * norms[-3]:
             break
     return found
 
