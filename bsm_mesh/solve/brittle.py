@@ -39,7 +39,8 @@ def breaking(step: Step, here: Balance, correction: FloatArray) -> IntArray:
     """
     contacts, at = step.contacts, here.at
     after = step.evaluate(moved_by(here.position, correction))
-    rows = np.flatnonzero(~contacts.failed & (at.bearing != after.bearing))
+    breakable = ~contacts.failed & np.isfinite(contacts.tension)  # unjointed rock never fails
+    rows = np.flatnonzero(breakable & (at.bearing != after.bearing))
     stiffness, opening = contacts.normal_stiffness[rows], contacts.tension[rows] / contacts.normal_stiffness[rows]
     near, far = (stiffness * (contacts.offset[rows] + opening - end.gap[rows]) for end in (at, after))
     borne = [np.hypot(end.pressure[rows], end.shear[rows]) for end in (at, after)]
