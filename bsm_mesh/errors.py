@@ -83,8 +83,8 @@ def counted(number: int, noun: str) -> str:
 
 
 def place(point: Iterable[float]) -> str:
-    """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more: on a national grid."""
-    return "(" + ", ".join(f"{x:.{max(6, len(str(int(abs(x)))) + 3)}g}" for x in point) + ")"
+    """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more (on a national grid), up to 15."""
+    return "(" + ", ".join(f"{x:.{min(15, max(6, len(f'{abs(x):.0f}') + 3))}g}" for x in point) + ")"
 
 
 def listing(ids: Iterable[int], most: int = 8) -> str:

@@ -17,7 +17,7 @@ from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
 from bsm_mesh.contact.rules import RULES, Rules
 
-__all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts", "key_of"]
+__all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts", "key_of", "numbers_of"]
 
 
 PAIRS_AT_ONCE = 25_000  # pairs of blocks whose contacts a thread looks for in one go
@@ -133,6 +133,11 @@ def key_of(first: IntArray, second: IntArray) -> IntArray:
     """Return one int64 for two numbers: first << 32 | second."""
     key: IntArray = (first.astype(np.int64) << 32) | second
     return key
+
+
+def numbers_of(key: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the two numbers that a key stands for, as `key_of` takes them."""
+    return key >> 32, key & 0xFFFFFFFF
 
 
 NAMES = tuple(field.name for field in fields(Candidates))

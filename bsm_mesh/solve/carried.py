@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of
+from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of, numbers_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.parts import Part
 from bsm_mesh.model.stress_field import StressField
@@ -18,7 +18,6 @@ from bsm_mesh.solve.moving import Evaluation, MovingContacts, evaluate
 from bsm_mesh.solve.stages import beyond_strength
 
 BAND = 0.075  # of the block size: how near contacts are looked for; only those that touch are set
-LOWER = 32  # bits of the second number in a key
 
 
 def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
@@ -130,7 +129,7 @@ def _history(
 
 def between(history: History, stays: BoolArray) -> History:
     """Return the contacts between blocks that stay, (n,)."""
-    low, high = history.active.pair >> LOWER, history.active.pair & 0xFFFFFFFF
+    low, high = numbers_of(history.active.pair)
     return _rows(history, np.flatnonzero(stays[low] & stays[high]), history.active.pair, history.active.key)
 
 
@@ -139,8 +138,8 @@ def in_part(history: History, part: Part) -> History:
     if part.present.all():
         return history
     pair, key = history.active.pair, history.active.key
-    low, high = np.searchsorted(part.block, pair >> LOWER), np.searchsorted(part.block, pair & 0xFFFFFFFF)
-    corner, edge = np.searchsorted(part.corner, key >> LOWER), np.searchsorted(part.corner, key & 0xFFFFFFFF)
+    low, high = (np.searchsorted(part.block, block) for block in numbers_of(pair))
+    corner, edge = (np.searchsorted(part.corner, corner) for corner in numbers_of(key))
     return _rows(history, np.arange(len(pair)), key_of(low, high), key_of(corner, edge))
 
 
@@ -149,8 +148,8 @@ def in_whole(history: History, part: Part) -> History:
     if part.present.all():
         return history
     pair, key = history.active.pair, history.active.key
-    blocks = key_of(part.block[pair >> LOWER], part.block[pair & 0xFFFFFFFF])
-    corners = key_of(part.corner[key >> LOWER], part.corner[key & 0xFFFFFFFF])
+    blocks = key_of(*(part.block[block] for block in numbers_of(pair)))
+    corners = key_of(*(part.corner[corner] for corner in numbers_of(key)))
     return _rows(history, np.arange(len(pair)), blocks, corners)
 
 

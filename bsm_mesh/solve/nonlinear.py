@@ -139,7 +139,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
     placed = engine.moving.outlines.placed(motion.position)
     supports = support_forces(bars, placed[bars.block, :2] + arm, size)
-    contacts = _contact_forces(motion, engine.moving.water)
+    contacts = _contact_forces(motion, placed, engine.moving.water)
     block, point, force = engine.moving.point_forces_at(motion.position)
     corners = corner_positions(engine.moving.outlines, placed)
     stress, effective = total_and_effective_stress(
@@ -193,8 +193,8 @@ def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
     return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
 
 
-def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
-    """Return the contacts that touch at the end."""
+def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:
+    """Return the contacts that touch at the end, where the blocks are placed then (n, 3)."""
     table, at = motion.contacts, motion.at
     kept = np.flatnonzero(at.bearing | table.touching)
     c = table.candidates
@@ -203,7 +203,7 @@ def _contact_forces(motion: Motion, water: WaterLoad) -> ContactForces:
     status = np.where(at.bearing, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
-    point = (table.outlines.placed(motion.position)[c.block_a, :2] + at.arm_a)[kept]
+    point = (placed[c.block_a, :2] + at.arm_a)[kept]
     joint = table.joint[kept]
     slip = np.where(np.isnan(table.first_along), 0.0, at.along - table.first_along)
     return ContactForces(

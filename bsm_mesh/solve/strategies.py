@@ -22,9 +22,7 @@ NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
-WORTHWHILE = (
-    0.7  # and it goes on there while it shrinks the 2-norm to this; softened, nearly in balance or from zero stress
-)
+WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held

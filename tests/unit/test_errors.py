@@ -13,6 +13,8 @@ from bsm_mesh.errors import listing, place
         ((1234.5678, 0.0), "(1234.568, 0)"),
         ((500035.25, 5000010.0174), "(500035.25, 5000010.017)"),
         ((-500035.25, 1e7), "(-500035.25, 10000000)"),
+        ((float("nan"), float("-inf")), "(nan, -inf)"),
+        ((1e300, 0.5), "(1e+300, 0.5)"),
     ],
 )
 def test_places_are_given_to_six_digits_or_the_millimetre(point: tuple[float, float], text: str) -> None:

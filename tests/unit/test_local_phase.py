@@ -132,16 +132,18 @@ def test_a_round_that_is_stuck_is_tried_with_more_rings_and_leads_nowhere_unless
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 2e-8
-    rings = []
+    rings, contacts = [], step.contacts
 
     def spoils(step: Step, position: np.ndarray, tolerance: float, **keys) -> np.ndarray:
         rings.append(keys["rings"])
+        step.break_contacts(np.array([0]))
         return position + 1e-4 * np.random.default_rng(0).normal(size=position.shape)
 
     monkeypatch.setattr(strategies, "relax_locally", spoils)
     monkeypatch.setattr(strategies, "chord_method", lambda step, position, tolerance: position)
     assert strategies._settled(step, pushed, TOLERANCE, inside=False) is pushed
     assert rings == [RINGS, 2 * RINGS, 4 * RINGS]
+    assert step.contacts is contacts  # what broke on the way has not
 
 
 def test_where_most_blocks_are_out_of_balance_nothing_is_solved_apart(rest):

@@ -1,5 +1,6 @@
 """How a step is solved: from rest, with shear strengths held, with contacts updated within the first one."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -230,3 +231,22 @@ def test_blocks_that_would_move_past_each_other_get_no_room():
     assert_allclose(step.room, far)
     assert step.takes(together)
     assert not step.takes(step.start + np.array([[0.0, 0.0, 0.0], [far, 0.0, 0.0]]))
+
+
+@pytest.mark.parametrize("stressed", [False, True])
+def test_newtons_method_is_given_time_from_zero_stress_only(monkeypatch, stressed):
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    if stressed:
+        rows = np.zeros(contacts.count, np.int32)
+        contacts = replace(contacts, candidates=replace(contacts.candidates, history=rows))
+    step = Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
+    given = []
+
+    def newton_ends(step: Step, position: np.ndarray, tolerance: float, **keys) -> Found:
+        given.append(keys["shrinking"])
+        return Found(position, step.evaluate(position), converged=True)
+
+    monkeypatch.setattr(strategies, "softened_newton", newton_ends)
+    strategies.solve_at_once(step, 1e-3)
+    assert given == [strategies.SHRINKING if stressed else strategies.WORTHWHILE]

@@ -16,6 +16,7 @@ import bsm_mesh as bsm
 GRID = np.array([5e5, 5e6])  # easting and northing of a mine [m]
 TILT = -85.0  # of gravity: joints slip and open
 LOAD = 3e4  # N/m
+CLOSE = 1e-8  # of the greatest; 4e-10 measured
 
 
 def bolted_wall(origin: np.ndarray, **given) -> bsm.Model:
@@ -57,11 +58,12 @@ def test_the_same_wherever_it_lies(build, options):
     for results in (here, there):
         assert results.status == "stable"
         assert results.check().ok
+        assert (results.stages[-1].steps[0].slipping_contacts > 0) == (options is not LINEAR)
     for one, other in zip(here.stages, there.stages, strict=True):
         size = np.abs(one.displacement[:, :2]).max()
-        assert_allclose(other.displacement, one.displacement, rtol=0, atol=1e-6 * size)
+        assert_allclose(other.displacement, one.displacement, rtol=0, atol=CLOSE * size)
         assert len(other.steps) == len(one.steps)
         forces = np.abs(one.contacts.normal_force).max()
-        assert_allclose(other.contacts.normal_force, one.contacts.normal_force, rtol=0, atol=1e-6 * forces)
-        assert_allclose(other.contacts.point - GRID, one.contacts.point, rtol=0, atol=1e-8)
-        assert_allclose(other.bolts.point - GRID, one.bolts.point, rtol=0, atol=1e-8)
+        assert_allclose(other.contacts.normal_force, one.contacts.normal_force, rtol=0, atol=CLOSE * forces)
+        assert_allclose(other.contacts.point - GRID, one.contacts.point, rtol=0, atol=3e-9)
+        assert_allclose(other.bolts.point - GRID, one.bolts.point, rtol=0, atol=3e-9)
