@@ -83,6 +83,14 @@ CASES = {
         | peers(scenes.jointed_slope, *BOTH),
         build=scenes.jointed_slope,
     ),
+    "leaning": Case(
+        title="The slope with its joint sets mirrored, so that its columns lean into it; both starts",
+        sizes=(1000, 10_000),
+        programs=at_rest(scenes.leaning_slope, k0=1.0)
+        | at_rest(scenes.leaning_slope, "bsm-gravity")
+        | peers(scenes.leaning_slope, *BOTH),
+        build=scenes.leaning_slope,
+    ),
     "rock": Case(
         title="Tunnel excavated in Voronoi rock under in-situ stress, friction 35 degrees, cohesion 0.5 MPa",
         sizes=(1000, 10_000),

@@ -118,17 +118,18 @@ def bolted_wall(n: int, friction: float = FRICTION, **keys: float) -> Scene:
     )
 
 
-def jointed_slope(n: int, friction: float = FRICTION) -> Scene:
+def jointed_slope(n: int, friction: float = FRICTION, dips: tuple[float, float] = DIPS) -> Scene:
     """Return about n whole blocks between two joint sets behind a stepped face that falls to the right.
 
     The toe is the origin. Under the slope lies half its height of rock, beside it once its height; a ring of blocks
-    around the bottom and the sides is held. The set at -30 degrees daylights in the face.
+    around the bottom and the sides is held. The set at -30 degrees daylights in the face, and columns along the other
+    lean out over it.
     """
     slope = np.tan(np.radians(FACE))
     area = 1.5 + 0.5 + 0.5 / slope * 2  # of a slope of height 1: behind the crest, before the toe, under the face
     height = (n * SPACINGS[0] * SPACINGS[1] / area) ** 0.5
     left, right, bottom = -height / slope - height, height, -height / 2
-    first, second = (np.array([np.cos(a), np.sin(a)]) for a in np.radians(DIPS))
+    first, second = (np.array([np.cos(a), np.sin(a)]) for a in np.radians(dips))
     reach = int(3 * height / min(SPACINGS)) + 4
     along, across = np.meshgrid(np.arange(-reach, reach), np.arange(-reach, reach), indexing="ij")
     corner = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])  # counter-clockwise: the first set is a right angle ahead
@@ -141,6 +142,11 @@ def jointed_slope(n: int, friction: float = FRICTION) -> Scene:
     inside = (x > left) & (x < right) & (y > bottom)
     surface = ((left, height), (-height / slope, height), (0.0, 0.0), (right, 0.0))
     return Scene(polygons=corners[kept], held=np.flatnonzero(~inside[kept]), friction=friction, surface=surface)
+
+
+def leaning_slope(n: int, friction: float = FRICTION) -> Scene:
+    """Return the slope with its joint sets mirrored: its columns lean into it, and only friction moves."""
+    return jointed_slope(n, friction, dips=(-DIPS[0], -DIPS[1]))
 
 
 def blocky_rock(n: int, friction: float = FRICTION) -> Scene:

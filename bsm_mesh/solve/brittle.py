@@ -17,7 +17,12 @@ WEIGHTY = 0.1  # of the 2-norm out of balance: a smaller jump stops no correctio
 
 
 def break_caught(step: Step, here: Balance, correction: FloatArray) -> bool:
-    """Break the contacts in whose jump Newton's method is caught, for the rest of the step; return if there are any."""
+    """Break the contacts in whose jump Newton's method is caught, for the rest of the step; return if there are any.
+
+    By smoothed laws none breaks: what opens or slips on the way may be whole at the end.
+    """
+    if step.smoothing:
+        return False
     caught = breaking(step, here, correction)
     step.break_contacts(caught)
     return bool(caught.size)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,7 +38,7 @@ from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.newton import Found, chord_method, newton
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, softened_newton, solve_at_once
+from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, solve_at_once, solve_updated
 
 FIRST_LAM = 1e-3  # over d
 HELD_LAM = 0.1  # over d: least for a step with shear strengths held
@@ -215,26 +216,32 @@ class Continuation:
         rest = newton(step, step.start, tolerance, most=0)
         if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
             return _Taken(rest, step)
-        found = solve_at_once(step, max(FIRST_TOLERANCE, tolerance))
+        excavated = not self.begin.intact
+        found = solve_at_once(step, max(FIRST_TOLERANCE, tolerance), excavated=excavated)
         for update in range(MOST_UPDATES):
-            if not found.converged:
+            near = not excavated and step.is_scattered(step.balance_at(found.position))
+            if not (found.converged or near):
                 break
-            size = self.moving.outlines.size
-            history, _ = commit(step.contacts, found.at, found.position, size)
-            contacts = self.moving.gather(history, found.position, first=False)
-            contacts = recall(contacts, step.contacts, found.at, size)
-            updated = Step(self.moving, self.factors, contacts, step.anchor, step.lam)
-            updated.room, updated.still = step.room, found.position
+            updated = copy(step)
+            self._renew(updated, found.position, found.at)
             left = updated.balance_at(found.position)
             if left.greatest < CONFIRMED * self.options.tolerance:
                 step, found = updated, Found(left.position, left.at, converged=True)
                 break
             most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else tolerance
-            again = softened_newton(updated, found.position, max(tolerance, min(most, UPDATED * left.greatest)))
-            if not again.converged:
+            enough = max(tolerance, min(most, UPDATED * left.greatest))
+            again = solve_updated(updated, found.position, enough, excavated=excavated)
+            if found.converged and not again.converged:
                 break
             step, found = updated, again
         return _Taken(_polished(step, found), step)
+
+    def _renew(self, step: Step, position: FloatArray, at: Evaluation) -> None:
+        """Update a step's contacts to a position before anything is committed."""
+        size = self.moving.outlines.size
+        history, _ = commit(step.contacts, at, position, size)
+        contacts = self.moving.gather(history, position, first=False)
+        step.renew(recall(contacts, step.contacts, at, size), position)
 
     def _record(
         self,

@@ -25,8 +25,8 @@ from bsm_mesh.contact.interior_kernels import (
     smoothed_shear,
 )
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent
-from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.solve.moving import MovingContacts, may_bear, respond
+from bsm_mesh.solve.moving import may_bear, strength_of
+from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import Step, moved_by
 
 MOST_ITERATIONS = 60
@@ -37,7 +37,6 @@ NEAR = 1e-2  # mean product over that of the reference weight, from which on the
 SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
 INSIDE = 0.9  # least part of the way to the nearest bound that an iteration goes
 LEAST_CENTRING = 1e-5
-BEARING = 1e-6  # of the reference weight: less is rounding where blocks have not moved yet
 BELOW_STRENGTH = 1 - 1e-12
 
 
@@ -58,8 +57,8 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier
     """
     problem = _Problem(step)
     position = step.start
-    state, barrier = problem.begin(position, barrier * problem.typical_product(elastic))
     weight = step.moving.weight(step.evaluate(elastic))
+    state, barrier = problem.begin(position, barrier * typical_smoothing(step.contacts, elastic, weight))
     unit = weight**2 / problem.middle_stiffness
     jammed, part, barriers = 0, 1.0, [np.inf] * PATIENCE
     for _ in range(MOST_ITERATIONS):
@@ -101,16 +100,6 @@ class _Problem:
         self.middle_stiffness = float(np.median(contacts.normal_stiffness)) if contacts.count else 1.0
         self.now = np.zeros((4, contacts.count))
         self.forces, self.position = np.zeros(0), step.start
-
-    def typical_product(self, elastic: FloatArray) -> float:
-        """Return the median of pressure squared over stiffness at a position: what the barrier starts from."""
-        c = self.step.contacts
-        pressure = c.normal_stiffness * np.maximum(c.offset - self.step.contacts.relative_positions(elastic)[0], 0.0)
-        weight = self.step.moving.reference
-        pressing = pressure > BEARING * weight
-        if not pressing.any():
-            return float(weight**2 / self.middle_stiffness)
-        return float(np.median(pressure[pressing] ** 2 / c.normal_stiffness[pressing]))
 
     def begin(self, position: FloatArray, barrier: float) -> tuple[FloatArray, float]:
         """Return the state at a position with all products equal to the barrier, and the barrier."""
@@ -192,11 +181,3 @@ class _Problem:
         total = np.zeros_like(self.step.anchor)
         add_moving_forces(c.block_a, c.block_b, *self.frame, pressure, shear, total)
         return total
-
-
-def strength_of(
-    contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return shear strength and its derivative by the pressure, (m,), at pressures (m,)."""
-    answer = respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
-    return answer.strength, answer.by_pressure

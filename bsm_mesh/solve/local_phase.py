@@ -15,7 +15,6 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.brittle import break_caught
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_step import LocalStep
-from bsm_mesh.solve.moving import tangent_stiffness
 from bsm_mesh.solve.newton import MOST_HALVINGS, STALLED, newton, softness_at
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.step import Balance, Step, moved_by
@@ -37,6 +36,7 @@ def relax_locally(
     inside: bool = False,
     rings: int = RINGS,
     worse: float = WORSE,
+    flagged: float = FLAGGED,
 ) -> FloatArray:
     """Return a position at which the blocks worst out of balance are relaxed; the same one where that does not help.
 
@@ -54,15 +54,17 @@ def relax_locally(
         Of blocks around the worst ones that move with them.
     worse : float
         By how much the 2-norm may grow: around what slides far it grows until all blocks have followed.
+    flagged : float
+        Of the greatest force out of balance: blocks above this are the worst.
     """
     sizes, weight = _out_of_balance(step, position)
-    threshold = max(FLAGGED * sizes.max(), min(3 * tolerance, sizes.max() / 3))
+    threshold = max(flagged * sizes.max(), min(3 * tolerance, sizes.max() / 3))
     if (sizes > threshold).sum() > MOST_BLOCKS * len(sizes):
         return position
-    flagged = _grown(step.pattern, sizes > threshold, step.moving.driven, rings)
-    if not flagged.any() or flagged.sum() > MOST_BLOCKS * len(flagged):
+    worst = _grown(step.pattern, sizes > threshold, step.moving.driven, rings)
+    if not worst.any() or worst.sum() > MOST_BLOCKS * len(worst):
         return position
-    local = LocalStep(step, flagged, position)
+    local = LocalStep(step, worst, position)
     try:
         relaxed = local.whole(_relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf))
     finally:
@@ -134,8 +136,7 @@ class _Search:
         for _ in range(MOST_ITERATIONS):
             if here.greatest < tolerance:
                 break
-            places = local.pattern.place, len(local.pattern.column)
-            data = tangent_stiffness(local.contacts, here.at, *places, softness_at(here.greatest))
+            data = local.tangent(here.at, softness_at(here.greatest))
             if not local.factorize(data, here.position):
                 break
             movement = local.solve(here.forces)

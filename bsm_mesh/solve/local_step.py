@@ -64,6 +64,7 @@ class LocalStep(Step):
         self.contacts = _chosen(step.contacts, self.rows, np.cumsum(involved, dtype=np.int32) - 1)
         held = step.friction_pressure
         self.friction_pressure = None if held is None else held[self.rows]
+        self.smoothing = step.smoothing
         self._set_pattern(step.pattern, self.blocks[self.block])
         options, centroid = self.factors.options, step.moving.outlines.centroid[self.blocks[self.block]]
         self._solver: LinearSolver = make_linear_solver(

@@ -170,6 +170,14 @@ def respond(
     return JointResponse(**whole)
 
 
+def strength_of(
+    contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return shear strength and its derivative by the pressure, (m,), at pressures (m,)."""
+    answer = respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
+    return answer.strength, answer.by_pressure
+
+
 def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
     """Return the number of every law in use, and its rows among the laws of contacts (m,)."""
     used = np.flatnonzero(np.bincount(law))  # much quicker than unique

@@ -16,6 +16,7 @@ from bsm_mesh.solve.constraints import Constraints, constrain_bars
 from bsm_mesh.solve.gathering import gather_contacts
 from bsm_mesh.solve.history import History
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, evaluate, turned
+from bsm_mesh.solve.smoothing import evaluate_smoothed
 from bsm_mesh.solve.system import external_loads, reference_weight
 
 STEP = 0.05  # of the block size: step length d
@@ -154,15 +155,26 @@ class MovingModel:
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
 
     def evaluate(
-        self, contacts: MovingContacts, position: FloatArray, friction_pressure: FloatArray | None = None
+        self,
+        contacts: MovingContacts,
+        position: FloatArray,
+        friction_pressure: FloatArray | None = None,
+        smoothing: float = 0.0,
     ) -> Evaluation:
         """Return the contact forces at a position; `friction_pressure` as `moving.evaluate` takes it.
 
+        With a smoothing [N], those of smoothed laws.
+
         One way to solve a step hands its position to the next, so the last answer is kept for the same arrays.
         """
-        asked = contacts, position, friction_pressure
+        asked = contacts, position, friction_pressure, smoothing
         if self._answered is None or any(now is not then for now, then in zip(asked, self._answered[0], strict=True)):
-            self._answered = asked, evaluate(contacts, self.catalogue.laws, position, friction_pressure)
+            laws = self.catalogue.laws
+            if smoothing:
+                answer: Evaluation = evaluate_smoothed(contacts, laws, position, smoothing, friction_pressure)
+            else:
+                answer = evaluate(contacts, laws, position, friction_pressure)
+            self._answered = asked, answer
         return self._answered[1]
 
     def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.brittle import break_caught
-from bsm_mesh.solve.moving import Evaluation, first_tangent, tangent_stiffness
+from bsm_mesh.solve.moving import Evaluation, first_tangent
 from bsm_mesh.solve.step import Balance, Step, moved_by
 
 MOST_ITERATIONS = 12
@@ -63,12 +63,10 @@ def newton(
             return Found(here.position, here.at, converged=True)
         if iteration == most:
             break
-        places = step.pattern.place, len(step.pattern.column)
         if from_rest and iteration == 0:
-            data = first_tangent(step.contacts, here.at, *places)
+            data = first_tangent(step.contacts, here.at, step.pattern.place, len(step.pattern.column))
         else:
-            softness = softness_at(here.greatest) if softened else 0.0
-            data = tangent_stiffness(step.contacts, here.at, *places, softness)
+            data = step.tangent(here.at, softness_at(here.greatest) if softened else 0.0)
         if not step.factorize(data, here.position):
             break
         correction = step.solve(here.forces)

@@ -9,10 +9,12 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.factors import Factors
-from bsm_mesh.solve.moving import Evaluation, MovingContacts
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, tangent_stiffness
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.pattern import constrain
+from bsm_mesh.solve.smoothing import Smoothed, smoothed_tangent
 
+SCATTERED = 0.03  # of a weight: root mean square out of balance of which few blocks are the cause
 LONGEST = 2.0  # of the step length: what one correction, and a whole step, may move a block
 
 
@@ -71,6 +73,8 @@ class Step:
         Where the regularisation bears nothing: the accepted position, unless a step goes on with contacts updated.
     friction_pressure : (m,) float64 or None [N/m]
         Pressures at which the contacts' shear strengths are held; None: they follow the pressures.
+    smoothing : float [N]
+        Of the contacts' laws; 0: the laws themselves.
     """
 
     def __init__(
@@ -78,6 +82,7 @@ class Step:
     ) -> None:
         self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
         self.friction_pressure: FloatArray | None = None
+        self.smoothing = 0.0
         self.still = anchor
         self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
         self.supports = moving.constraints_at(anchor)
@@ -92,6 +97,12 @@ class Step:
         held.friction_pressure = pressure
         return held
 
+    def smoothed(self, smoothing: float) -> Step:
+        """Return the same step with laws that have a smoothing [N]."""
+        soft = copy(self)
+        soft.smoothing = smoothing
+        return soft
+
     def resting(self, position: FloatArray, lam: float) -> Step:
         """Return the same step from another position, with another regularisation and shear strengths not held."""
         there = copy(self)
@@ -100,6 +111,11 @@ class Step:
         there.supports = self.moving.constraints_at(position)
         there.pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
         return there
+
+    def renew(self, contacts: MovingContacts, position: FloatArray) -> None:
+        """Go on with contacts as they are at a position; the regularisation begins anew there."""
+        self.contacts, self.still = contacts, position
+        self.pattern = self.factors.pattern_of(contacts)
 
     def break_contacts(self, rows: IntArray) -> None:
         """Take cohesion and tensile strength from contacts (k,), as if an earlier step had opened them."""
@@ -135,7 +151,14 @@ class Step:
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
-        return self.moving.evaluate(self.contacts, position, self.friction_pressure)
+        return self.moving.evaluate(self.contacts, position, self.friction_pressure, self.smoothing)
+
+    def tangent(self, at: Evaluation, softness: float = 0.0) -> FloatArray:
+        """Return the blocks of the contacts' tangent at a position; `softness` as `tangent_stiffness` takes it."""
+        places = self.pattern.place, len(self.pattern.column)
+        if isinstance(at, Smoothed):
+            return smoothed_tangent(self.contacts, at, *places)
+        return tangent_stiffness(self.contacts, at, *places, softness)
 
     def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
         """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""
@@ -164,6 +187,11 @@ class Step:
         forces = self.unbalanced(position, at.forces)
         greatest, norm = self.sizes(forces, weight)
         return Balance(position, at, forces, greatest, norm * weight)
+
+    def is_scattered(self, balance: Balance) -> bool:
+        """Return whether what is out of balance is that of few blocks: all others are where they belong."""
+        blocks = max(1, len(balance.position))
+        return balance.norm < SCATTERED * self.moving.weight(balance.at) * float(np.sqrt(blocks))
 
     def movement(self, step: FloatArray) -> float:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""

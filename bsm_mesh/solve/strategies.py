@@ -12,6 +12,8 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
+from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
+from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import Step
 
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
@@ -23,18 +25,23 @@ SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
+HARDLY = 0.9  # and after a path, where a few iterations do if any
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
 CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
 NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
-BARRIERS = (1.0, 10.0)  # what the interior point method begins with at the start, one after the other
+BARRIERS = (1.0, 10.0)  # what the interior point method begins with after an excavation, one after the other
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 
 
-def solve_at_once(step: Step, tolerance: float) -> Found:
-    """Return the equilibrium next to the start, where there is one: most models at rest need no more."""
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool) -> Found:
+    """Return the equilibrium next to the start, where there is one: most models at rest need no more.
+
+    `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
+    where moving steps come to rest, so none is followed.
+    """
     elastic = elastic_position(step)
     step.make_room(elastic)
     contacts = step.contacts
@@ -43,7 +50,41 @@ def solve_at_once(step: Step, tolerance: float) -> Found:
     if found.converged:
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
-    return _from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
+    if not from_nothing:
+        barriers = BARRIERS if excavated else BARRIERS[:1]
+        found = _from_inside(step, elastic, tolerance, MOST_ITERATIONS, barriers)
+        if found.converged or excavated:
+            return found
+        step.contacts = contacts
+    weight = step.moving.weight(step.evaluate(elastic))
+    return _along_path(step, step.start, typical_smoothing(contacts, elastic, weight), tolerance)
+
+
+def solve_updated(step: Step, position: FloatArray, tolerance: float, *, excavated: bool) -> Found:
+    """Return the equilibrium next to a position that was one before the step's contacts were updated.
+
+    `excavated` as `solve_at_once` takes it.
+    """
+    contacts = step.contacts
+    found = softened_newton(step, position, tolerance)
+    if found.converged or excavated:
+        return found
+    step.contacts = contacts
+    return _along_path(step, position, fitting_smoothing(step, position), tolerance)
+
+
+def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: float) -> Found:
+    """Return what Newton's method finds from the end of the path that begins at a position with a smoothing [N]."""
+    near = follow_path(step, position, smoothing, NEAR_BALANCE)
+    end = step.balance_at(position if near is None else near)
+    if near is None or end.greatest > NEAR_BALANCE:
+        return Found(end.position, end.at, converged=False)
+    contacts = step.contacts
+    found = newton(step, near, tolerance, contraction=HARDLY)
+    if not found.converged:
+        step.contacts = contacts
+        found = softened_newton(step, near, tolerance)
+    return found
 
 
 def softened_newton(

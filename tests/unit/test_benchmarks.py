@@ -66,6 +66,6 @@ def test_growth():
 
 def test_scenes():
     scenes = module("scenes")
-    for name in ("tilted_wall", "jointed_slope", "blocky_rock", "sliding_layers"):
+    for name in ("tilted_wall", "jointed_slope", "leaning_slope", "blocky_rock", "sliding_layers"):
         model = getattr(scenes, name)(200).model()
         assert 150 < model.blocks.count < 350, name

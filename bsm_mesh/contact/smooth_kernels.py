@@ -1,0 +1,83 @@
+"""Compiled passes over contacts whose laws are rounded off: no corner where one opens, none where it slips.
+
+With a smoothing ``mu`` [N] pressure and opening of a contact have the product ``mu`` (Chen, Harker, Kanzow and Smale's
+function), and its shear goes over into its strength the same way; for ``mu -> 0`` these are the laws themselves.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+
+
+@nb.njit(cache=True, error_model="numpy")
+def smooth_pressures(
+    gap: FloatArray,
+    along: FloatArray,
+    offset: FloatArray,
+    edge_length: FloatArray,
+    reach: FloatArray,
+    normal_stiffness: FloatArray,
+    tension: FloatArray,
+    smoothing: float,
+) -> tuple[FloatArray, BoolArray]:  # pragma: no cover - compiled
+    """Return pressure, and whose corner is over the edge, (m,) each; the pressure is that of a corner over it."""
+    m = gap.size
+    pressure, in_range = np.empty(m), np.empty(m, np.bool_)
+    for k in range(m):
+        in_range[k] = (along[k] >= -reach[k]) & (along[k] <= edge_length[k] + reach[k])
+        kn, bound = normal_stiffness[k], tension[k]
+        if np.isinf(bound):
+            pressure[k] = -kn * (gap[k] - offset[k])
+            continue
+        g = gap[k] - offset[k] - bound / kn
+        root = np.sqrt(g * g + 4.0 * smoothing / kn)
+        pressing = 0.5 * kn * (root - g) if g < 0.0 else 2.0 * smoothing / (root + g)
+        pressure[k] = pressing - bound
+    return pressure, in_range
+
+
+@nb.njit(cache=True, error_model="numpy")
+def smooth_shears(
+    bearing: BoolArray,
+    pressure: FloatArray,
+    trial: FloatArray,
+    strength: FloatArray,
+    by_pressure: FloatArray,
+    normal_stiffness: FloatArray,
+    shear_stiffness: FloatArray,
+    tension: FloatArray,
+    smoothing: float,
+) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
+    """Return shear (m,), and derivatives (5, m) of pressure and shear; who does not bear has neither.
+
+    The derivatives are: normal stiffness, shear force by gap, shear stiffness (as `fill_tangent` takes them), and
+    pressure and shear by the smoothing.
+    """
+    m = pressure.size
+    shear, rates = np.zeros(m), np.zeros((5, m))
+    for k in range(m):
+        if not bearing[k]:
+            continue
+        kn, ks = normal_stiffness[k], shear_stiffness[k]
+        if np.isinf(tension[k]):
+            rates[0, k] = kn
+        else:
+            pressing = pressure[k] + tension[k]
+            root = pressing / kn + smoothing / pressing
+            rates[0, k], rates[3, k] = pressing / root, 1.0 / root
+        if np.isnan(trial[k]):
+            continue
+        if np.isinf(strength[k]):
+            shear[k], rates[2, k] = trial[k], ks
+            continue
+        t, s, soft = trial[k], strength[k], 4.0 * smoothing * ks
+        a, b = np.sqrt((t + s) * (t + s) + soft), np.sqrt((t - s) * (t - s) + soft)
+        shear[k] = 2.0 * t * s / (a + b)
+        by_strength = 0.5 * ((t + s) / a + (t - s) / b) * by_pressure[k]
+        rates[1, k] = -by_strength * rates[0, k]
+        rates[2, k] = 0.5 * ks * ((t + s) / a - (t - s) / b)
+        rates[4, k] = ks * (1.0 / a - 1.0 / b) + by_strength * rates[3, k]
+    return shear, rates

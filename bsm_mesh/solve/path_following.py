@@ -1,0 +1,191 @@
+"""From laws that are rounded off to the laws themselves: a path that Newton's method can follow.
+
+Where thousands of contacts open and slip at once, Newton's method on the laws has to guess which, and stands still.
+With a smoothing of the size of the contacts' elastic energy the equations are soft; their solution is followed while
+the smoothing shrinks, one factorization for every part of the way (a non-interior path-following method, Burke and Xu
+1998). What is out of balance by the smoothed laws is held to a part of what the smoothing itself is worth. Between
+factorizations the few blocks that have left the path are brought back on their own. Where that fails, too little of a
+correction holds, the path is taken up again with a greater smoothing.
+
+Friction does not dilate, so the problem is not convex and nothing is proved: there may be no path to follow, as there
+may be no equilibrium nearby.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.local_phase import relax_locally
+from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
+from bsm_mesh.solve.step import Balance, Step, moved_by
+
+MOST_ITERATIONS = 90  # factorizations
+FIRST, LEAST, SLOWEST = 0.3, 0.01, 0.9  # to what part an iteration wants the smoothing: at first, and bounds of it
+CAREFUL = 0.3  # its least part once the path had been lost
+OFF = 0.3  # of the 2-norm by the exact laws: more out of balance by the smoothed ones is off the path
+NEAR, NEAREST = 0.1, 0.02  # and with less, longer steps are tried
+HALVINGS, MOST_HALVINGS = 4, 8  # of a correction that shrinks the smoothing, and of one that only returns to the path
+SLOW = 0.5  # part of a correction with less of which the path is held up,
+POOR = 0.1  # and lost
+RAISED, MOST_RAISED = 4.0, 4  # by what the smoothing grows then, and how often
+FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
+FLAGGED = 0.1  # of the greatest force out of balance: blocks above this are solved apart,
+FEW = 50.0  # where the 2-norm is less than so many times the greatest force: few are out of balance
+ROUNDS, WORTHWHILE = 2, 0.7  # of solving blocks apart, and the part of the 2-norm to which one must bring it
+LITTLE = 1e-6  # of the typical smoothing: the least to begin with
+
+
+def fitting_smoothing(step: Step, position: FloatArray) -> float:
+    """Return a smoothing that is worth about what is out of balance at a position (n, 3): a path begins with it [N]."""
+    here, weight = step.balance_at(position), step.moving.weight(step.evaluate(position))
+    smoothing = LITTLE * typical_smoothing(step.contacts, position, weight)
+    for _ in range(MOST_ITERATIONS):
+        change = step.free(step.smoothed(smoothing).balance_at(position).forces - here.forces)
+        if np.sqrt(np.einsum("ij,ij", change, change)) > here.norm:
+            break
+        smoothing *= RAISED
+    return smoothing
+
+
+def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: float) -> FloatArray | None:
+    """Return a position near enough to a solution for Newton's method on the exact laws, or None.
+
+    Where few blocks hold up all others near the end, it is theirs: their contacts may have passed a corner on the way,
+    which a step does not know of.
+
+    Parameters
+    ----------
+    step : Step
+        The equations.
+    position : (n, 3) float64
+        Where the path begins,
+    smoothing : float [N]
+        and with what.
+    tolerance : float
+        Greatest force out of balance by the exact laws, over the reference weight.
+    """
+    path = _Path(step, position, smoothing)
+    for _ in range(MOST_ITERATIONS):
+        if path.is_held_up or path.exact.greatest < tolerance:
+            return path.here.position
+        if not path.advance() or path.is_far:
+            return None
+    return None
+
+
+class _Trial(NamedTuple):
+    """What a part of a correction leads to: the smoothed step there, and what is out of balance by both laws."""
+
+    part: float
+    wanted: float
+    step: Step
+    smoothing: float
+    here: Balance
+    exact: Balance
+
+
+class _Path:
+    """Where the path has come to.
+
+    Attributes
+    ----------
+    here, exact : Balance
+        What is out of balance by the smoothed laws and by the exact ones.
+    """
+
+    def __init__(self, step: Step, position: FloatArray, smoothing: float) -> None:
+        self.step, self._smoothing = step, smoothing
+        self._smoothed = step.smoothed(smoothing)
+        self.here, self.exact = self._smoothed.balance_at(position), step.balance_at(position)
+        self._wanted, self._least, self._raised, self._part = FIRST, LEAST, 0, 1.0
+
+    @property
+    def is_far(self) -> bool:
+        """Whether blocks have left the neighbourhood of the start."""
+        moved = self.step.movement(self.here.position - self.step.anchor)
+        return not moved <= FAR * self.step.moving.d + self.step.room
+
+    @property
+    def is_held_up(self) -> bool:
+        """Whether few blocks are out of balance, and a small part only of the last correction held."""
+        return self._part < SLOW and self.step.is_scattered(self.exact)
+
+    def advance(self) -> bool:
+        """Go on by one factorization; return False where there is no way on."""
+        if not self._smoothed.factorize(self._smoothed.tangent(self.here.at), self.here.position):
+            return False
+        trial = self._try(self._wanted, HALVINGS) if self._wanted < 1 else None
+        trial = trial or self._try(1.0, MOST_HALVINGS)
+        self._part = trial.part if trial else 0.0
+        if self._part < POOR and not self.is_held_up and self._raised < MOST_RAISED:
+            self._raise()
+            return True
+        if trial is None:
+            return self.is_held_up
+        self._smoothed, self._smoothing, self.here, self.exact = trial[2:]
+        self._relax()
+        self._wanted = self._next(trial.part, trial.wanted)
+        return True
+
+    def _try(self, wanted: float, halvings: int) -> _Trial | None:
+        """Return what the greatest part of a correction that keeps to the path leads to.
+
+        With it the smoothing shrinks towards a part of itself; 1: the correction only returns to the path.
+        """
+        step, here, at = self._smoothed, self.here, self.here.at
+        assert isinstance(at, Smoothed)
+        forces = here.forces
+        if wanted < 1:
+            forces = forces + drift(step.contacts, at, (wanted - 1) * self._smoothing)
+        movement = step.solve(forces)
+        size = step.movement(movement)
+        if not np.isfinite(size):
+            return None
+        part = min(1.0, FAR * step.moving.d / size) if size > 0 else 1.0
+        for _ in range(halvings):
+            smoothing = self._smoothing * wanted**part
+            smoothed = self.step.smoothed(smoothing)
+            there = smoothed.balance_at(moved_by(here.position, part * movement))
+            exact = self.step.balance_at(there.position)
+            if there.norm <= OFF * exact.norm or there.norm <= (1 - 0.1 * part) * here.norm:
+                return _Trial(part, wanted, smoothed, smoothing, there, exact)
+            part /= 2
+        return None
+
+    def _raise(self) -> None:
+        """Take up the path again with a greater smoothing, and return to it before going on."""
+        self._raised += 1
+        self._smoothing *= RAISED
+        self._wanted, self._least = 1.0, CAREFUL
+        self._smoothed = self.step.smoothed(self._smoothing)
+        self.here = self._smoothed.balance_at(self.here.position)
+
+    def _relax(self) -> None:
+        """Bring the few blocks back that are off the path."""
+        for _ in range(ROUNDS):
+            here, few = self.here, FEW * self.here.greatest * self.step.moving.weight(self.here.at)
+            if here.norm > few or here.norm < NEAREST * self.exact.norm:
+                break
+            position = relax_locally(self._smoothed, here.position, 0.0, flagged=FLAGGED)
+            there = self._smoothed.balance_at(position)
+            if there.norm < here.norm:
+                self.here, self.exact = there, self.step.balance_at(position)
+            if there.norm > WORTHWHILE * here.norm:
+                break
+
+    def _next(self, part: float, wanted: float) -> float:
+        """Return to what part the next iteration wants the smoothing, after a part of a correction to one."""
+        off = self.here.norm / self.exact.norm if self.exact.norm > 0 else 0.0
+        slower = min(SLOWEST, float(np.sqrt(max(wanted, LEAST))))
+        if part >= 1 and off < NEAR:
+            return max(self._least, min(wanted, SLOWEST) * min(wanted, SLOWEST))
+        if part >= 1 and off < OFF:
+            return min(wanted, 0.5)
+        if off < NEAREST:
+            return 0.5
+        if off < OFF or (part >= 0.25 and not (part >= 1 and wanted >= 1)):
+            return slower
+        return 1.0

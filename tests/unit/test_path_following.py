@@ -1,0 +1,142 @@
+"""Smoothed laws: their derivatives, their limit; and the path that leads from them to the laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.model.joint_laws import Elastic
+from bsm_mesh.solve import path_following
+from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.history import History
+from bsm_mesh.solve.newton import elastic_position, newton
+from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
+from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
+from bsm_mesh.solve.step import Step
+
+benchmarks = pytest.importorskip("benchmarks.scenes")
+
+LAWS = {
+    "friction": bsm.MohrCoulomb(friction=35),
+    "cohesion": bsm.Patton(friction=30, dilation=5, cohesion=2e4),
+    "elastic": Elastic(),
+}
+
+
+def slope(law=None, n=150, friction=40.0, tension=0.0):
+    """Return a jointed slope of about n blocks from zero stress."""
+    model = benchmarks.jointed_slope(n, friction).model()
+    if law is None:
+        return model
+    joint = replace(model.joints[0], law=LAWS[law], tensile_strength=tension)
+    return model.replace(joints=(joint,))
+
+
+def first_step(model):
+    """Return the step that looks for equilibrium at once."""
+    engine = Continuation(model, bsm.Options(scheme="continuation"), lambda *record: None)
+    contacts = engine.moving.gather(History.none(), engine.moving.start, first=True)
+    return Step(engine.moving, engine.factors, contacts, engine.moving.start, engine.least_lam)
+
+
+def smoothing_of(step, elastic):
+    """Return what a path begins with."""
+    return typical_smoothing(step.contacts, elastic, step.moving.reference)
+
+
+def somewhere(step, seed=0):
+    """Return a position at which some contacts press, some are open, and all have slipped a little."""
+    rng = np.random.default_rng(seed)
+    movement = rng.normal(scale=2e-5, size=step.start.shape)
+    return step.start + np.where(step.moving.driven[:, None], 0.0, movement)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_tangent_and_the_drift_are_the_derivatives_of_the_forces(law):
+    step = first_step(slope(law))
+    unit = step.moving.reference**2 / np.median(step.contacts.normal_stiffness)
+    smoothing, position = 100 * unit, somewhere(step)
+    soft = step.smoothed(smoothing)
+    at = soft.evaluate(position)
+    assert isinstance(at, Smoothed)
+    direction = np.where(step.moving.driven[:, None], 0.0, np.random.default_rng(1).normal(size=position.shape))
+    ahead, behind = (soft.evaluate(position + part * direction).forces for part in (1e-9, -1e-9))
+    row, pattern = np.repeat(np.arange(len(position)), np.diff(step.pattern.row_start)), step.pattern
+    change = np.zeros_like(position)
+    tangent = soft.tangent(at)
+    np.add.at(change, row, np.einsum("kij,kj->ki", tangent, direction[pattern.column]))
+    scale = np.abs(change).max()
+    assert_allclose(-(ahead - behind) / 2e-9, change, atol=3e-3 * scale)  # the floor of the tangent is a thousandth
+    more, less = (step.smoothed(smoothing * (1 + part)).evaluate(position).forces for part in (1e-4, -1e-4))
+    by_smoothing = (more - less) / (2e-4 * smoothing)
+    assert_allclose(drift(step.contacts, at, 1.0), by_smoothing, atol=1e-6 * np.abs(by_smoothing).max())
+
+
+def test_without_smoothing_left_the_forces_are_those_of_the_laws():
+    step = first_step(slope())
+    position = somewhere(step)
+    exact, weight = step.evaluate(position).forces, step.moving.reference
+    unit = weight**2 / np.median(step.contacts.normal_stiffness)
+    apart = [np.abs(step.smoothed(part * unit).evaluate(position).forces - exact).max() for part in (1e-2, 1e-6)]
+    assert apart[1] < 1e-2 * weight
+    assert apart[0] > 10 * apart[1]
+
+
+def test_pressure_and_opening_have_the_smoothing_as_their_product():
+    step = first_step(slope("cohesion", tension=1e4))
+    c, smoothing = step.contacts, 30.0
+    at = step.smoothed(smoothing).evaluate(somewhere(step))
+    on = at.bearing & np.isfinite(c.tension)
+    assert on.sum() > 100
+    opening = (at.gap - c.offset + at.pressure / c.normal_stiffness)[on]
+    assert_allclose((at.pressure + c.tension)[on] * opening, smoothing, rtol=1e-6)
+    assert (np.abs(at.shear) <= at.strength).all()
+
+
+def test_at_its_end_newtons_method_takes_over_where_it_could_not_before():
+    step = first_step(slope(n=600))
+    elastic = elastic_position(step)
+    step.make_room(elastic)
+    assert not newton(step, elastic, 5e-7, most=30).converged
+    near = follow_path(step, step.start, smoothing_of(step, elastic), 0.1)
+    assert near is not None
+    assert newton(step, near, 5e-7).converged
+
+
+def test_a_lost_path_is_taken_up_with_a_greater_smoothing(monkeypatch):
+    """With a thousandth of the smoothing there is none to begin with; it is raised until there is."""
+    step = first_step(benchmarks.leaning_slope(300).model())
+    elastic = elastic_position(step)
+    step.make_room(elastic)
+    little = 1e-3 * smoothing_of(step, elastic)
+    near = follow_path(step, step.start, little, 0.1)
+    assert near is not None
+    monkeypatch.setattr(path_following, "MOST_RAISED", 0)
+    assert follow_path(step, step.start, little, 0.1) is None
+
+
+def test_the_smoothing_to_begin_with_is_worth_what_is_out_of_balance():
+    step = first_step(slope(n=300))
+    elastic = elastic_position(step)
+    here = step.balance_at(elastic)
+    smoothing = fitting_smoothing(step, elastic)
+
+    def worth(part):
+        return np.linalg.norm(step.free(step.smoothed(part * smoothing).balance_at(elastic).forces - here.forces))
+
+    assert worth(1.0) > here.norm > worth(1 / path_following.RAISED)
+
+
+@pytest.mark.parametrize("friction", [35.0, 40.0])
+def test_slopes_from_zero_stress_rest_in_a_step(friction):
+    """One of 40 degrees whose columns lean out (it took three steps, 138 factorizations), one whose columns lean in."""
+    results = bsm.run(
+        (benchmarks.jointed_slope if friction == 40 else benchmarks.leaning_slope)(1000, friction).model()
+    )
+    stage = results.stages[-1]
+    assert stage.status == "stable"
+    assert len(stage.steps) == 2
+    assert sum(step.factorizations for step in stage.steps) < 60
+    assert results.check().ok
