@@ -28,8 +28,8 @@ CAREFUL = 0.3  # its least part once the path had been lost
 OFF = 0.3  # of the 2-norm by the exact laws: more out of balance by the smoothed ones is off the path
 NEAR, NEAREST = 0.1, 0.02  # and with less, longer steps are tried
 HALVINGS, MOST_HALVINGS = 4, 8  # of a correction that shrinks the smoothing, and of one that only returns to the path
-SLOW = 0.5  # part of a correction with less of which the path is held up,
-POOR = 0.1  # and lost
+SLOW, MOST_SLOW = 0.5, 5  # part of a correction with less of which, so many times in a row, the path is held up
+POOR = 0.1  # and with less of which it is lost
 RAISED, MOST_RAISED = 4.0, 4  # by what the smoothing grows then, and how often
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 FLAGGED = 0.1  # of the greatest force out of balance: blocks above this are solved apart,
@@ -100,7 +100,7 @@ class _Path:
         self.step, self._smoothing = step, smoothing
         self._smoothed = step.smoothed(smoothing)
         self.here, self.exact = self._smoothed.balance_at(position), step.balance_at(position)
-        self._wanted, self._least, self._raised, self._part = FIRST, LEAST, 0, 1.0
+        self._wanted, self._least, self._raised, self._slow = FIRST, LEAST, 0, 0
 
     @property
     def is_far(self) -> bool:
@@ -110,8 +110,8 @@ class _Path:
 
     @property
     def is_held_up(self) -> bool:
-        """Whether few blocks are out of balance, and a small part only of the last correction held."""
-        return self._part < SLOW and self.step.is_scattered(self.exact)
+        """Whether few blocks are out of balance, and small parts only of the last corrections held."""
+        return self._slow >= MOST_SLOW and self.step.is_scattered(self.exact)
 
     def advance(self) -> bool:
         """Go on by one factorization; return False where there is no way on."""
@@ -119,8 +119,11 @@ class _Path:
             return False
         trial = self._try(self._wanted, HALVINGS) if self._wanted < 1 else None
         trial = trial or self._try(1.0, MOST_HALVINGS)
-        self._part = trial.part if trial else 0.0
-        if self._part < POOR and not self.is_held_up and self._raised < MOST_RAISED:
+        part = trial.part if trial else 0.0
+        self._slow = self._slow + 1 if part < SLOW else 0
+        if part < POOR:
+            self._slow = MOST_SLOW
+        if part < POOR and not self.is_held_up and self._raised < MOST_RAISED:
             self._raise()
             return True
         if trial is None:
