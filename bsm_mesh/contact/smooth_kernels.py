@@ -68,7 +68,7 @@ def smooth_shears(
             pressing = pressure[k] + tension[k]
             root = pressing / kn + smoothing / pressing
             rates[0, k], rates[3, k] = pressing / root, 1.0 / root
-        if np.isnan(trial[k]):
+        if np.isnan(trial[k]) or strength[k] == 0.0:
             continue
         if np.isinf(strength[k]):
             shear[k], rates[2, k] = trial[k], ks
