@@ -36,7 +36,7 @@ BARRIERS = (1.0, 10.0)  # what the interior point method begins with after an ex
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 
 
-def solve_at_once(step: Step, tolerance: float, *, excavated: bool) -> Found:
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
     """Return the equilibrium next to the start, where there is one: most models at rest need no more.
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
@@ -60,7 +60,7 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool) -> Found:
     return _along_path(step, step.start, typical_smoothing(contacts, elastic, weight), tolerance)
 
 
-def solve_updated(step: Step, position: FloatArray, tolerance: float, *, excavated: bool) -> Found:
+def solve_updated(step: Step, position: FloatArray, tolerance: float, *, excavated: bool = False) -> Found:
     """Return the equilibrium next to a position that was one before the step's contacts were updated.
 
     `excavated` as `solve_at_once` takes it.
