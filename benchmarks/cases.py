@@ -62,6 +62,13 @@ def peers(build: Callable[..., scenes.Scene], *runs: Callable[[Build, int, Names
 
 
 BOTH = (run_pymunk, run_highs)
+
+
+def from_both_starts(build: Callable[..., scenes.Scene]) -> dict:
+    """Return the entries of a scene in situ and with gravity switched on, and of the peers."""
+    return at_rest(build, k0=1.0) | at_rest(build, "bsm-gravity") | peers(build, *BOTH)
+
+
 CASES = {
     "linear": Case(
         title="Elastic ground under its weight, triangles: linear scheme, mesh in memory to stresses",
@@ -78,17 +85,13 @@ CASES = {
     "slope": Case(
         title="Slope with two joint sets, friction 35 degrees; in-situ start, and gravity switched on",
         sizes=(1000, 10_000),
-        programs=at_rest(scenes.jointed_slope, k0=1.0)
-        | at_rest(scenes.jointed_slope, "bsm-gravity")
-        | peers(scenes.jointed_slope, *BOTH),
+        programs=from_both_starts(scenes.jointed_slope),
         build=scenes.jointed_slope,
     ),
     "leaning": Case(
         title="The slope with its joint sets mirrored, so that its columns lean into it; both starts",
         sizes=(1000, 10_000),
-        programs=at_rest(scenes.leaning_slope, k0=1.0)
-        | at_rest(scenes.leaning_slope, "bsm-gravity")
-        | peers(scenes.leaning_slope, *BOTH),
+        programs=from_both_starts(scenes.leaning_slope),
         build=scenes.leaning_slope,
     ),
     "rock": Case(

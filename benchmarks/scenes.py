@@ -145,7 +145,7 @@ def jointed_slope(n: int, friction: float = FRICTION, dips: tuple[float, float] 
 
 
 def leaning_slope(n: int, friction: float = FRICTION) -> Scene:
-    """Return the slope with its joint sets mirrored: its columns lean into it, and only friction moves."""
+    """Return the slope with its joint sets mirrored: its columns lean into it, and nothing daylights in the face."""
     return jointed_slope(n, friction, dips=(-DIPS[0], -DIPS[1]))
 
 

@@ -8,7 +8,8 @@ The step, numbered as in the loop:
 
 1. contacts near the accepted position, with their history;
 2. the step's equations, at the start with the least lam first: by Newton's method, and where too many contacts
-   change for it, by the interior point method, while blocks move with the shear strengths held;
+   change for it, along a path of smoothed laws; while blocks move, by the interior point method, in the end with the
+   shear strengths held;
 3. a step that is not solved or moves too far is taken again with a greater lam;
 4. accepted: history and bolts are committed; lam is adapted to the movement;
 5. verdict.
@@ -18,7 +19,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,21 +32,18 @@ from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.factors import Factors
 from bsm_mesh.solve.falling import Falling
-from bsm_mesh.solve.history import History, commit, recall
+from bsm_mesh.solve.first_step import CONFIRMED, first_step
+from bsm_mesh.solve.history import History, commit
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
-from bsm_mesh.solve.newton import Found, chord_method, newton
+from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps, solve_at_once, solve_updated
+from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
 
 FIRST_LAM = 1e-3  # over d
 HELD_LAM = 0.1  # over d: least for a step with shear strengths held
-MOST_UPDATES = 6  # of the contacts within the first step
-FIRST_TOLERANCE = 1e-3  # of the first step before they are updated
-UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
 LEAST_INNER = 0.5  # of the tolerance: more is asked of no step, for in great models rounding is near
-CONFIRMED = 0.99  # of the tolerance: with less out of balance, a step has only to confirm it
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
 
 
@@ -88,14 +85,6 @@ class _Taken:
     found: Found
     step: Step
     rejected: bool = False
-
-
-def _polished(step: Step, found: Found) -> Found:
-    """Return what the last factors still gain beyond the tolerance: closed forms of small models hold to rounding."""
-    if not (found.converged and step.factors.ready):
-        return found
-    position = chord_method(step, found.position, 0.0)
-    return Found(position, step.evaluate(position), converged=True)
 
 
 class Continuation:
@@ -184,7 +173,7 @@ class Continuation:
         wanted, failures, from_rest = lam, 0, direct
         while lam <= MOST_LAM / self.moving.d:
             step = Step(self.moving, self.factors, contacts, anchor, self.least_lam if direct else lam)
-            taken = self._at_once(step) if direct else self._move(step, inner, failures, from_rest=from_rest)
+            taken = self._first(step) if direct else self._move(step, inner, failures, from_rest=from_rest)
             found, greatest = taken.found, step.movement(taken.found.position - anchor)
             if found.converged and taken.step.takes(found.position):
                 fall = 0.0 if quiet else fall_rate(taken.step, found.position, found.at, self.options.tolerance)
@@ -205,43 +194,9 @@ class Continuation:
     def _move(self, step: Step, inner: float, failures: int, *, from_rest: bool) -> _Taken:
         return _Taken(self.movement.solve(step, inner, from_rest=from_rest, failures=failures), step)
 
-    def _at_once(self, step: Step) -> _Taken:
-        """Return the equilibrium next to the start with the contacts as they are there.
-
-        The lengths that contacts share change with the movement. They are updated before anything is committed: what
-        slides still remembers where it began to, so that Newton's method need not find that out again. The least
-        regularisation bears as much as the tolerance where a wall of a million bricks settles; there it begins anew.
-        """
-        tolerance = 0.5 * self.options.tolerance
-        rest = newton(step, step.start, tolerance, most=0)
-        if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
-            return _Taken(rest, step)
-        excavated = not self.begin.intact
-        found = solve_at_once(step, max(FIRST_TOLERANCE, tolerance), excavated=excavated)
-        for update in range(MOST_UPDATES):
-            near = not excavated and step.is_scattered(step.balance_at(found.position))
-            if not (found.converged or near):
-                break
-            updated = copy(step)
-            self._renew(updated, found.position, found.at)
-            left = updated.balance_at(found.position)
-            if left.greatest < CONFIRMED * self.options.tolerance:
-                step, found = updated, Found(left.position, left.at, converged=True)
-                break
-            most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else tolerance
-            enough = max(tolerance, min(most, UPDATED * left.greatest))
-            again = solve_updated(updated, found.position, enough, excavated=excavated)
-            if found.converged and not again.converged:
-                break
-            step, found = updated, again
-        return _Taken(_polished(step, found), step)
-
-    def _renew(self, step: Step, position: FloatArray, at: Evaluation) -> None:
-        """Update a step's contacts to a position before anything is committed."""
-        size = self.moving.outlines.size
-        history, _ = commit(step.contacts, at, position, size)
-        contacts = self.moving.gather(history, position, first=False)
-        step.renew(recall(contacts, step.contacts, at, size), position)
+    def _first(self, step: Step) -> _Taken:
+        step, found = first_step(step, self.options.tolerance, excavated=not self.begin.intact)
+        return _Taken(found, step)
 
     def _record(
         self,

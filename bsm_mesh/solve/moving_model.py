@@ -171,7 +171,7 @@ class MovingModel:
         if self._answered is None or any(now is not then for now, then in zip(asked, self._answered[0], strict=True)):
             laws = self.catalogue.laws
             if smoothing:
-                answer: Evaluation = evaluate_smoothed(contacts, laws, position, smoothing, friction_pressure)
+                answer: Evaluation = evaluate_smoothed(contacts, laws, position, smoothing)
             else:
                 answer = evaluate(contacts, laws, position, friction_pressure)
             self._answered = asked, answer

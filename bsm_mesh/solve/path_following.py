@@ -19,6 +19,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.local_phase import relax_locally
+from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
 from bsm_mesh.solve.step import Balance, Step, moved_by
 
@@ -28,13 +29,17 @@ CAREFUL = 0.3  # its least part once the path had been lost
 OFF = 0.3  # of the 2-norm by the exact laws: more out of balance by the smoothed ones is off the path
 NEAR, NEAREST = 0.1, 0.02  # and with less, longer steps are tried
 HALVINGS, MOST_HALVINGS = 4, 8  # of a correction that shrinks the smoothing, and of one that only returns to the path
-SLOW, MOST_SLOW = 0.5, 5  # part of a correction with less of which, so many times in a row, the path is held up
+SLOW, SLOWLY = 0.5, 0.7  # less of a correction held, or more of the smoothing left: an iteration is slow;
+MOST_SLOW = 4  # so many in a row: the path is held up
 POOR = 0.1  # and with less of which it is lost
 RAISED, MOST_RAISED = 4.0, 4  # by what the smoothing grows then, and how often
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 FLAGGED = 0.1  # of the greatest force out of balance: blocks above this are solved apart,
 FEW = 50.0  # where the 2-norm is less than so many times the greatest force: few are out of balance
 ROUNDS, WORTHWHILE = 2, 0.7  # of solving blocks apart, and the part of the 2-norm to which one must bring it
+NEAR_BALANCE = 0.1  # greatest force out of balance by the exact laws from which on Newton's method may end the path;
+CONTRACTION = 0.5  # it must shrink the 2-norm to this an iteration,
+CLOSER = 0.1  # or the path goes on to this part of what was out of balance
 LITTLE = 1e-6  # of the typical smoothing: the least to begin with
 
 
@@ -50,8 +55,8 @@ def fitting_smoothing(step: Step, position: FloatArray) -> float:
     return smoothing
 
 
-def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: float) -> FloatArray | None:
-    """Return a position near enough to a solution for Newton's method on the exact laws, or None.
+def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, *, rough: float = 0.0) -> Found:
+    """Return the solution at the path's end by Newton's method, or how near to it the path led.
 
     Where few blocks hold up all others near the end, it is theirs: their contacts may have passed a corner on the way,
     which a step does not know of.
@@ -66,14 +71,23 @@ def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: f
         and with what.
     tolerance : float
         Greatest force out of balance by the exact laws, over the reference weight.
+    rough : float
+        Root mean square out of balance, of a weight, to which the path is followed if not to its end.
     """
-    path = _Path(step, position, smoothing)
+    path, goal = _Path(step, position, smoothing), NEAR_BALANCE
     for _ in range(MOST_ITERATIONS):
-        if path.is_held_up or path.exact.greatest < tolerance:
-            return path.here.position
+        if path.is_held_up or step.is_scattered(path.exact, rough):
+            break
+        if path.exact.greatest < goal:
+            contacts = step.contacts
+            found = newton(step, path.here.position, tolerance, contraction=CONTRACTION)
+            if found.converged:
+                return found
+            step.contacts = contacts
+            goal = CLOSER * path.exact.greatest
         if not path.advance() or path.is_far:
-            return None
-    return None
+            return Found(position, step.evaluate(position), converged=False)
+    return Found(path.exact.position, path.exact.at, converged=False)
 
 
 class _Trial(NamedTuple):
@@ -120,7 +134,8 @@ class _Path:
         trial = self._try(self._wanted, HALVINGS) if self._wanted < 1 else None
         trial = trial or self._try(1.0, MOST_HALVINGS)
         part = trial.part if trial else 0.0
-        self._slow = self._slow + 1 if part < SLOW else 0
+        shrunk = trial.smoothing / self._smoothing if trial else 1.0
+        self._slow = self._slow + 1 if part < SLOW or shrunk > SLOWLY else 0
         if part < POOR:
             self._slow = MOST_SLOW
         if part < POOR and not self.is_held_up and self._raised < MOST_RAISED:
@@ -129,7 +144,6 @@ class _Path:
         if trial is None:
             return self.is_held_up
         self._smoothed, self._smoothing, self.here, self.exact = trial[2:]
-        self._relax()
         self._wanted = self._next(trial.part, trial.wanted)
         return True
 
@@ -151,8 +165,7 @@ class _Path:
         for _ in range(halvings):
             smoothing = self._smoothing * wanted**part
             smoothed = self.step.smoothed(smoothing)
-            there = smoothed.balance_at(moved_by(here.position, part * movement))
-            exact = self.step.balance_at(there.position)
+            there, exact = self._brought_back(smoothed, moved_by(here.position, part * movement))
             if there.norm <= OFF * exact.norm or there.norm <= (1 - 0.1 * part) * here.norm:
                 return _Trial(part, wanted, smoothed, smoothing, there, exact)
             part /= 2
@@ -160,24 +173,27 @@ class _Path:
 
     def _raise(self) -> None:
         """Take up the path again with a greater smoothing, and return to it before going on."""
-        self._raised += 1
+        self._raised, self._slow = self._raised + 1, 0
         self._smoothing *= RAISED
         self._wanted, self._least = 1.0, CAREFUL
         self._smoothed = self.step.smoothed(self._smoothing)
         self.here = self._smoothed.balance_at(self.here.position)
 
-    def _relax(self) -> None:
-        """Bring the few blocks back that are off the path."""
+    def _brought_back(self, smoothed: Step, position: FloatArray) -> tuple[Balance, Balance]:
+        """Return what is out of balance by the smoothed and by the exact laws once few blocks off the path are back."""
+        here, exact = smoothed.balance_at(position), self.step.balance_at(position)
         for _ in range(ROUNDS):
-            here, few = self.here, FEW * self.here.greatest * self.step.moving.weight(self.here.at)
-            if here.norm > few or here.norm < NEAREST * self.exact.norm:
+            few = FEW * here.greatest * self.step.moving.weight(here.at)
+            if here.norm > few or here.norm < NEAREST * exact.norm:
                 break
-            position = relax_locally(self._smoothed, here.position, 0.0, flagged=FLAGGED)
-            there = self._smoothed.balance_at(position)
-            if there.norm < here.norm:
-                self.here, self.exact = there, self.step.balance_at(position)
-            if there.norm > WORTHWHILE * here.norm:
+            position = relax_locally(smoothed, here.position, 0.0, flagged=FLAGGED)
+            there = smoothed.balance_at(position)
+            gained = there.norm / here.norm
+            if gained < 1:
+                here, exact = there, self.step.balance_at(position)
+            if gained > WORTHWHILE:
                 break
+        return here, exact
 
     def _next(self, part: float, wanted: float) -> float:
         """Return to what part the next iteration wants the smoothing, after a part of a correction to one."""

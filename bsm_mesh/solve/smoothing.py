@@ -53,12 +53,10 @@ def evaluate_smoothed(
     laws: tuple[JointLaw, ...],
     position: FloatArray,
     smoothing: float,
-    friction_pressure: FloatArray | None = None,
 ) -> Smoothed:
     """Return the contact forces on the blocks at a position (n, 3) by laws with a smoothing [N].
 
-    Contacts do not break: who would have opened or slipped in the end does so when the laws are exact again. Where
-    `friction_pressure` (m,) is given, shear strengths are those at that pressure.
+    Contacts do not break: who would have opened or slipped in the end does so when the laws are exact again.
     """
     c = contacts.candidates
     gap, along, tangent, arm_a, arm_b = contacts.relative_positions(position)
@@ -69,10 +67,7 @@ def evaluate_smoothed(
     if len(contacts.rivals) or len(contacts.leaning):
         bearing &= may_bear(contacts, position, gap, tangent)
     pressure[~bearing] = 0.0
-    held = friction_pressure
-    strength, by_pressure = strength_of(contacts, laws, pressure if held is None else held)
-    if held is not None:
-        by_pressure = np.zeros_like(by_pressure)
+    strength, by_pressure = strength_of(contacts, laws, pressure)
     trial = contacts.old_shear + shearing * (along - contacts.old_along)
     shear, rates = smooth_shears(bearing, pressure, trial, strength, by_pressure, normal, shearing, tension, smoothing)
     forces = np.zeros((len(position), 3))

@@ -10,11 +10,12 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.factors import Factors
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, tangent_stiffness
-from bsm_mesh.solve.moving_model import MovingModel
+from bsm_mesh.solve.moving_model import BAND, MovingModel
 from bsm_mesh.solve.pattern import constrain
 from bsm_mesh.solve.smoothing import Smoothed, smoothed_tangent
 
 SCATTERED = 0.03  # of a weight: root mean square out of balance of which few blocks are the cause
+PAST = BAND  # of the step length: how far blocks may pass each other, for so far away contacts are looked for
 LONGEST = 2.0  # of the step length: what one correction, and a whole step, may move a block
 
 
@@ -128,7 +129,7 @@ class Step:
     def make_room(self, elastic: FloatArray) -> None:
         """Let blocks settle together as far as their elastic position lies, if they hardly move past each other."""
         size, most = self.movement(elastic - self.start), LONGEST * self.moving.d
-        if size > most and self._past_each_other(elastic - self.start) <= most:
+        if size > most and self._past_each_other(elastic - self.start) <= PAST * self.moving.d:
             self.room = size
 
     @property
@@ -138,9 +139,9 @@ class Step:
 
     def takes(self, position: FloatArray) -> bool:
         """Return whether the step may end at a position: no block has come to contacts that the step does not know."""
-        if self.movement(position - self.anchor) > self.longest:
+        if self.movement(position - self.still) > self.longest:
             return False
-        return self.room == 0 or self._past_each_other(position - self.anchor) <= LONGEST * self.moving.d
+        return self.room == 0 or self._past_each_other(position - self.still) <= PAST * self.moving.d
 
     def _past_each_other(self, movement: FloatArray) -> float:
         """Return how far blocks that are near each other move past each other, at most [m]."""
@@ -188,10 +189,10 @@ class Step:
         greatest, norm = self.sizes(forces, weight)
         return Balance(position, at, forces, greatest, norm * weight)
 
-    def is_scattered(self, balance: Balance) -> bool:
-        """Return whether what is out of balance is that of few blocks: all others are where they belong."""
+    def is_scattered(self, balance: Balance, most: float = SCATTERED) -> bool:
+        """Return whether the root mean square out of balance is below a part of a weight: all but few blocks rest."""
         blocks = max(1, len(balance.position))
-        return balance.norm < SCATTERED * self.moving.weight(balance.at) * float(np.sqrt(blocks))
+        return balance.norm < most * self.moving.weight(balance.at) * float(np.sqrt(blocks))
 
     def movement(self, step: FloatArray) -> float:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""

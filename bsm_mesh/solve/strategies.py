@@ -12,8 +12,6 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
-from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
-from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import Step
 
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
@@ -25,66 +23,13 @@ SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
-HARDLY = 0.9  # and after a path, where a few iterations do if any
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
 CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
 NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
-BARRIERS = (1.0, 10.0)  # what the interior point method begins with after an excavation, one after the other
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
-
-
-def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
-    """Return the equilibrium next to the start, where there is one: most models at rest need no more.
-
-    `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
-    where moving steps come to rest, so none is followed.
-    """
-    elastic = elastic_position(step)
-    step.make_room(elastic)
-    contacts = step.contacts
-    from_nothing = not (contacts.candidates.history >= 0).any()  # no stress before: no path to keep to
-    found = softened_newton(step, elastic, tolerance, shrinking=WORTHWHILE if from_nothing else SHRINKING)
-    if found.converged:
-        return found
-    step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
-    if not from_nothing:
-        barriers = BARRIERS if excavated else BARRIERS[:1]
-        found = _from_inside(step, elastic, tolerance, MOST_ITERATIONS, barriers)
-        if found.converged or excavated:
-            return found
-        step.contacts = contacts
-    weight = step.moving.weight(step.evaluate(elastic))
-    return _along_path(step, step.start, typical_smoothing(contacts, elastic, weight), tolerance)
-
-
-def solve_updated(step: Step, position: FloatArray, tolerance: float, *, excavated: bool = False) -> Found:
-    """Return the equilibrium next to a position that was one before the step's contacts were updated.
-
-    `excavated` as `solve_at_once` takes it.
-    """
-    contacts = step.contacts
-    found = softened_newton(step, position, tolerance)
-    if found.converged or excavated:
-        return found
-    step.contacts = contacts
-    return _along_path(step, position, fitting_smoothing(step, position), tolerance)
-
-
-def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: float) -> Found:
-    """Return what Newton's method finds from the end of the path that begins at a position with a smoothing [N]."""
-    near = follow_path(step, position, smoothing, NEAR_BALANCE)
-    end = step.balance_at(position if near is None else near)
-    if near is None or end.greatest > NEAR_BALANCE:
-        return Found(end.position, end.at, converged=False)
-    contacts = step.contacts
-    found = newton(step, near, tolerance, contraction=HARDLY)
-    if not found.converged:
-        step.contacts = contacts
-        found = softened_newton(step, near, tolerance)
-    return found
 
 
 def softened_newton(
@@ -174,6 +119,11 @@ class MovingSteps:
             if found.converged:
                 return found
             step.contacts = contacts
+            if near_rest and failures:
+                found = _with_friction_held(step, step.anchor, inner)
+                if found.converged:
+                    return found
+                step.contacts = contacts
         if from_rest or near_rest:
             most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
             found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
@@ -182,7 +132,7 @@ class MovingSteps:
             step.contacts = contacts
         crawls = step.lam * step.moving.d > CRAWLING
         if near_rest or (not crawls if from_rest else self._wait == 0 and failures < MOST_FAILURES):
-            return _from_inside(step, step.start, inner, MOST_MOVING)
+            return from_inside(step, step.start, inner, MOST_MOVING)
         if from_rest:
             return _with_friction_held(step, elastic_position(step), inner)
         if self._wait == 0:
@@ -204,7 +154,7 @@ def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found
     return Found(near, there.at, converged=there.greatest < UNPOLISHED)
 
 
-def _from_inside(
+def from_inside(
     step: Step, elastic: FloatArray, tolerance: float, most: int, barriers: tuple[float, ...] = (1.0,)
 ) -> Found:
     """Return what Newton's method finds from where the interior point method ends."""

@@ -11,13 +11,14 @@ import bsm_mesh as bsm
 from bsm_mesh.solve import local_phase, strategies
 from bsm_mesh.solve.balance import fall_rate
 from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.first_step import solve_at_once
 from bsm_mesh.solve.history import History
 from bsm_mesh.solve.local_phase import RINGS, relax_locally
 from bsm_mesh.solve.local_step import LocalStep
 from bsm_mesh.solve.moving import tangent_stiffness
 from bsm_mesh.solve.newton import Found, chord_method
 from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import softened_newton, solve_at_once
+from bsm_mesh.solve.strategies import softened_newton
 
 COURSES, BRICKS, TOLERANCE = 24, 40, 5e-7
 BLOCK = 100  # which is pushed

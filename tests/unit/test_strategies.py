@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import strategies
+from bsm_mesh.solve import first_step, strategies
 from bsm_mesh.solve.continuation import FIRST_LAM, Continuation
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, elastic_position, newton
@@ -164,7 +164,7 @@ def test_a_start_that_lacks_little_is_solved_to_the_tolerance():
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     nearly = run.moving.start.copy()
     nearly[1, 1] -= (1 - 5e-4) * 26e3 / 1e9
-    taken = run._at_once(Step(run.moving, run.factors, contacts, nearly, run.least_lam))
+    taken = run._first(Step(run.moving, run.factors, contacts, nearly, run.least_lam))
     assert taken.found.converged
     assert run.moving.static_residual(taken.step.contacts, taken.found.position) < 1e-6
 
@@ -247,6 +247,6 @@ def test_newtons_method_is_given_time_from_zero_stress_only(monkeypatch, stresse
         given.append(keys["shrinking"])
         return Found(position, step.evaluate(position), converged=True)
 
-    monkeypatch.setattr(strategies, "softened_newton", newton_ends)
-    strategies.solve_at_once(step, 1e-3)
+    monkeypatch.setattr(first_step, "softened_newton", newton_ends)
+    first_step.solve_at_once(step, 1e-3)
     assert given == [strategies.SHRINKING if stressed else strategies.WORTHWHILE]

@@ -1,0 +1,143 @@
+"""The first step: the equilibrium next to the start, where most models at rest are found in a step.
+
+Newton's method with the contacts as they are at the start; where too many of them change for it, along a path of
+smoothed laws. Contacts change with the movement: corners pass edges' ends, shared lengths grow and shrink. So they are
+updated to where that led, and the same is done again from there, until an update changes nothing any more. Where blocks
+settle by more than a step length the path is not followed to its end with contacts that are not theirs: each of them
+leads a part of the way.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.history import commit, recall
+from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
+from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
+from bsm_mesh.solve.smoothing import typical_smoothing
+from bsm_mesh.solve.step import SCATTERED, Step
+from bsm_mesh.solve.strategies import NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
+
+MOST_UPDATES = 6  # of the contacts
+FIRST_TOLERANCE = 1e-3  # before they are updated
+UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
+CONFIRMED = 0.99  # of the tolerance: with less out of balance, a step has only to confirm it
+ROUGH = 0.5  # of a weight: root mean square out of balance to which a path is followed before the first update,
+ROUGHER, LEAST_ROUGH = 0.1, 1e-3  # and part of what an update leaves before the next one; with less, to the end
+BARRIERS = (1.0, 10.0)  # what the interior point method begins with after an excavation, one after the other
+
+
+def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, Found]:
+    """Return the equilibrium next to the start, and the step with the contacts that it was found with.
+
+    Nothing is committed between updates: what slides still remembers where it began to, so that Newton's method need
+    not find that out again. The least regularisation bears as much as the tolerance where a wall of a million bricks
+    settles; with an update it begins anew. Where all but few blocks have come to rest, the step is taken as it is: what
+    those lack is for the steps to come, in which they move.
+
+    Parameters
+    ----------
+    step : Step
+        The equations at the start.
+    tolerance : float
+        Greatest force out of balance over the reference weight that counts as rest.
+    excavated : bool
+        The start was at rest until something was changed.
+    """
+    inner = 0.5 * tolerance
+    rest = newton(step, step.start, inner, most=0)
+    if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
+        return step, rest
+    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated)
+    rough = ROUGH
+    for update in range(MOST_UPDATES):
+        step.make_room(found.position)
+        near = found.converged or (not excavated and step.is_scattered(step.balance_at(found.position), rough))
+        if not (near and step.takes(found.position)):
+            break
+        updated = _updated(step, found)
+        left = updated.balance_at(found.position)
+        if left.greatest < CONFIRMED * tolerance:
+            return updated, _polished(updated, Found(left.position, left.at, converged=True))
+        most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
+        enough = max(inner, min(most, UPDATED * left.greatest))
+        again = solve_updated(updated, found.position, enough, excavated=excavated)
+        if not again.converged and not updated.is_scattered(updated.balance_at(again.position)):
+            break
+        step, found, rough = updated, again, SCATTERED
+    if not found.converged and not excavated and step.is_scattered(step.balance_at(found.position)):
+        return step, Found(found.position, found.at, converged=True)
+    return step, _polished(step, found)
+
+
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
+    """Return the equilibrium next to the start with the contacts as they are there, or what is known of it.
+
+    `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
+    where moving steps come to rest, so none is followed.
+    """
+    elastic = elastic_position(step)
+    step.make_room(elastic)
+    contacts = step.contacts
+    from_nothing = not (contacts.candidates.history >= 0).any()  # no stress before: no path to keep to
+    found = softened_newton(step, elastic, tolerance, shrinking=WORTHWHILE if from_nothing else SHRINKING)
+    if found.converged:
+        return found
+    step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
+    if excavated and not from_nothing:
+        return from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
+    weight = step.moving.weight(step.evaluate(elastic))
+    rough = ROUGH if step.movement(elastic - step.start) > step.moving.d else 0.0
+    return _along_path(step, step.start, typical_smoothing(contacts, elastic, weight), tolerance, rough)
+
+
+def solve_updated(step: Step, position: FloatArray, tolerance: float, *, excavated: bool = False) -> Found:
+    """Return the equilibrium next to a position that was near one before the step's contacts were updated.
+
+    `excavated` as `solve_at_once` takes it.
+    """
+    left = step.balance_at(position)
+    if excavated or step.is_scattered(left):
+        contacts = step.contacts
+        found = softened_newton(step, position, tolerance)
+        if found.converged or excavated:
+            return found
+        step.contacts = contacts
+    rough = min(SCATTERED, ROUGHER * left.norm / (step.moving.weight(left.at) * float(np.sqrt(len(position)))))
+    rough = rough if rough > LEAST_ROUGH else 0.0
+    return _along_path(step, position, fitting_smoothing(step, position), tolerance, rough)
+
+
+def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, rough: float) -> Found:
+    """Return what is found along the path that begins at a position with a smoothing [N], and from its end."""
+    found = follow_path(step, position, smoothing, tolerance, rough=rough)
+    end = step.balance_at(found.position)
+    if found.converged or end.greatest > NEARLY or step.is_scattered(end, rough):
+        return found
+    contacts = step.contacts
+    better = softened_newton(step, found.position, tolerance)
+    if better.converged or step.balance_at(better.position).norm < end.norm:
+        return better
+    step.contacts = contacts
+    return found
+
+
+def _updated(step: Step, found: Found) -> Step:
+    """Return the step with its contacts as they are where it led, before anything is committed."""
+    size = step.moving.outlines.size
+    history, _ = commit(step.contacts, found.at, found.position, size)
+    contacts = step.moving.gather(history, found.position, first=False)
+    updated = copy(step)
+    updated.renew(recall(contacts, step.contacts, found.at, size), found.position)
+    return updated
+
+
+def _polished(step: Step, found: Found) -> Found:
+    """Return what the last factors still gain beyond the tolerance: closed forms of small models hold to rounding."""
+    if not (found.converged and step.factors.ready):
+        return found
+    position = chord_method(step, found.position, 0.0)
+    return Found(position, step.evaluate(position), converged=True)
