@@ -16,7 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
-from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
+from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import SCATTERED, Step
 from bsm_mesh.solve.strategies import NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
@@ -64,10 +64,10 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
             return updated, _polished(updated, Found(left.position, left.at, converged=True))
         most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
         enough = max(inner, min(most, UPDATED * left.greatest))
-        again = solve_updated(updated, found.position, enough, excavated=excavated)
-        if not again.converged and not updated.is_scattered(updated.balance_at(again.position)):
+        again = solve_updated(updated, found.position, enough, excavated=excavated, was_solved=found.converged)
+        if not again.converged and not updated.is_scattered(updated.balance_at(again.position), FEW_LEFT):
             break
-        step, found, rough = updated, again, SCATTERED
+        step, found, rough = updated, again, FEW_LEFT
     if not found.converged and not excavated and step.is_scattered(step.balance_at(found.position)):
         return step, Found(found.position, found.at, converged=True)
     return step, _polished(step, found)
@@ -94,21 +94,24 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> F
     return _along_path(step, step.start, typical_smoothing(contacts, elastic, weight), tolerance, rough)
 
 
-def solve_updated(step: Step, position: FloatArray, tolerance: float, *, excavated: bool = False) -> Found:
-    """Return the equilibrium next to a position that was near one before the step's contacts were updated.
+def solve_updated(
+    step: Step, position: FloatArray, tolerance: float, *, excavated: bool = False, was_solved: bool = True
+) -> Found:
+    """Return the equilibrium next to a position at which the step's contacts were updated.
 
-    `excavated` as `solve_at_once` takes it.
+    `excavated` as `solve_at_once` takes it; `was_solved`: it was one before the update, not only a part of the way.
     """
     left = step.balance_at(position)
-    if excavated or step.is_scattered(left):
+    if excavated or (was_solved and step.is_scattered(left)):
         contacts = step.contacts
         found = softened_newton(step, position, tolerance)
         if found.converged or excavated:
             return found
-        step.contacts = contacts
+        step.contacts, here = contacts, step.balance_at(found.position)
+        left = here if here.norm < left.norm else left
     rough = min(SCATTERED, ROUGHER * left.norm / (step.moving.weight(left.at) * float(np.sqrt(len(position)))))
     rough = rough if rough > LEAST_ROUGH else 0.0
-    return _along_path(step, position, fitting_smoothing(step, position), tolerance, rough)
+    return _along_path(step, left.position, fitting_smoothing(step, left.position), tolerance, rough)
 
 
 def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, rough: float) -> Found:

@@ -30,13 +30,14 @@ OFF = 0.3  # of the 2-norm by the exact laws: more out of balance by the smoothe
 NEAR, NEAREST = 0.1, 0.02  # and with less, longer steps are tried
 HALVINGS, MOST_HALVINGS = 4, 8  # of a correction that shrinks the smoothing, and of one that only returns to the path
 SLOW, SLOWLY = 0.5, 0.7  # less of a correction held, or more of the smoothing left: an iteration is slow;
-MOST_SLOW = 4  # so many in a row: the path is held up
+MOST_SLOW = 4  # so many in a row: the path is held up, if less
+FEW_LEFT = 0.1  # of a weight is out of balance by the exact laws, root mean square
 POOR = 0.1  # and with less of which it is lost
 RAISED, MOST_RAISED = 4.0, 4  # by what the smoothing grows then, and how often
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 FLAGGED = 0.1  # of the greatest force out of balance: blocks above this are solved apart,
 FEW = 50.0  # where the 2-norm is less than so many times the greatest force: few are out of balance
-ROUNDS, WORTHWHILE = 2, 0.7  # of solving blocks apart, and the part of the 2-norm to which one must bring it
+ROUNDS, WORTHWHILE = 5, 0.7  # of solving blocks apart, and the part of the 2-norm to which one must bring it
 NEAR_BALANCE = 0.1  # greatest force out of balance by the exact laws from which on Newton's method may end the path;
 CONTRACTION = 0.5  # it must shrink the 2-norm to this an iteration,
 CLOSER = 0.1  # or the path goes on to this part of what was out of balance
@@ -44,7 +45,10 @@ LITTLE = 1e-6  # of the typical smoothing: the least to begin with
 
 
 def fitting_smoothing(step: Step, position: FloatArray) -> float:
-    """Return a smoothing that is worth about what is out of balance at a position (n, 3): a path begins with it [N]."""
+    """Return a smoothing that is worth about twice what is out of balance at a position (n, 3) [N].
+
+    With one that is worth no more than that a path was lost twice before it came far.
+    """
     here, weight = step.balance_at(position), step.moving.weight(step.evaluate(position))
     smoothing = LITTLE * typical_smoothing(step.contacts, position, weight)
     for _ in range(MOST_ITERATIONS):
@@ -52,7 +56,7 @@ def fitting_smoothing(step: Step, position: FloatArray) -> float:
         if np.sqrt(np.einsum("ij,ij", change, change)) > here.norm:
             break
         smoothing *= RAISED
-    return smoothing
+    return RAISED * smoothing
 
 
 def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, *, rough: float = 0.0) -> Found:
@@ -125,7 +129,7 @@ class _Path:
     @property
     def is_held_up(self) -> bool:
         """Whether few blocks are out of balance, and small parts only of the last corrections held."""
-        return self._slow >= MOST_SLOW and self.step.is_scattered(self.exact)
+        return self._slow >= MOST_SLOW and self.step.is_scattered(self.exact, FEW_LEFT)
 
     def advance(self) -> bool:
         """Go on by one factorization; return False where there is no way on."""

@@ -125,7 +125,7 @@ def test_a_lost_path_is_taken_up_with_a_greater_smoothing(monkeypatch):
     assert not follow_path(step, step.start, little, 5e-7).converged
 
 
-def test_the_smoothing_to_begin_with_is_worth_what_is_out_of_balance():
+def test_the_smoothing_to_begin_with_is_worth_more_than_is_out_of_balance():
     step = first_step(slope(n=300))
     elastic = elastic_position(step)
     here = step.balance_at(elastic)
@@ -134,7 +134,7 @@ def test_the_smoothing_to_begin_with_is_worth_what_is_out_of_balance():
     def worth(part):
         return np.linalg.norm(step.free(step.smoothed(part * smoothing).balance_at(elastic).forces - here.forces))
 
-    assert worth(1.0) > here.norm > worth(1 / path_following.RAISED)
+    assert worth(1 / path_following.RAISED) > here.norm > worth(path_following.RAISED**-2)
 
 
 def test_blocks_that_a_correction_throws_off_come_back_before_it_is_judged(monkeypatch):
