@@ -29,10 +29,9 @@ CAREFUL = 0.3  # its least part once the path had been lost
 OFF = 0.3  # of the 2-norm by the exact laws: more out of balance by the smoothed ones is off the path
 NEAR, NEAREST = 0.1, 0.02  # and with less, longer steps are tried
 HALVINGS, MOST_HALVINGS = 4, 8  # of a correction that shrinks the smoothing, and of one that only returns to the path
-SLOW, SLOWLY = 0.5, 0.7  # less of a correction held, or more of the smoothing left: an iteration is slow;
-MOST_SLOW = 4  # so many in a row: the path is held up, if less
-FEW_LEFT = 0.1  # of a weight is out of balance by the exact laws, root mean square
-POOR = 0.1  # and with less of which it is lost
+SLOW, SLOWLY = 0.5, 0.7  # an iteration is slow if less of its correction holds, or more of the smoothing is left;
+MOST_SLOW, FEW_LEFT = 4, 0.1  # so many in a row, and less of a weight (root mean square) left: the path is held up
+POOR = 0.1  # of a correction: where less holds the path is lost
 RAISED, MOST_RAISED = 4.0, 4  # by what the smoothing grows then, and how often
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 FLAGGED = 0.1  # of the greatest force out of balance: blocks above this are solved apart,
@@ -128,7 +127,7 @@ class _Path:
 
     @property
     def is_held_up(self) -> bool:
-        """Whether few blocks are out of balance, and small parts only of the last corrections held."""
+        """Whether few blocks are out of balance, and the last iterations were slow."""
         return self._slow >= MOST_SLOW and self.step.is_scattered(self.exact, FEW_LEFT)
 
     def advance(self) -> bool:

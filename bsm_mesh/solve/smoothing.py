@@ -49,10 +49,7 @@ def typical_smoothing(contacts: MovingContacts, elastic: FloatArray, weight: flo
 
 
 def evaluate_smoothed(
-    contacts: MovingContacts,
-    laws: tuple[JointLaw, ...],
-    position: FloatArray,
-    smoothing: float,
+    contacts: MovingContacts, laws: tuple[JointLaw, ...], position: FloatArray, smoothing: float
 ) -> Smoothed:
     """Return the contact forces on the blocks at a position (n, 3) by laws with a smoothing [N].
 

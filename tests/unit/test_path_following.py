@@ -12,7 +12,7 @@ from bsm_mesh.solve import first_step as solve_first_step
 from bsm_mesh.solve import path_following
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.history import History
-from bsm_mesh.solve.newton import elastic_position, newton
+from bsm_mesh.solve.newton import Found, elastic_position, newton
 from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
 from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
 from bsm_mesh.solve.step import Step
@@ -165,14 +165,43 @@ def test_contacts_are_updated_on_the_way_where_blocks_settle_far(monkeypatch):
     assert sum(step.factorizations for step in stage.steps) < sum(step.factorizations for step in other.steps)
 
 
-def test_a_path_that_few_blocks_hold_up_is_left_to_an_update_of_the_contacts(monkeypatch):
-    """Every iteration counts as slow: the path ends as soon as few blocks are out of balance, and ends in no answer."""
+def test_a_slow_path_ends_where_few_blocks_are_out_of_balance(monkeypatch):
+    """Every iteration counts as slow."""
+    step = first_step(benchmarks.leaning_slope(1000).model())
+    smoothing = smoothing_of(step, elastic_position(step))
     monkeypatch.setattr(path_following, "SLOW", 2.0)
     monkeypatch.setattr(path_following, "MOST_SLOW", 1)
-    results = bsm.run(benchmarks.leaning_slope(1000).model())
-    assert results.status == "stable"
-    assert results.check().ok
-    assert sum(step.factorizations for step in results.stages[-1].steps) < 60
+    held = follow_path(step, step.start, smoothing, 5e-7)
+    left = step.balance_at(held.position)
+    assert not held.converged
+    assert step.is_scattered(left, path_following.FEW_LEFT)
+    assert left.greatest > path_following.NEAR_BALANCE
+
+
+@pytest.mark.parametrize("excavated", [False, True])
+def test_what_all_but_few_blocks_rest_in_is_updated_and_then_taken_as_the_first_step(monkeypatch, excavated):
+    """One block of hundreds is lifted from where all rest, and nothing brings it back; not after an excavation."""
+    step = first_step(slope(n=600))
+    elastic = elastic_position(step)
+    rest = follow_path(step, step.start, smoothing_of(step, elastic), 5e-7)
+    lifted = rest.position.copy()
+    lifted[np.flatnonzero(~step.moving.driven)[-1], 1] += 1e-9
+    left = step.balance_at(lifted)
+    assert left.greatest > 1e-6
+    assert step.is_scattered(left)
+
+    updates = []
+
+    def leads_there(step, *_, **keys):
+        updates.append("was_solved" in keys)
+        return Found(lifted, step.evaluate(lifted), converged=False)
+
+    monkeypatch.setattr(solve_first_step, "solve_at_once", leads_there)
+    monkeypatch.setattr(solve_first_step, "solve_updated", leads_there)
+    _, found = solve_first_step.first_step(step, 1e-6, excavated=excavated)
+    assert found.converged is not excavated
+    assert any(updates) is not excavated
+    assert_allclose(found.position, lifted)
 
 
 @pytest.mark.parametrize(

@@ -250,3 +250,23 @@ def test_newtons_method_is_given_time_from_zero_stress_only(monkeypatch, stresse
     monkeypatch.setattr(first_step, "softened_newton", newton_ends)
     first_step.solve_at_once(step, 1e-3)
     assert given == [strategies.SHRINKING if stressed else strategies.WORTHWHILE]
+
+
+@pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
+def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, 1 / run.moving.d)
+    held = []
+
+    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
+        return Found(position, step.evaluate(position), converged=False)
+
+    def holds(step: Step, position: np.ndarray, inner: float) -> Found:
+        held.append(inner)
+        return Found(position, step.evaluate(position), converged=True)
+
+    monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "_with_friction_held", holds)
+    strategies.MovingSteps().solve(step, inner, from_rest=False, failures=failures)
+    assert bool(held) is is_held
