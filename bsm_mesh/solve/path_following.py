@@ -37,7 +37,7 @@ FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
 FLAGGED = 0.1  # of the greatest force out of balance: blocks above this are solved apart,
 FEW = 50.0  # where the 2-norm is less than so many times the greatest force: few are out of balance
 ROUNDS, WORTHWHILE = 5, 0.7  # of solving blocks apart, and the part of the 2-norm to which one must bring it
-NEAR_BALANCE = 0.1  # greatest force out of balance by the exact laws from which on Newton's method may end the path;
+NEAR_END = 0.1  # greatest force out of balance by the exact laws from which on Newton's method may end the path;
 CONTRACTION = 0.5  # it must shrink the 2-norm to this an iteration,
 CLOSER = 0.1  # or the path goes on to this part of what was out of balance
 LITTLE = 1e-6  # of the typical smoothing: the least to begin with
@@ -77,7 +77,7 @@ def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: f
     rough : float
         Root mean square out of balance, of a weight, to which the path is followed if not to its end.
     """
-    path, goal = _Path(step, position, smoothing), NEAR_BALANCE
+    path, goal = _Path(step, position, smoothing), NEAR_END
     for _ in range(MOST_ITERATIONS):
         if path.is_held_up or step.is_scattered(path.exact, rough):
             break

@@ -111,7 +111,7 @@ def test_it_ends_earlier_where_contacts_are_to_be_updated():
     assert not rough.converged
     left = step.balance_at(rough.position)
     assert step.is_scattered(left, 0.1)
-    assert left.greatest > path_following.NEAR_BALANCE
+    assert left.greatest > path_following.NEAR_END
 
 
 def test_a_lost_path_is_taken_up_with_a_greater_smoothing(monkeypatch):
@@ -175,7 +175,7 @@ def test_a_slow_path_ends_where_few_blocks_are_out_of_balance(monkeypatch):
     left = step.balance_at(held.position)
     assert not held.converged
     assert step.is_scattered(left, path_following.FEW_LEFT)
-    assert left.greatest > path_following.NEAR_BALANCE
+    assert left.greatest > path_following.NEAR_END
 
 
 @pytest.mark.parametrize("excavated", [False, True])
