@@ -32,7 +32,7 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     history = _history(found, at, position, np.flatnonzero(found.touching), normal, shear)
     set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=True)
     at = evaluate(set_up, catalogue.laws, position)
-    point = outlines.placed(position)[set_up.candidates.block_a, :2] + at.arm_a
+    point = outlines.placed(position)[set_up.candidates.block_a, :2] + set_up.frames(position)[1]
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
     touching = set_up.touching
     peak = np.where(at.bearing, at.strength, np.inf)  # what tension parts is told as that
@@ -110,13 +110,14 @@ def _history(
     shear: FloatArray,
 ) -> History:
     """Return the memory of some contacts that bear given forces, (m,) each, where the blocks are now."""
-    c, tangent = found.candidates, at.tangent[kept]
+    c = found.candidates
+    tangent, arm_a = (vectors[kept] for vectors in found.frames(at.position)[:2])
     return History(
         active=ActiveContacts(
             pair=c.pair[kept],
             key=c.key[kept],
             pressure=np.maximum(-normal[kept], np.finfo(float).tiny),
-            point=found.outlines.placed(position)[c.block_a[kept], :2] + at.arm_a[kept],
+            point=found.outlines.placed(position)[c.block_a[kept], :2] + arm_a,
             normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
         ),
         shear=shear[kept],

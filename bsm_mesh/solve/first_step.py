@@ -51,6 +51,7 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
     rest = newton(step, step.start, inner, most=0)
     if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
         return step, rest
+    del rest  # forces in all contacts, which nobody asks for again
     found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated)
     rough = ROUGH
     for update in range(MOST_UPDATES):
@@ -109,7 +110,7 @@ def solve_updated(
             return found
         step.contacts, here = contacts, step.balance_at(found.position)
         left = here if here.norm < left.norm else left
-    rough = min(SCATTERED, ROUGHER * left.norm / (step.moving.weight(left.at) * float(np.sqrt(len(position)))))
+    rough = min(SCATTERED, ROUGHER * left.norm / (left.weight * float(np.sqrt(len(position)))))
     rough = rough if rough > LEAST_ROUGH else 0.0
     return _along_path(step, left.position, fitting_smoothing(step, left.position), tolerance, rough)
 

@@ -101,11 +101,11 @@ def _still_inside(contacts: MovingContacts, at: Evaluation) -> BoolArray:
 
 def _active(contacts: MovingContacts, at: Evaluation, position: FloatArray, kept: IntArray) -> ActiveContacts:
     c = contacts.candidates
-    normal = np.stack([at.tangent[:, 1], -at.tangent[:, 0]], axis=1)
+    tangent, arm_a = (vectors[kept] for vectors in contacts.frames(at.position)[:2])
     return ActiveContacts(
         pair=c.pair[kept],
         key=c.key[kept],
         pressure=np.maximum(at.pressure[kept], np.finfo(float).tiny),
-        point=contacts.outlines.placed(position)[c.block_a[kept], :2] + at.arm_a[kept],
-        normal=normal[kept],
+        point=contacts.outlines.placed(position)[c.block_a[kept], :2] + arm_a,
+        normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
     )

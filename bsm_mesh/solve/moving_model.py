@@ -81,7 +81,7 @@ class MovingModel:
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
         self.d = STEP * self.outlines.size
-        self._answered: tuple[tuple[object, ...], Evaluation] | None = None
+        self._answered: list[tuple[tuple[object, ...], Evaluation]] = []
 
     def _dead_forces(self) -> FloatArray:
         """Return weights and the forces of loads, which keep their direction, (n, 2)."""
@@ -152,6 +152,7 @@ class MovingModel:
 
     def gather(self, history: History, position: FloatArray, *, first: bool) -> MovingContacts:
         """Return the contacts near a position with their history; `first`: touching ones are intact."""
+        self._answered.clear()  # by other contacts: room for these
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
 
     def evaluate(
@@ -165,17 +166,21 @@ class MovingModel:
 
         With a smoothing [N], those of smoothed laws.
 
-        One way to solve a step hands its position to the next, so the last answer is kept for the same arrays.
+        One way to solve a step hands its position to the next, and a path asks by both laws in turn: so the last two
+        answers are kept for the same arrays.
         """
         asked = contacts, position, friction_pressure, smoothing
-        if self._answered is None or any(now is not then for now, then in zip(asked, self._answered[0], strict=True)):
-            laws = self.catalogue.laws
-            if smoothing:
-                answer: Evaluation = evaluate_smoothed(contacts, laws, position, smoothing)
-            else:
-                answer = evaluate(contacts, laws, position, friction_pressure)
-            self._answered = asked, answer
-        return self._answered[1]
+        for known, answer in self._answered:
+            if all(now is then for now, then in zip(asked, known, strict=True)):
+                return answer
+        del self._answered[1:]  # before the new one is made
+        laws = self.catalogue.laws
+        if smoothing:
+            found: Evaluation = evaluate_smoothed(contacts, laws, position, smoothing)
+        else:
+            found = evaluate(contacts, laws, position, friction_pressure)
+        self._answered.insert(0, (asked, found))
+        return found
 
     def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
         """Return the greatest force out of balance over the reference weight."""

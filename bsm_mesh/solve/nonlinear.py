@@ -198,19 +198,19 @@ def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> Con
     table, at = motion.contacts, motion.at
     kept = np.flatnonzero(at.bearing | table.touching)
     c = table.candidates
-    normal = np.stack([at.tangent[:, 1], -at.tangent[:, 0]], axis=1)
+    tangent, arm_a = (vectors[kept] for vectors in table.frames(at.position)[:2])
     status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
     status = np.where(at.bearing, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
-    point = (placed[c.block_a, :2] + at.arm_a)[kept]
+    point = placed[c.block_a[kept], :2] + arm_a
     joint = table.joint[kept]
     slip = np.where(np.isnan(table.first_along), 0.0, at.along - table.first_along)
     return ContactForces(
         block_a=c.block_a[kept],
         block_b=c.block_b[kept],
         point=point,
-        normal=normal[kept],
+        normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
         length=c.length[kept],
         normal_force=-at.pressure[kept],
         shear_force=at.shear[kept],

@@ -56,25 +56,23 @@ def evaluate_smoothed(
     Contacts do not break: who would have opened or slipped in the end does so when the laws are exact again.
     """
     c = contacts.candidates
-    gap, along, tangent, arm_a, arm_b = contacts.relative_positions(position)
+    gap, along, *frames = contacts.relative_positions(position)
     normal, shearing, tension = contacts.normal_stiffness, contacts.shear_stiffness, contacts.tension
     pressure, bearing = smooth_pressures(
         gap, along, contacts.offset, c.edge_length, contacts.reach, normal, tension, smoothing
     )
     if len(contacts.rivals) or len(contacts.leaning):
-        bearing &= may_bear(contacts, position, gap, tangent)
+        bearing &= may_bear(contacts, position, gap, frames[0])
     pressure[~bearing] = 0.0
     strength, by_pressure = strength_of(contacts, laws, pressure)
     trial = contacts.old_shear + shearing * (along - contacts.old_along)
     shear, rates = smooth_shears(bearing, pressure, trial, strength, by_pressure, normal, shearing, tension, smoothing)
     forces = np.zeros((len(position), 3))
-    add_moving_forces(c.block_a, c.block_b, tangent, arm_a, arm_b, pressure, shear, forces)
+    add_moving_forces(c.block_a, c.block_b, *frames, pressure, shear, forces)
     return Smoothed(
+        position=position,
         gap=gap,
         along=along,
-        tangent=tangent,
-        arm_a=arm_a,
-        arm_b=arm_b,
         pressure=pressure,
         shear=shear,
         bearing=bearing,
@@ -93,9 +91,8 @@ def smoothed_tangent(contacts: MovingContacts, at: Smoothed, places: IntArray, n
     normal = np.maximum(at.rates[0], least * contacts.normal_stiffness)
     anchored = ~np.isnan(contacts.old_along)
     shear = np.maximum(at.rates[2], least * anchored * contacts.shear_stiffness)
-    data: FloatArray = fill_tangent(
-        places, n_places, at.tangent, at.arm_a, at.arm_b, normal, at.rates[1], shear, at.pressure, at.shear
-    )
+    frames = contacts.frames(at.position)
+    data: FloatArray = fill_tangent(places, n_places, *frames, normal, at.rates[1], shear, at.pressure, at.shear)
     return data
 
 
@@ -103,5 +100,5 @@ def drift(contacts: MovingContacts, at: Smoothed, change: float) -> FloatArray:
     """Return by what the forces on the blocks change with the smoothing, to first order, (n, 3)."""
     c, forces = contacts.candidates, np.zeros_like(at.forces)
     pressure, shear = change * at.rates[3], change * at.rates[4]
-    add_moving_forces(c.block_a, c.block_b, at.tangent, at.arm_a, at.arm_b, pressure, shear, forces)
+    add_moving_forces(c.block_a, c.block_b, *contacts.frames(at.position), pressure, shear, forces)
     return forces

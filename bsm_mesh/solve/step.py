@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -27,21 +29,33 @@ class Balance:
     ----------
     position : (n, 3) float64 [m, m, rad]
         Where.
-    at : Evaluation
-        The contact forces there.
+    evaluate : callable
+        Returns the contact forces there.
     forces : (n, 3) float64 [N/m, N/m, N]
         What the equations lack.
     greatest : float
         The greatest component of what counts of them, over the reference weight.
     norm : float [N/m]
         Their 2-norm.
+    weight : float [N/m]
+        The reference weight.
     """
 
     position: FloatArray
-    at: Evaluation
+    evaluate: Callable[[], Evaluation]
     forces: FloatArray
     greatest: float
     norm: float
+    weight: float
+
+    @property
+    def at(self) -> Evaluation:
+        """The contact forces there, worked out again unless they were among the last that anyone asked for.
+
+        Many positions are compared while a step is solved; of all contacts' forces at each of them a million blocks
+        would take 0.3 GB.
+        """
+        return self.evaluate()
 
 
 class Step:
@@ -187,12 +201,13 @@ class Step:
         weight = weight or self.moving.weight(at)
         forces = self.unbalanced(position, at.forces)
         greatest, norm = self.sizes(forces, weight)
-        return Balance(position, at, forces, greatest, norm * weight)
+        asked = self.contacts, position, self.friction_pressure, self.smoothing
+        return Balance(position, partial(self.moving.evaluate, *asked), forces, greatest, norm * weight, weight)
 
     def is_scattered(self, balance: Balance, most: float = SCATTERED) -> bool:
         """Return whether the root mean square out of balance is below a part of a weight: all but few blocks rest."""
         blocks = max(1, len(balance.position))
-        return balance.norm < most * self.moving.weight(balance.at) * float(np.sqrt(blocks))
+        return balance.norm < most * balance.weight * float(np.sqrt(blocks))
 
     def movement(self, step: FloatArray) -> float:
         """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""

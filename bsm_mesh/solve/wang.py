@@ -97,9 +97,7 @@ class WangIteration(Continuation):
         data: FloatArray = fill_tangent(
             pattern.place,
             len(pattern.column),
-            at.tangent,
-            at.arm_a,
-            at.arm_b,
+            *contacts.frames(at.position),
             contacts.normal_stiffness * kept,
             nothing,
             shear * kept,
