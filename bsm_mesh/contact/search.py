@@ -17,7 +17,16 @@ from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
 from bsm_mesh.contact.rules import RULES, Rules
 
-__all__ = ["ActiveContacts", "Candidates", "Outlines", "corner_positions", "detect_contacts", "key_of", "numbers_of"]
+__all__ = [
+    "ActiveContacts",
+    "Candidates",
+    "Outlines",
+    "Sides",
+    "corner_positions",
+    "detect_contacts",
+    "key_of",
+    "numbers_of",
+]
 
 
 PAIRS_AT_ONCE = 25_000  # pairs of blocks whose contacts a thread looks for in one go
@@ -62,8 +71,8 @@ class ActiveContacts:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Candidates:
-    """Places where a corner of `block_a` touches an edge of `block_b`, or may within the next step; sorted by pair.
+class Sides:
+    """What of candidates lasts for a step: who may touch whom, wherever the blocks are then; sorted by pair.
 
     Attributes
     ----------
@@ -71,10 +80,6 @@ class Candidates:
         The block with the corner, and the block with the edge.
     corner, edge : (m,) int32
         Number of the corner, and of the edge.
-    gap : (m,) float64 [m]
-        Distance of the corner from the edge's line, positive outside.
-    along : (m,) float64 [m]
-        Coordinate of the corner along the edge, from the edge's start.
     edge_length : (m,) float64 [m]
         Length of the edge.
     length : (m,) float64 [m]
@@ -82,36 +87,21 @@ class Candidates:
         the smaller block's size.
     parallel_edge : (m,) int32
         Edge of a at the corner that is parallel to b's edge; -1 if there is none.
-    in_range : (m,) bool
-        Whether the corner's projection lies on the edge. A candidate that is not in range bears only once its
-        projection has come onto the edge.
     history : (m,) int32
         Row of the same contact among the active ones; -1 if it was not active.
-    inherits : (m,) int32
-        Row of an active contact that has ended and whose shear force this one takes over; else -1.
     rival : (m,) int32
         Row of the other way out where two corners meet; -1 if there is none. Of the two the one with more gap bears.
-    play : (m,) float64 [m]
-        Corner on corner: how deep the one may go into the other before it bears; else 0.
-    lean : (m,) int32
-        Edge of a at the corner that leads into b: the contact bears only once the blocks have turned; else -1.
     """
 
     block_a: IntArray
     block_b: IntArray
     corner: IntArray
     edge: IntArray
-    gap: FloatArray
-    along: FloatArray
     edge_length: FloatArray
     length: FloatArray
     parallel_edge: IntArray
-    in_range: BoolArray
     history: IntArray
-    inherits: IntArray
     rival: IntArray
-    play: FloatArray
-    lean: IntArray
 
     @property
     def count(self) -> int:
@@ -127,6 +117,40 @@ class Candidates:
     def key(self) -> IntArray:
         """Numbers of corner and edge, (m,) int64, as in `ActiveContacts`."""
         return key_of(self.corner, self.edge)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Candidates(Sides):
+    """Places where a corner of `block_a` touches an edge of `block_b`, or may within the next step.
+
+    Attributes
+    ----------
+    gap : (m,) float64 [m]
+        Distance of the corner from the edge's line, positive outside.
+    along : (m,) float64 [m]
+        Coordinate of the corner along the edge, from the edge's start.
+    in_range : (m,) bool
+        Whether the corner's projection lies on the edge. A candidate that is not in range bears only once its
+        projection has come onto the edge.
+    inherits : (m,) int32
+        Row of an active contact that has ended and whose shear force this one takes over; else -1.
+    play : (m,) float64 [m]
+        Corner on corner: how deep the one may go into the other before it bears; else 0.
+    lean : (m,) int32
+        Edge of a at the corner that leads into b: the contact bears only once the blocks have turned; else -1.
+    """
+
+    gap: FloatArray
+    along: FloatArray
+    in_range: BoolArray
+    inherits: IntArray
+    play: FloatArray
+    lean: IntArray
+
+    @property
+    def sides(self) -> Sides:
+        """What lasts, without the rest, which would take as much memory again."""
+        return Sides(**{field.name: getattr(self, field.name) for field in fields(Sides)})
 
 
 def key_of(first: IntArray, second: IntArray) -> IntArray:
@@ -197,7 +221,9 @@ def _settled(
         for part, columns in enumerate(found):
             number = columns[NAMES.index(name)]
             number[number >= 0] += before[part]
-    return tuple(np.concatenate(column) for column in zip(*found, strict=True))
+    in_parts = list(zip(*found, strict=True))
+    del found  # so that the parts of a column go once it is whole
+    return tuple(np.concatenate(in_parts.pop(0)) for _ in NAMES)
 
 
 @nb.njit(cache=True, nogil=True)
@@ -216,20 +242,5 @@ def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compil
         parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
         history[i], inherits[i], rival[i] = row.history, row.inherits, row.rival
         play[i], lean[i] = row.play, row.lean
-    return (
-        block_a,
-        block_b,
-        corner,
-        edge,
-        gap,
-        along,
-        edge_length,
-        length,
-        parallel_edge,
-        in_range,
-        history,
-        inherits,
-        rival,
-        play,
-        lean,
-    )
+    sides = block_a, block_b, corner, edge, edge_length, length, parallel_edge, history, rival
+    return (*sides, gap, along, in_range, inherits, play, lean)

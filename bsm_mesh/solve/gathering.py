@@ -48,7 +48,7 @@ def gather_contacts(
     leaning = np.flatnonzero(found.lean >= 0)
     return MovingContacts(
         outlines=outlines,
-        candidates=found,
+        candidates=found.sides,
         joint=properties.joint,
         law=properties.law,
         between=outlines.centroid[found.block_a] - outlines.centroid[found.block_b],

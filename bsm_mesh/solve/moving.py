@@ -15,7 +15,7 @@ from bsm_mesh.contact.moving_kernels import (
     relative_positions,
 )
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.contact.search import Candidates, Outlines
+from bsm_mesh.contact.search import Outlines, Sides
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 
 FULL = 1 - 1e-9  # of its strength: what a contact bears that slips
@@ -28,7 +28,7 @@ class MovingContacts:
     """Candidates of a step with everything that their forces depend on; constant within the step."""
 
     outlines: Outlines  # of all blocks
-    candidates: Candidates
+    candidates: Sides
     joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
     law: IntArray  # (m,) number in `JointCatalogue.laws`
     between: FloatArray  # (m, 2) from b's centroid to a's where the blocks were given
@@ -223,7 +223,7 @@ def may_bear(contacts: MovingContacts, position: FloatArray, gap: FloatArray, ta
     return allowed
 
 
-def _nearer_way_out(candidates: Candidates, rows: IntArray, gap: FloatArray) -> BoolArray:
+def _nearer_way_out(candidates: Sides, rows: IntArray, gap: FloatArray) -> BoolArray:
     """Return which of the rows that have a rival have more gap than it, (k,); of equal ones the first."""
     rival = candidates.rival[rows]
     nearer: BoolArray = (gap[rows] > gap[rival]) | ((gap[rows] == gap[rival]) & (rows < rival))
