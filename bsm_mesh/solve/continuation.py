@@ -19,7 +19,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -129,16 +130,11 @@ class Continuation:
         lam, quiet, rejected_before = FIRST_LAM / d, 0, False
         for number in range(self.options.max_steps):
             began, count = time.perf_counter(), self.factors.count
-            contacts = moving.gather(history, position, first=number == 0 and self.begin.intact)  # (1)
-            residual = moving.static_residual(contacts, position)
-            if number == 0:
-                self.start_residual = residual
-            inner = max(LEAST_INNER * self.options.tolerance, 1e-2 * min(residual, 1.0))
-            if residual < CONFIRMED * self.options.tolerance:  # at rest already, which this step confirms
-                inner = max(inner, residual / CONFIRMED)
-            taken = self._take(contacts, position, lam, inner, direct=number == 0, quiet=quiet > 0)
+            gather = partial(moving.gather, history, position, first=number == 0 and self.begin.intact)  # (1)
+            taken = self._first(gather, position) if number == 0 else None
+            taken = taken or self._take(gather(), position, lam, from_rest=number == 0, quiet=quiet > 0)
             if taken is None:
-                return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", contacts, position)
+                return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", gather(), position)
             found, contacts, lam, rejected = taken.found, taken.step.contacts, taken.step.lam, taken.rejected
             greatest = float(np.abs((found.position - position) / moving.scale).max())
             position, at = found.position, found.at
@@ -166,37 +162,60 @@ class Continuation:
             f"moved {moved:.3g} m; if that is failure set displacement_limit below it, else raise max_steps"
         )
 
+    def _first(self, gather: Callable[[], MovingContacts], position: FloatArray) -> _Taken | None:
+        """Return the first step with the least lam, or None where it is not solved; (2).
+
+        Its contacts are updated on the way. So nobody else keeps those that it began with: of a million blocks they
+        would take 1 GB, and are gathered again in a second.
+        """
+        step, found = first_step(self._start(gather, position), self.options.tolerance, excavated=not self.begin.intact)
+        return _Taken(found, step) if self._holds(found, step) else None
+
+    def _start(self, gather: Callable[[], MovingContacts], position: FloatArray) -> Step:
+        contacts = gather()
+        self.start_residual = self.moving.static_residual(contacts, position)
+        return Step(self.moving, self.factors, contacts, position, self.least_lam)
+
     def _take(
-        self, contacts: MovingContacts, anchor: FloatArray, lam: float, inner: float, *, direct: bool, quiet: bool
+        self, contacts: MovingContacts, anchor: FloatArray, lam: float, *, from_rest: bool, quiet: bool
     ) -> _Taken | None:
         """Return the step as it was taken, with a greater lam where it needs one; (2) and (3)."""
-        wanted, failures, from_rest = lam, 0, direct
+        inner = self._inner(contacts, anchor)
+        failures = int(from_rest and self.least_lam > LEAST_LAM / self.moving.d)  # in `_first`
+        lam = wanted = max(lam, self.least_lam)
         while lam <= MOST_LAM / self.moving.d:
-            step = Step(self.moving, self.factors, contacts, anchor, self.least_lam if direct else lam)
-            taken = self._first(step) if direct else self._move(step, inner, failures, from_rest=from_rest)
-            found, greatest = taken.found, step.movement(taken.found.position - anchor)
-            if found.converged and taken.step.takes(found.position):
-                fall = 0.0 if quiet else fall_rate(taken.step, found.position, found.at, self.options.tolerance)
-                if fall == 0 or step.lam >= 2 * fall:
-                    return replace(taken, rejected=failures > 0)
-                self.least_lam = max(self.least_lam, 2 * fall)
+            step = Step(self.moving, self.factors, contacts, anchor, lam)
+            found = self.movement.solve(step, inner, from_rest=from_rest, failures=failures)
+            least = self.least_lam
+            if self._holds(found, step, quiet=quiet):
+                return _Taken(found, step, rejected=failures > 0)
+            failures += 1
+            if self.least_lam > least:
                 lam = wanted = max(lam, self.least_lam)
-                failures += 1
-            elif not direct:
-                failures += 1
-                farther = lam * max(2.0, greatest / self.moving.d)
-                lam = farther if found.converged else max(4 * lam, FIRST_LAM / self.moving.d)
-                if failures == MOST_FAILURES and not from_rest:
-                    lam = max(wanted, HELD_LAM / self.moving.d)
-            direct = False
+                continue
+            farther = lam * max(2.0, step.movement(found.position - anchor) / self.moving.d)
+            lam = farther if found.converged else max(4 * lam, FIRST_LAM / self.moving.d)
+            if failures == MOST_FAILURES and not from_rest:
+                lam = max(wanted, HELD_LAM / self.moving.d)
         return None
 
-    def _move(self, step: Step, inner: float, failures: int, *, from_rest: bool) -> _Taken:
-        return _Taken(self.movement.solve(step, inner, from_rest=from_rest, failures=failures), step)
+    def _inner(self, contacts: MovingContacts, position: FloatArray) -> float:
+        """Return the tolerance of a step from a position."""
+        residual, tolerance = self.moving.static_residual(contacts, position), self.options.tolerance
+        inner = max(LEAST_INNER * tolerance, 1e-2 * min(residual, 1.0))
+        if residual < CONFIRMED * tolerance:  # at rest already, which this step confirms
+            inner = max(inner, residual / CONFIRMED)
+        return inner
 
-    def _first(self, step: Step) -> _Taken:
-        step, found = first_step(step, self.options.tolerance, excavated=not self.begin.intact)
-        return _Taken(found, step)
+    def _holds(self, found: Found, step: Step, *, quiet: bool = False) -> bool:
+        """Return whether a step may end where it led; the least lam rises where blocks would fall from there."""
+        if not (found.converged and step.takes(found.position)):
+            return False
+        fall = 0.0 if quiet else fall_rate(step, found.position, found.at, self.options.tolerance)
+        if fall == 0 or step.lam >= 2 * fall:
+            return True
+        self.least_lam = max(self.least_lam, 2 * fall)
+        return False
 
     def _record(
         self,
