@@ -8,11 +8,14 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.heap import give_back
 from bsm_mesh.solve.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.pattern import BlockPattern, upper_triangle, whole_pattern
+
+WORTH_GIVING_BACK = 200_000  # blocks: below, what is free on the heap is less than what it costs to be mapped anew
 
 
 class Factors:
@@ -51,16 +54,16 @@ class Factors:
         pairs = np.concatenate([c.block_a, lower]), np.concatenate([c.block_b, higher])
         pattern = whole_pattern(self.blocks.count, *pairs)
         pattern = replace(pattern, place=pattern.place[: contacts.count])
-        same = (
+        if (
             old is not None
             and len(old.column) == len(pattern.column)
             and np.array_equal(old.row_start, pattern.row_start)
             and np.array_equal(old.column, pattern.column)
-        )
-        if not same:
-            self.close()
-            self._pattern, self.bolt_places = pattern, self.moving.bolts.places(pattern)
-            self._open()
+        ):
+            return replace(old, place=pattern.place)  # kept once
+        self.close()
+        self._pattern, self.bolt_places = pattern, self.moving.bolts.places(pattern)
+        self._open()
         return pattern
 
     def _open(self) -> LinearSolver:
@@ -75,6 +78,8 @@ class Factors:
         """Factorize the blocks (n_places, 3, 3) of the last pattern; False where the matrix is singular."""
         self.count += 1
         self.ready = False
+        if self.blocks.count >= WORTH_GIVING_BACK:
+            give_back()
         try:
             (self._solver or self._open()).factorize(data)
         except SingularMatrixError:
