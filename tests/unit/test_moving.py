@@ -1,0 +1,66 @@
+"""Contact forces at a position: every contact answers by its own law, however many are asked at a time."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+import bsm_mesh as bsm
+from bsm_mesh.solve import moving
+from bsm_mesh.solve.history import History
+from bsm_mesh.solve.moving import evaluate, rows_by_law
+from bsm_mesh.solve.moving_model import MovingModel
+
+benchmarks = pytest.importorskip("benchmarks.scenes")
+
+LAWS = (bsm.MohrCoulomb(friction=35), bsm.Patton(friction=30, dilation=5, cohesion=2e4))
+
+
+@pytest.fixture
+def pressed():
+    """Contacts of a slope and a position at which some press, some are open, and all have slipped a little."""
+    model = MovingModel(benchmarks.jointed_slope(150).model())
+    contacts = model.gather(History.none(), model.start, first=True)
+    return contacts, model.start + np.random.default_rng(0).normal(scale=2e-5, size=model.start.shape)
+
+
+def forces_of(contacts, law, position, friction_pressure=None):
+    contacts = replace(contacts, law=law, by_law=rows_by_law(law))
+    return evaluate(contacts, LAWS, position, friction_pressure)
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("laws", [1, 2])
+def test_some_contacts_at_a_time_answer_as_all_at_once(monkeypatch, pressed, laws, held):
+    contacts, position = pressed
+    law = (np.arange(contacts.count) % laws).astype(np.int32)
+    pressure = np.abs(np.random.default_rng(1).normal(scale=1e4, size=contacts.count)) if held else None
+    whole = forces_of(contacts, law, position, pressure)
+    monkeypatch.setattr(moving, "AT_ONCE", 7)
+    parts = forces_of(contacts, law, position, pressure)
+    assert whole.shear.any()
+    assert not whole.sticking.all()
+    for field in fields(whole):
+        assert_array_equal(getattr(parts, field.name), getattr(whole, field.name), err_msg=field.name)
+
+
+def test_open_contacts_bear_no_shear_and_do_not_stick(pressed):
+    contacts, position = pressed
+    at = forces_of(contacts, np.zeros(contacts.count, np.int32), position)
+    assert at.bearing.any()
+    assert not at.bearing.all()
+    assert not at.sticking[~at.bearing].any()
+    assert not at.shear[~at.bearing].any()
+    assert not at.strength[~at.bearing].any()
+
+
+def test_every_contact_answers_by_its_own_law(pressed):
+    contacts, position = pressed
+    law = (np.arange(contacts.count) % 2).astype(np.int32)
+    both = forces_of(contacts, law, position)
+    for number in range(2):
+        alone, own = forces_of(contacts, np.full_like(law, number), position), law == number
+        assert_array_equal(both.shear[own], alone.shear[own])
+        assert_array_equal(both.strength[own], alone.strength[own])
+    assert not np.array_equal(both.strength, alone.strength)
