@@ -96,7 +96,7 @@ class Split:
 
 
 def peak_memory() -> float:
-    """Return the peak memory of this process [GB]."""
+    """Return the peak memory of this process [GB of 2^30 bytes]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
 
 

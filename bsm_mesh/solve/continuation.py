@@ -181,9 +181,8 @@ class Continuation:
     ) -> _Taken | None:
         """Return the step as it was taken, with a greater lam where it needs one; (2) and (3)."""
         inner = self._inner(contacts, anchor)
-        failures = int(
-            from_rest and self.least_lam > LEAST_LAM / self.moving.d
-        )  # `_first` led to where blocks would fall
+        falls = self.least_lam > LEAST_LAM / self.moving.d  # which the first step found out where it led to
+        failures = int(from_rest and falls)
         lam = wanted = max(lam, self.least_lam)
         while lam <= MOST_LAM / self.moving.d:
             step = Step(self.moving, self.factors, contacts, anchor, lam)
