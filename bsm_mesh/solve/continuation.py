@@ -33,7 +33,7 @@ from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.factors import Factors
 from bsm_mesh.solve.falling import Falling
-from bsm_mesh.solve.first_step import CONFIRMED, first_step
+from bsm_mesh.solve.first_step import CONFIRMED, first_step, relaxed_step
 from bsm_mesh.solve.history import History, commit
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
@@ -168,7 +168,15 @@ class Continuation:
         Its contacts are updated on the way. So nobody else keeps those that it began with: of a million blocks they
         would take 1 GB, and are gathered again in a second.
         """
-        step, found = first_step(self._start(gather, position), self.options.tolerance, excavated=not self.begin.intact)
+        tolerance, excavated = self.options.tolerance, not self.begin.intact
+        step, found = first_step(self._start(gather, position), tolerance, excavated=excavated, patient=False)
+        slow = found.slow
+        if not found.converged and not excavated:
+            relaxed = relaxed_step(self._start(gather, position), tolerance)
+            if relaxed is not None:
+                step, found = relaxed
+            elif slow:
+                step, found = first_step(self._start(gather, position), tolerance, excavated=excavated)
         return _Taken(found, step) if self._holds(found, step) else None
 
     def _start(self, gather: Callable[[], MovingContacts], position: FloatArray) -> Step:

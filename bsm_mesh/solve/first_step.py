@@ -10,13 +10,15 @@ leads a part of the way.
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
-from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
+from bsm_mesh.solve.path_following import FEW_LEFT, Path, fitting_smoothing
+from bsm_mesh.solve.relaxation import relax
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import SCATTERED, Step
 from bsm_mesh.solve.strategies import NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
@@ -30,7 +32,7 @@ ROUGHER, LEAST_ROUGH = 0.1, 1e-3  # and part of what an update leaves before the
 BARRIERS = (1.0, 10.0)  # what the interior point method begins with after an excavation, one after the other
 
 
-def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, Found]:
+def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool = True) -> tuple[Step, Found]:
     """Return the equilibrium next to the start, and the step with the contacts that it was found with.
 
     Nothing is committed between updates: what slides still remembers where it began to, so that Newton's method need
@@ -46,13 +48,15 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
         Greatest force out of balance over the reference weight that counts as rest.
     excavated : bool
         The start was at rest until something was changed.
+    patient : bool
+        Follow a path to its end though it has become slow.
     """
     inner = 0.5 * tolerance
     rest = newton(step, step.start, inner, most=0)
     if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
         return step, rest
     del rest  # forces in all contacts, which nobody asks for again
-    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated)
+    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated, patient=patient)
     rough = ROUGH
     for update in range(MOST_UPDATES):
         step.make_room(found.position)
@@ -65,8 +69,10 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
             return updated, _polished(updated, Found(left.position, left.at, converged=True))
         most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
         enough = max(inner, min(most, UPDATED * left.greatest))
-        again = solve_updated(updated, found.position, enough, excavated=excavated, was_solved=found.converged)
+        keys = {"excavated": excavated, "was_solved": found.converged, "patient": patient}
+        again = solve_updated(updated, found.position, enough, **keys)
         if not again.converged and not updated.is_scattered(updated.balance_at(again.position), FEW_LEFT):
+            found = replace(found, slow=again.slow)
             break
         step, found, rough = updated, again, FEW_LEFT
     if not found.converged and not excavated and step.is_scattered(step.balance_at(found.position)):
@@ -74,11 +80,29 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
     return step, _polished(step, found)
 
 
-def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
+def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
+    """Return the step from where blocks come to rest by damped motion, and its equilibrium; None where they do not.
+
+    Where Newton's method does not find that from so near, what few blocks lack is for the steps to come.
+    """
+    inner = 0.5 * tolerance
+    relaxed = relax(step, inner)
+    if relaxed is None:
+        return None
+    contacts, left = relaxed.contacts, relaxed.balance_at(relaxed.start)
+    found = softened_newton(relaxed, relaxed.start, inner)
+    if found.converged:
+        return relaxed, _polished(relaxed, found)
+    if not relaxed.balance_at(found.position).norm < left.norm:
+        relaxed.contacts, found = contacts, Found(relaxed.start, left.at, converged=False)
+    return relaxed, replace(found, converged=True)
+
+
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, patient: bool = True) -> Found:
     """Return the equilibrium next to the start with the contacts as they are there, or what is known of it.
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
-    where moving steps come to rest, so none is followed.
+    where moving steps come to rest, so none is followed. `patient` as `first_step` takes it.
     """
     elastic = elastic_position(step)
     step.make_room(elastic)
@@ -92,15 +116,23 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> F
         return from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
     weight = step.moving.weight(step.evaluate(elastic))
     rough = ROUGH if step.movement(elastic - step.start) > step.moving.d else 0.0
-    return _along_path(step, step.start, typical_smoothing(contacts, elastic, weight), tolerance, rough)
+    path = Path(step, step.start, typical_smoothing(contacts, elastic, weight))
+    return _along(path, tolerance, rough, patient=patient)
 
 
 def solve_updated(
-    step: Step, position: FloatArray, tolerance: float, *, excavated: bool = False, was_solved: bool = True
+    step: Step,
+    position: FloatArray,
+    tolerance: float,
+    *,
+    excavated: bool = False,
+    was_solved: bool = True,
+    patient: bool = True,
 ) -> Found:
     """Return the equilibrium next to a position at which the step's contacts were updated.
 
-    `excavated` as `solve_at_once` takes it; `was_solved`: it was one before the update, not only a part of the way.
+    `excavated` and `patient` as `first_step` takes them; `was_solved`: it was one before the update, not only a part of
+    the way.
     """
     left = step.balance_at(position)
     if excavated or (was_solved and step.is_scattered(left)):
@@ -112,14 +144,15 @@ def solve_updated(
         left = here if here.norm < left.norm else left
     rough = min(SCATTERED, ROUGHER * left.norm / (left.weight * float(np.sqrt(len(position)))))
     rough = rough if rough > LEAST_ROUGH else 0.0
-    return _along_path(step, left.position, fitting_smoothing(step, left.position), tolerance, rough)
+    path = Path(step, left.position, fitting_smoothing(step, left.position))
+    return _along(path, tolerance, rough, patient=patient)
 
 
-def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, rough: float) -> Found:
-    """Return what is found along the path that begins at a position with a smoothing [N], and from its end."""
-    found = follow_path(step, position, smoothing, tolerance, rough=rough)
+def _along(path: Path, tolerance: float, rough: float, *, patient: bool) -> Found:
+    """Return what is found along a path, and from its end."""
+    step, found = path.step, path.follow(tolerance, rough=rough, patient=patient)
     end = step.balance_at(found.position)
-    if found.converged or end.greatest > NEARLY or step.is_scattered(end, rough):
+    if found.converged or found.slow or end.greatest > NEARLY or step.is_scattered(end, rough):
         return found
     contacts = step.contacts
     better = softened_newton(step, found.position, tolerance)

@@ -20,11 +20,12 @@ SOFTEST = 0.1  # of their stiffness: what open and slipping contacts keep in a s
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Found:
-    """A position, its contact forces, and whether they solve the step's equations."""
+    """A position, its contact forces, and whether they solve the step's equations; `slow`: a path was left for that."""
 
     position: FloatArray
     at: Evaluation
     converged: bool
+    slow: bool = False
 
 
 def newton(

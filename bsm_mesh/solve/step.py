@@ -143,7 +143,7 @@ class Step:
     def make_room(self, elastic: FloatArray) -> None:
         """Let blocks settle together as far as their elastic position lies, if they hardly move past each other."""
         size, most = self.movement(elastic - self.start), LONGEST * self.moving.d
-        if size > most and self._past_each_other(elastic - self.start) <= PAST * self.moving.d:
+        if size > most and self.past_each_other(elastic - self.start) <= PAST * self.moving.d:
             self.room = size
 
     @property
@@ -155,9 +155,9 @@ class Step:
         """Return whether the step may end at a position: no block has come to contacts that the step does not know."""
         if self.movement(position - self.still) > self.longest:
             return False
-        return self.room == 0 or self._past_each_other(position - self.still) <= PAST * self.moving.d
+        return self.room == 0 or self.past_each_other(position - self.still) <= PAST * self.moving.d
 
-    def _past_each_other(self, movement: FloatArray) -> float:
+    def past_each_other(self, movement: FloatArray) -> float:
         """Return how far blocks that are near each other move past each other, at most [m]."""
         a, b = self.contacts.candidates.block_a, self.contacts.candidates.block_b
         turned = np.abs(movement[:, 2]) * self.moving.outlines.block_size

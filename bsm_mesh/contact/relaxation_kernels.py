@@ -1,0 +1,122 @@
+"""Compiled cycles of dynamic relaxation: contact forces with the slip that they have come to, blocks moved by them.
+
+Constants of contacts are in single precision, which halves what a cycle reads from memory. They give by what forces
+change, to 1e-7 of that: so blocks come to rest as exactly as what was out of balance at first is known. Positions,
+velocities and sums of forces are in double.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+
+BROKEN = np.float32(-1.0)  # instead of a tensile strength
+
+
+@nb.njit(cache=True, nogil=True)
+def relax_cycles(
+    lacking: FloatArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    frame: FloatArray,
+    spring: FloatArray,
+    tension: FloatArray,
+    stuck: FloatArray,
+    unbalanced: FloatArray,
+    missing: FloatArray,
+    inverse_mass: FloatArray,
+    supported: IntArray,
+    projector: FloatArray,
+    damping: float,
+    velocity: FloatArray,
+    moved: FloatArray,
+) -> FloatArray:  # pragma: no cover - compiled
+    """Go on by some cycles of unit time, and return by what shear forces have changed, (m,) float32 [N/m].
+
+    Parameters
+    ----------
+    lacking : (cycles,) float64
+        Part of `missing` that does not act yet, in every cycle.
+    block_a, block_b : (m,) int32
+        Blocks of the corner and of the edge.
+    frame : (m, 6) float32 [-, m]
+        Edge direction t, moments of the normal n = (t_y, -t_x) about a and b, moments of t about a and b.
+    spring : (m, 6) float32 [N/m**2, N/m, -]
+        Normal and shear stiffness; pressure where nothing has moved, or less than none: what it would take to close the
+        contact; what the shear force lacks there of the strength, and of the negative one; slope of the strength over
+        the pressure.
+    tension : (m,) float32 [N/m]
+        Tensile strength; negative, in place, where a contact breaks.
+    stuck : (m,) float32 [N/m]
+        By what the shear force would have changed had blocks not moved along the edge; it changes in place with slip.
+    unbalanced, missing : (n, 3) float64 [N/m, N/m, N]
+        Forces out of balance where nothing has moved, and what of the loads is brought on little by little.
+    inverse_mass : (n, 3) float64
+        Over the square of a cycle.
+    supported : (k,) int32
+        Blocks with a support.
+    projector : (k, 3, 3) float64
+        Onto the movements that it lets them make.
+    damping : float
+        Part of a force out of balance that acts against the velocity.
+    velocity, moved : (n, 3) float64 [m, m, rad]
+        Movement in a cycle, and in all; they change in place.
+    """
+    nothing, n = np.float32(0.0), len(moved)
+    forces, changed = np.empty((n, 3)), np.zeros_like(stuck)
+    for cycle in range(lacking.size):
+        for i in range(n):
+            for axis in range(3):
+                forces[i, axis] = unbalanced[i, axis] - lacking[cycle] * missing[i, axis]
+        last = cycle == lacking.size - 1
+        for k in range(block_a.size):
+            a, b = block_a[k], block_b[k]
+            tx, ty = frame[k, 0], frame[k, 1]
+            dx, dy = np.float32(moved[a, 0] - moved[b, 0]), np.float32(moved[a, 1] - moved[b, 1])
+            turn_a, turn_b = np.float32(moved[a, 2]), np.float32(moved[b, 2])
+            gap = ty * dx - tx * dy + frame[k, 2] * turn_a - frame[k, 3] * turn_b
+            along = tx * dx + ty * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
+            borne = spring[k, 2] if spring[k, 2] > nothing or tension[k] != nothing else nothing
+            pressure = spring[k, 2] - borne - spring[k, 0] * gap
+            if borne + pressure <= -max(tension[k], nothing):
+                pressure, shear = -borne, np.float32(0.5) * (spring[k, 3] - spring[k, 4])
+                if tension[k] > nothing:
+                    tension[k] = BROKEN
+            else:
+                shear = stuck[k] + spring[k, 1] * along
+                most, least = spring[k, 3] + spring[k, 5] * pressure, -spring[k, 4] - spring[k, 5] * pressure
+                if most < least:
+                    most = least = np.float32(0.5) * (most + least)
+                shear = min(max(shear, least), most)
+            stuck[k] = shear - spring[k, 1] * along
+            if last:
+                changed[k] = shear
+            fx, fy = pressure * ty - shear * tx, -pressure * tx - shear * ty
+            forces[a, 0] += fx
+            forces[a, 1] += fy
+            forces[a, 2] += pressure * frame[k, 2] - shear * frame[k, 4]
+            forces[b, 0] -= fx
+            forces[b, 1] -= fy
+            forces[b, 2] -= pressure * frame[k, 3] - shear * frame[k, 5]
+        for j in range(supported.size):
+            _project(projector[j].T, forces[supported[j]])
+        for i in range(n):
+            for axis in range(3):
+                along_it = np.sign(forces[i, axis] * velocity[i, axis])
+                forces[i, axis] *= (1 - damping * along_it) * inverse_mass[i, axis]
+        for j in range(supported.size):
+            _project(projector[j], forces[supported[j]])
+        for i in range(n):
+            for axis in range(3):
+                velocity[i, axis] += forces[i, axis]
+                moved[i, axis] += velocity[i, axis]
+    return changed
+
+
+@nb.njit(cache=True)
+def _project(projector: FloatArray, vector: FloatArray) -> None:  # pragma: no cover - compiled
+    x, y, z = vector[0], vector[1], vector[2]
+    for axis in range(3):
+        vector[axis] = projector[axis, 0] * x + projector[axis, 1] * y + projector[axis, 2] * z

@@ -1,0 +1,238 @@
+"""Dynamic relaxation: blocks come to rest by damped motion, and slip is kept as it comes.
+
+Where thousands of contacts slip, the equations of a whole step, in which shear forces follow from where a contact has
+come to and not from how, hardly let themselves be solved: friction follows pressure, and their tangent is next to
+singular. Slip that happens little by little loses energy, and finds its end. So what is out of balance is brought on in
+a ramp, in explicit cycles of unit time with masses as small as stability allows (Underwood 1983), damped by a part of
+the force against the velocity (Cundall 1987), which takes no force from what stands still. There is nothing to choose:
+time means nothing, and slowly brought on the loads lead where small steps of statics would.
+
+A cycle costs a hundredth of a factorization. Waves cross the model in about as many cycles as it has blocks across, so
+that cycles are counted in those: a model of n blocks has the square root of n.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.relaxation_kernels import relax_cycles
+from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.solve.constraints import Constraints
+from bsm_mesh.solve.history import commit
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, strength_of
+from bsm_mesh.solve.step import Step
+
+DAMPING = 0.5  # of the force out of balance, against the velocity
+RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
+WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
+REFRESHED, LEAST_CYCLES = 1.0, 100  # the same: cycles after which contacts are worked out again; and the least
+CALM = (
+    3e-2,
+    1e-3,
+    1e-5,
+)  # of a weight: root mean square out of balance at which contacts are looked for again; the end
+UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
+PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
+MOST_SEARCHES = 12
+
+
+def relax(step: Step, tolerance: float) -> Step | None:
+    """Return the step from where blocks come to rest, all but few of them; None where they do not.
+
+    What slipped and broke on the way is accepted: the step begins there, with contacts as they are there. Bolts are
+    stiff, and known to explicit cycles only from before them; where there are any the answer is None.
+
+    Parameters
+    ----------
+    step : Step
+        The equations from where it begins; it is left as it is.
+    tolerance : float
+        Greatest force out of balance, over the reference weight, below which nothing is left to do.
+    """
+    if len(step.moving.bolts.alive):
+        return None
+    across = float(np.sqrt(len(step.start)))
+    ramp, window, at_once = int(RAMP * across), int(WINDOW * across), max(LEAST_CYCLES, int(REFRESHED * across))
+    relaxation, calm = Relaxation(step, ramp), list(CALM)
+    before, until = np.inf, ramp + window
+    while calm and relaxation.searches < MOST_SEARCHES:
+        relaxation.go_on(at_once)
+        left = relaxation.balance.norm
+        if not np.isfinite(left) or (relaxation.done >= until and left > HALVED * before):
+            break
+        if relaxation.done >= until:
+            before, until = left, until + window
+        if relaxation.is_calm(calm[0], tolerance):
+            relaxation.search()
+            if relaxation.is_calm(calm[0], tolerance):
+                del calm[0]
+        elif relaxation.passed > PASSED * step.moving.d:
+            relaxation.search()
+    return relaxation.accepted() if step.is_scattered(relaxation.balance) else None
+
+
+class Relaxation:
+    """Blocks in damped motion.
+
+    Parameters
+    ----------
+    step : Step
+        The equations where it begins.
+    ramp : int
+        Cycles in which what is out of balance there is brought on.
+
+    Attributes
+    ----------
+    balance : Balance
+        Where blocks are, and what is out of balance there.
+    done : int
+        Cycles so far.
+    searches : int
+        How often contacts were looked for again.
+    """
+
+    def __init__(self, step: Step, ramp: int) -> None:
+        self._step, self._ramp, self._searched = copy(step), ramp, step.start
+        self.done, self.searches = 0, 0
+        self.balance = step.balance_at(step.start)
+        self._missing = self.balance.forces
+        self._velocity = np.zeros_like(step.start)
+        self._least_mass = np.zeros_like(step.start)
+
+    @property
+    def passed(self) -> float:
+        """How far blocks have passed each other since contacts were looked for [m]."""
+        return self._step.past_each_other(self.balance.position - self._searched)
+
+    def is_calm(self, most: float, tolerance: float) -> bool:
+        """Return whether, with all loads on, less than `most` (root mean square) or `tolerance` is out of balance."""
+        calm = self.balance.greatest < tolerance or self._step.is_scattered(self.balance, most)
+        return calm and self.done >= self._ramp
+
+    def accepted(self) -> Step:
+        """Return the step that begins here."""
+        self.search()
+        step = self._step
+        return Step(step.moving, step.factors, step.contacts, self.balance.position, step.lam)
+
+    def search(self) -> None:
+        """Accept what slipped and broke, and look for contacts again."""
+        step, position = self._step, self.balance.position
+        history, _ = commit(step.contacts, self.balance.at, position, step.moving.outlines.size)
+        step.contacts = step.moving.gather(history, position, first=False)
+        self.balance, self._searched, self.searches = step.balance_at(position), position, self.searches + 1
+
+    def go_on(self, cycles: int) -> None:
+        """Go on by some cycles, and keep what slips and breaks in them."""
+        step, at, position = self._step, self.balance.at, self.balance.position
+        rows = _within_reach(step.contacts, at, 2 * cycles * step.movement(self._velocity))
+        block_a, block_b = step.contacts.candidates.block_a[rows], step.contacts.candidates.block_b[rows]
+        frame, arms = _frames(step.contacts, at, rows)
+        spring = _springs(step.contacts, at, rows, step.moving.catalogue.laws)
+        mass = self._mass(block_a, block_b, spring, arms)
+        moved = np.zeros_like(position)
+        changed = relax_cycles(
+            _lacking(np.arange(self.done, self.done + cycles) / self._ramp),
+            block_a,
+            block_b,
+            frame,
+            spring,
+            step.contacts.tension[rows].astype(np.float32),
+            np.zeros(len(rows), np.float32),
+            self.balance.forces,
+            self._missing,
+            1 / mass,
+            step.supports.block,
+            _projectors(step.supports, mass),
+            DAMPING,
+            self._velocity,
+            moved,
+        )
+        self.done += cycles
+        self._keep(position + moved, rows, at.shear[rows] + changed)
+
+    def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray) -> None:
+        """Keep where blocks are, what slipped and what broke; who has opened bears nothing and forgets its shear."""
+        step, contacts = self._step, self._step.contacts
+        at = step.evaluate(position)
+        kept = np.zeros(contacts.count)
+        kept[rows] = shear
+        broken = at.failed | ((contacts.tension > 0) & ~at.bearing)
+        step.contacts = replace(
+            contacts,
+            old_shear=np.where(at.bearing, kept, 0.0),
+            old_along=np.where(at.bearing | ~np.isnan(contacts.old_along), at.along, np.nan),
+            failed=broken,
+            tension=np.where(broken, 0.0, contacts.tension),
+        )
+        self.balance = step.balance_at(position)
+
+    def _mass(self, block_a: IntArray, block_b: IntArray, spring: FloatArray, arms: FloatArray) -> FloatArray:
+        """Return masses (n, 3), over the square of a cycle, with which no wave grows.
+
+        Cycles bear a stiffness of four times the mass, in which a force against the velocity counts 1 + damping times.
+        Of contacts it is at most four times the sum of theirs: the square of a difference of two movements, each of a
+        translation and a turn. No mass is less than when cycles began, nor that of a block that touches none.
+        """
+        n, stiffness = len(self._velocity), (1 + DAMPING) * spring[:, :2].max(axis=1).astype(float)
+        mass = np.zeros((n, 3))
+        for block, arm in ((block_a, arms[:, 0]), (block_b, arms[:, 1])):
+            mass[:, 0] += np.bincount(block, weights=stiffness, minlength=n)
+            mass[:, 2] += np.bincount(block, weights=stiffness * arm**2, minlength=n)
+        mass[:, 1] = mass[:, 0]
+        if not self._least_mass.any():
+            least = mass.min(axis=0, where=mass > 0, initial=np.inf)
+            self._least_mass = np.where(mass > 0, mass, least)
+        return np.maximum(mass, self._least_mass)
+
+
+def _within_reach(contacts: MovingContacts, at: Evaluation, distance: float) -> IntArray:
+    """Return the contacts (k,) that bear, and those that would if blocks came nearer by a distance [m]."""
+    reach = np.where(contacts.touching, contacts.reach, 0.0)
+    over = (at.along >= -reach) & (at.along <= contacts.candidates.edge_length + reach)
+    gap = at.gap - contacts.offset
+    closes = over & (gap >= 0) & (contacts.touching | (gap <= distance))
+    return np.flatnonzero(at.bearing | closes)
+
+
+def _frames(contacts: MovingContacts, at: Evaluation, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the frames (k, 6) of contacts as `relax_cycles` takes them, and the lengths of both arms (k, 2) [m]."""
+    t, arm_a, arm_b = (vectors[rows] for vectors in contacts.frames(at.position))
+    n = np.stack([t[:, 1], -t[:, 0]], axis=1)
+    moments = [arm[:, 0] * axis[:, 1] - arm[:, 1] * axis[:, 0] for axis in (n, t) for arm in (arm_a, arm_b)]
+    lengths = np.stack([np.hypot(*arm.T) for arm in (arm_a, arm_b)], axis=1)
+    return np.column_stack([t, *moments]).astype(np.float32), lengths
+
+
+def _springs(contacts: MovingContacts, at: Evaluation, rows: IntArray, laws: tuple[JointLaw, ...]) -> FloatArray:
+    """Return springs and strengths (k, 6) of contacts as `relax_cycles` takes them; strengths by their tangents."""
+    strength, slope = strength_of(contacts, laws, np.maximum(at.pressure, np.finfo(float).tiny))
+    strength = np.minimum(strength, UNLIMITED)
+    columns = (
+        contacts.normal_stiffness,
+        contacts.shear_stiffness * ~np.isnan(contacts.old_along),
+        np.where(at.bearing, at.pressure, contacts.normal_stiffness * (contacts.offset - at.gap)),
+        strength - at.shear,
+        strength + at.shear,
+        slope,
+    )
+    return np.column_stack([column[rows] for column in columns]).astype(np.float32)
+
+
+def _projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
+    """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
+    own = mass[supports.block]
+    free = np.where(np.arange(3) < supports.held[:, None], 0.0, 1.0)[:, None, :] * supports.basis
+    inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
+    projectors: FloatArray = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
+    return projectors
+
+
+def _lacking(time: FloatArray) -> FloatArray:
+    """Return the part of the loads that does not act yet, (k,), at times (k,) over that of the ramp."""
+    lacking: FloatArray = 0.5 + 0.5 * np.cos(np.pi * np.minimum(time, 1.0))
+    return lacking

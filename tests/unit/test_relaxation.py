@@ -1,0 +1,185 @@
+"""Dynamic relaxation: it ends where statics says, keeps what slipped and broke, and gives up where blocks slide on."""
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import bsm_mesh as bsm
+from bsm_mesh.solve import continuation, path_following, relaxation
+from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.history import History
+from bsm_mesh.solve.newton import newton
+from bsm_mesh.solve.relaxation import Relaxation, relax
+from bsm_mesh.solve.step import Step
+
+benchmarks = pytest.importorskip("benchmarks.scenes")
+
+CONTINUATION = bsm.Options(scheme="continuation")
+STIFFNESS, WEIGHT = 1e9, 26e3
+
+
+def begun(model: bsm.Model) -> Step:
+    """Return the first step from zero stress."""
+    engine = Continuation(model, CONTINUATION, lambda *_: None)
+    contacts = engine.moving.gather(History.none(), engine.moving.start, first=True)
+    return Step(engine.moving, engine.factors, contacts, engine.moving.start, engine.least_lam)
+
+
+def block_on_a_base(tilt: float = 0.0, **given) -> bsm.Model:
+    """Return a square metre on a base, tilted [degrees] in that gravity is."""
+    law = given.pop("law", bsm.MohrCoulomb(friction=35))
+    parts = {
+        "blocks": bsm.Blocks.from_polygons(
+            [[(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="r"
+        ),
+        "rocks": [bsm.Rock("r", unit_weight=WEIGHT)],
+        "joints": [bsm.Joint("J", STIFFNESS, STIFFNESS, law=law, tensile_strength=given.pop("tension", 0.0))],
+        "default_joint": "J",
+        "supports": [bsm.Fixed(blocks=[0])],
+        "gravity_direction": -90.0 + tilt,
+    }
+    return bsm.Model(**(parts | given))
+
+
+def test_where_nothing_slips_or_opens_it_ends_where_newtons_method_does():
+    step = begun(benchmarks.tilted_wall(100, tilt=0.0).model())
+    exact = newton(step, step.start, 1e-9, from_rest=True)
+    assert exact.converged
+    rest = relax(step, 1e-9)
+    assert_allclose(rest.start, exact.position, atol=1e-3 * np.abs(exact.position).max())
+
+
+def test_a_block_that_sticks_comes_to_rest_where_its_springs_balance_its_weight():
+    rest = relax(begun(block_on_a_base(20.0)), 1e-9)
+    along, down = np.sin(np.radians(20.0)), np.cos(np.radians(20.0))
+    at = rest.evaluate(rest.start)
+    assert_allclose(at.pressure.sum(), WEIGHT * down, rtol=1e-6)
+    assert_allclose(np.abs(at.shear).sum(), WEIGHT * along, rtol=1e-6)
+
+
+def test_a_block_that_slides_on_does_not():
+    assert relax(begun(block_on_a_base(40.0)), 1e-6) is None
+
+
+def test_blocks_rest_within_their_strength_and_in_balance():
+    step = begun(benchmarks.leaning_slope(1000, friction=32.0).model())
+    given = step.contacts
+    rest = relax(step, 5e-7)
+    at, left = rest.evaluate(rest.start), rest.balance_at(rest.start)
+    assert rest.is_scattered(left, relaxation.CALM[-1])
+    assert (at.pressure[at.bearing] > 0).all()
+    assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
+    slipped = np.abs(at.along - rest.contacts.first_along)[at.bearing]
+    elastic = (np.abs(at.shear) / rest.contacts.shear_stiffness)[at.bearing]
+    assert (slipped > 2 * elastic).sum() > 100
+    assert step.contacts is given  # nothing is done to the step it began with
+
+
+def test_it_is_the_same_every_time():
+    ends = [relax(begun(benchmarks.leaning_slope(300).model()), 1e-6).start for _ in range(2)]
+    assert_array_equal(*ends)
+
+
+def test_damping_and_ramp_decide_little(monkeypatch):
+    """What the loads overshoot shrinks with the ramp; what is left of it is worth a few parts of a hundred."""
+    model = benchmarks.leaning_slope(1000, friction=32.0).model(1.0)
+
+    def settlement():
+        return -relax(in_situ(model), 5e-7).start[:, 1].sum()
+
+    usual = settlement()
+    monkeypatch.setattr(relaxation, "DAMPING", 0.8)
+    assert_allclose(settlement(), usual, rtol=0.04)
+    monkeypatch.undo()
+    monkeypatch.setattr(relaxation, "RAMP", 80.0)
+    assert_allclose(settlement(), usual, rtol=0.04)
+    path = -bsm.run(model, CONTINUATION).stages[-1].displacement[:, 1].sum()  # followed from the start in one step
+    assert_allclose(settlement(), path, rtol=0.04)
+
+
+def in_situ(model: bsm.Model) -> Step:
+    """Return the first step from the in-situ stress."""
+    steps = []
+
+    def begin(step, *_, **__):
+        steps.append(step)
+        raise StopIteration
+
+    with pytest.MonkeyPatch.context() as patch, suppress(StopIteration):
+        patch.setattr(continuation, "first_step", begin)
+        bsm.run(model, CONTINUATION)
+    return steps[0]
+
+
+def test_supports_hold_what_they_hold_and_leave_the_rest_free():
+    """A block on a plane of rollers at 60 degrees, pushed by its weight along it onto a smooth wall.
+
+    The rollers bear R with R sin 60 = W cos 30, the wall W sin 30 + R cos 60: both are W.
+    """
+    beside = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)], [(1, 0), (2, 0), (2, 1), (1, 1)]], rock="r")
+    corners = [(2.0, 0.0), (2.0, 1.0)]
+    model = block_on_a_base(
+        -30.0,
+        blocks=beside,
+        law=bsm.MohrCoulomb(friction=0),
+        supports=[bsm.Fixed(blocks=[0]), *(bsm.Roller(point=corner, direction=120.0) for corner in corners)],
+    )
+    rest = relax(begun(model), 1e-9)
+    assert_allclose(rest.evaluate(rest.start).pressure.sum(), WEIGHT, rtol=1e-6)
+    u, v, turn = rest.start[1]
+    assert_allclose([u * np.cos(np.radians(120)) + v * np.sin(np.radians(120)), turn], 0, atol=1e-15)
+    assert u < -1e-6
+
+
+def test_what_broke_stays_broken():
+    """A block glued to a ceiling: it hangs, or its glue fails under the weight and it falls."""
+    ceiling = bsm.Blocks.from_polygons([[(0, 1), (4, 1), (4, 2), (0, 2)], [(1, 0), (2, 0), (2, 1), (1, 1)]], rock="r")
+    glue = bsm.MohrCoulomb(friction=35, cohesion=1e6)
+    hanging = relax(begun(block_on_a_base(blocks=ceiling, law=glue, tension=2 * WEIGHT)), 1e-9)
+    at = hanging.evaluate(hanging.start)
+    assert_allclose(at.pressure.sum(), -WEIGHT, rtol=1e-6)
+    assert relax(begun(block_on_a_base(blocks=ceiling, law=glue, tension=0.5 * WEIGHT)), 1e-9) is None
+
+
+def test_cohesion_that_failed_is_gone():
+    """On a slope of 30 degrees with 25 of friction cohesion holds the block, or fails and is gone."""
+    holds = WEIGHT * (np.sin(np.radians(30)) - np.cos(np.radians(30)) * np.tan(np.radians(25)))
+    for part, rests in ((6.0, True), (0.8, False)):
+        law = bsm.MohrCoulomb(friction=25, cohesion=part * holds)
+        rest = relax(begun(block_on_a_base(30.0, law=law)), 1e-6)
+        assert (rest is not None and rest.balance_at(rest.start).greatest < 1e-6) is rests
+
+
+def test_cycles_bear_less_mass_than_they_are_given(monkeypatch):
+    """With nine tenths of them blocks still come to rest; with a third waves grow."""
+    model = benchmarks.leaning_slope(300).model()
+    masses = Relaxation._mass
+    monkeypatch.setattr(Relaxation, "_mass", lambda *given: 0.9 * masses(*given))
+    assert relax(begun(model), 1e-6) is not None
+    monkeypatch.setattr(Relaxation, "_mass", lambda *given: masses(*given) / 3)
+    assert relax(begun(model), 1e-6) is None
+
+
+def test_with_bolts_it_does_not_begin():
+    model = block_on_a_base(20.0)
+    bolt = bsm.Bolt(start=(1.5, 1.8), end=(1.5, 0.2), diameter=0.025)
+    assert relax(begun(model.replace(bolts=(bolt,))), 1e-6) is None
+
+
+def test_a_slow_path_is_left_for_it_and_followed_on_where_blocks_do_not_come_to_rest(monkeypatch):
+    model = benchmarks.leaning_slope(1000).model(1.0)
+    path = bsm.run(model, CONTINUATION)
+    monkeypatch.setattr(path_following, "PATIENCE", 0)
+    relaxed = bsm.run(model, CONTINUATION)
+    assert relaxed.stages[-1].status == "stable"
+    assert relaxed.check().ok
+    assert sum(s.factorizations for s in relaxed.stages[-1].steps) < sum(
+        s.factorizations for s in path.stages[-1].steps
+    )
+    moved = [np.abs(run.stages[-1].displacement[:, :2]).max() for run in (path, relaxed)]
+    assert_allclose(moved[1], moved[0], rtol=0.2)
+    monkeypatch.setattr(continuation, "relaxed_step", lambda *_: None)
+    followed = bsm.run(model, CONTINUATION)
+    assert_array_equal(followed.stages[-1].displacement, path.stages[-1].displacement)
