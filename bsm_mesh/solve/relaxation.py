@@ -214,7 +214,7 @@ def _springs(contacts: MovingContacts, at: Evaluation, rows: IntArray, laws: tup
     strength = np.minimum(strength, UNLIMITED)
     columns = (
         contacts.normal_stiffness,
-        contacts.shear_stiffness * ~np.isnan(contacts.old_along),
+        contacts.shear_stiffness,
         np.where(at.bearing, at.pressure, contacts.normal_stiffness * (contacts.offset - at.gap)),
         strength - at.shear,
         strength + at.shear,

@@ -1,12 +1,14 @@
 """Dynamic relaxation: it ends where statics says, keeps what slipped and broke, and gives up where blocks slide on."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.relaxation_kernels import relax_cycles
 from bsm_mesh.solve import continuation, path_following, relaxation
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.history import History
@@ -133,6 +135,55 @@ def test_supports_hold_what_they_hold_and_leave_the_rest_free():
     assert u < -1e-6
 
 
+def test_a_support_that_couples_moving_and_turning_holds_its_point():
+    """A block on a tilted base whose upper corner moves along y only: it ends where Newton's method does."""
+    supports = [bsm.Fixed(blocks=[0]), bsm.Roller(point=(2.0, 2.0), direction=0.0)]
+    step = begun(block_on_a_base(20.0, supports=supports))
+    exact = newton(step, step.start, 1e-10, from_rest=True)
+    rest = relax(step, 1e-10)
+    assert_allclose(rest.start, exact.position, rtol=1e-5, atol=1e-11)
+    u, _, turn = rest.start[1]
+    assert_allclose(u, 0.5 * turn, atol=1e-9)  # the corner is half a metre above the centroid
+
+
+class DrivenContact:
+    """A contact with a corner above a horizontal edge, its blocks driven in unit cycles."""
+
+    def __init__(self, pressure: float, strength: float, tension: float = 0.0) -> None:
+        self.frame = np.array([[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]], np.float32)  # n is up: out of b, which is below
+        self.spring = np.array([[10.0, 10.0, pressure, strength, strength, 0.0]], np.float32)
+        self.tension, self.stuck = np.full(1, tension, np.float32), np.zeros(1, np.float32)
+
+    def drive(self, *movements: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Move a by each of some movements in a cycle; return the changes of its shear force and of forces on it."""
+        moved, sides = np.zeros((2, 3)), (np.zeros(1, np.int32), np.ones(1, np.int32))
+        none, free = np.zeros((2, 3)), (np.zeros(0, np.int32), np.zeros((0, 3, 3)))
+        shears, forces = [], []
+        for u, v in movements:
+            velocity = np.array([[u, v, 0.0], [0.0, 0.0, 0.0]])
+            before = np.array([[1.0, 1.0, 1.0], [0.0, 0.0, 0.0]])
+            moved += velocity
+            given = self.frame, self.spring, self.tension, self.stuck, none, none, before, *free, 0.0
+            push = np.zeros((2, 3))
+            shears.append(float(relax_cycles(np.zeros(1), *sides, *given, push, moved.copy())[0]))
+            forces.append(push[0])
+        return np.array(shears), np.array(forces)
+
+
+def test_slip_is_kept_in_every_cycle():
+    """Half the way there and half of it back: a contact that slipped 0.3 m unloads from its strength at once."""
+    contact = DrivenContact(pressure=5.0, strength=2.0)
+    shears, _ = contact.drive((0.1, 0.0), (0.4, 0.0), (-0.1, 0.0), (-0.4, 0.0))
+    assert_allclose(np.abs(shears), [1.0, 2.0, 1.0, 2.0], rtol=1e-6)
+    assert_allclose(np.sign(shears), np.sign(shears[0]) * np.array([1, 1, 1, -1]))
+
+
+def test_a_contact_pushes_as_far_as_it_is_closed_and_pulls_until_it_breaks():
+    contact = DrivenContact(pressure=1.0, strength=0.0, tension=2.0)
+    _, forces = contact.drive((0.0, 0.2), (0.0, 0.2), (0.0, -0.3), (0.0, -0.2))
+    assert_allclose(forces[:, 1], [-2.0, -1.0, -1.0, 1.0], atol=1e-6)  # of 1 N/m at first: -1, gone, gone, 2
+
+
 def test_what_broke_stays_broken():
     """A block glued to a ceiling: it hangs, or its glue fails under the weight and it falls."""
     ceiling = bsm.Blocks.from_polygons([[(0, 1), (4, 1), (4, 2), (0, 2)], [(1, 0), (2, 0), (2, 1), (1, 1)]], rock="r")
@@ -150,6 +201,17 @@ def test_cohesion_that_failed_is_gone():
         law = bsm.MohrCoulomb(friction=25, cohesion=part * holds)
         rest = relax(begun(block_on_a_base(30.0, law=law)), 1e-6)
         assert (rest is not None and rest.balance_at(rest.start).greatest < 1e-6) is rests
+
+
+def test_cohesion_is_gone_where_blocks_slipped():
+    model = benchmarks.leaning_slope(300, friction=30.0).model()
+    law = bsm.MohrCoulomb(friction=30, cohesion=1e3)
+    rest = relax(begun(model.replace(joints=(replace(model.joints[0], law=law),))), 1e-6)
+    contacts, at = rest.contacts, rest.evaluate(rest.start)
+    slid = np.abs(at.along - contacts.first_along) > 5 * np.abs(at.shear) / contacts.shear_stiffness + 1e-6
+    assert (slid & at.bearing).sum() > 20
+    assert contacts.failed[slid & at.bearing].all()
+    assert not contacts.failed[at.bearing].all()
 
 
 def test_cycles_bear_less_mass_than_they_are_given(monkeypatch):
