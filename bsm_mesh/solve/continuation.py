@@ -8,8 +8,8 @@ The step, numbered as in the loop:
 
 1. contacts near the accepted position, with their history;
 2. the step's equations, at the start with the least lam first: by Newton's method, and where too many contacts
-   change for it, along a path of smoothed laws; while blocks move, by the interior point method, in the end with the
-   shear strengths held;
+   change for it, along a path of smoothed laws, or by dynamic relaxation where that is slow; while blocks move, by the
+   interior point method, in the end with the shear strengths held;
 3. a step that is not solved or moves too far is taken again with a greater lam;
 4. accepted: history and bolts are committed; lam is adapted to the movement;
 5. verdict.
@@ -165,18 +165,22 @@ class Continuation:
     def _first(self, gather: Callable[[], MovingContacts], position: FloatArray) -> _Taken | None:
         """Return the first step with the least lam, or None where it is not solved; (2).
 
+        Where a path is slow, or nothing else leads to rest, blocks come to it by damped motion, or the path goes on.
+
         Its contacts are updated on the way. So nobody else keeps those that it began with: of a million blocks they
         would take 1 GB, and are gathered again in a second.
         """
         tolerance, excavated = self.options.tolerance, not self.begin.intact
         step, found = first_step(self._start(gather, position), tolerance, excavated=excavated, patient=False)
-        slow = found.slow
         if not found.converged and not excavated:
-            relaxed = relaxed_step(self._start(gather, position), tolerance)
-            if relaxed is not None:
-                step, found = relaxed
-            elif slow:
-                step, found = first_step(self._start(gather, position), tolerance, excavated=excavated)
+            slow = found.slow
+            del step, found
+            again = relaxed_step(self._start(gather, position), tolerance)
+            if again is None and slow:
+                again = first_step(self._start(gather, position), tolerance, excavated=excavated)
+            if again is None:
+                return None
+            step, found = again
         return _Taken(found, step) if self._holds(found, step) else None
 
     def _start(self, gather: Callable[[], MovingContacts], position: FloatArray) -> Step:

@@ -4,7 +4,7 @@ Newton's method with the contacts as they are at the start; where too many of th
 smoothed laws. Contacts change with the movement: corners pass edges' ends, shared lengths grow and shrink. So they are
 updated to where that led, and the same is done again from there, until an update changes nothing any more. Where blocks
 settle by more than a step length the path is not followed to its end with contacts that are not theirs: each of them
-leads a part of the way.
+leads a part of the way. Where it is slow, dynamic relaxation leads to where the step begins anew.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
-from bsm_mesh.solve.path_following import FEW_LEFT, Path, fitting_smoothing
+from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
 from bsm_mesh.solve.relaxation import relax
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import SCATTERED, Step
@@ -116,8 +116,8 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, pati
         return from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
     weight = step.moving.weight(step.evaluate(elastic))
     rough = ROUGH if step.movement(elastic - step.start) > step.moving.d else 0.0
-    path = Path(step, step.start, typical_smoothing(contacts, elastic, weight))
-    return _along(path, tolerance, rough, patient=patient)
+    smoothing = typical_smoothing(contacts, elastic, weight)
+    return _along_path(step, step.start, smoothing, tolerance, rough, patient=patient)
 
 
 def solve_updated(
@@ -144,13 +144,15 @@ def solve_updated(
         left = here if here.norm < left.norm else left
     rough = min(SCATTERED, ROUGHER * left.norm / (left.weight * float(np.sqrt(len(position)))))
     rough = rough if rough > LEAST_ROUGH else 0.0
-    path = Path(step, left.position, fitting_smoothing(step, left.position))
-    return _along(path, tolerance, rough, patient=patient)
+    smoothing = fitting_smoothing(step, left.position)
+    return _along_path(step, left.position, smoothing, tolerance, rough, patient=patient)
 
 
-def _along(path: Path, tolerance: float, rough: float, *, patient: bool) -> Found:
-    """Return what is found along a path, and from its end."""
-    step, found = path.step, path.follow(tolerance, rough=rough, patient=patient)
+def _along_path(
+    step: Step, position: FloatArray, smoothing: float, tolerance: float, rough: float, *, patient: bool
+) -> Found:
+    """Return what is found along the path that begins at a position with a smoothing [N], and from its end."""
+    found = follow_path(step, position, smoothing, tolerance, rough=rough, patient=patient)
     end = step.balance_at(found.position)
     if found.converged or found.slow or end.greatest > NEARLY or step.is_scattered(end, rough):
         return found

@@ -31,7 +31,7 @@ NEAR, NEAREST = 0.1, 0.02  # and with less, longer steps are tried
 HALVINGS, MOST_HALVINGS = 4, 8  # of a correction that shrinks the smoothing, and of one that only returns to the path
 SLOW, SLOWLY = 0.5, 0.7  # an iteration is slow if less of its correction holds, or more of the smoothing is left;
 MOST_SLOW, FEW_LEFT = 4, 0.1  # so many in a row, and less of a weight (root mean square) left: the path is held up
-PATIENCE = 3  # and with more left: it has become slow
+PATIENCE = 3  # so many, and more left: a path that was quick has become slow
 POOR = 0.1  # of a correction: where less holds the path is lost
 RAISED, MOST_RAISED = 4.0, 4  # by what the smoothing grows then, and how often
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
@@ -59,7 +59,15 @@ def fitting_smoothing(step: Step, position: FloatArray) -> float:
     return RAISED * smoothing
 
 
-def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, *, rough: float = 0.0) -> Found:
+def follow_path(
+    step: Step,
+    position: FloatArray,
+    smoothing: float,
+    tolerance: float,
+    *,
+    rough: float = 0.0,
+    patient: bool = True,
+) -> Found:
     """Return the solution at the path's end by Newton's method, or how near to it the path led.
 
     Where few blocks hold up all others near the end, it is theirs: their contacts may have passed a corner on the way,
@@ -77,8 +85,25 @@ def follow_path(step: Step, position: FloatArray, smoothing: float, tolerance: f
         Greatest force out of balance by the exact laws, over the reference weight.
     rough : float
         Root mean square out of balance, of a weight, to which the path is followed if not to its end.
+    patient : bool
+        Go on where it has become slow.
     """
-    return Path(step, position, smoothing).follow(tolerance, rough=rough)
+    path, goal = _Path(step, position, smoothing), NEAR_END
+    for _ in range(MOST_ITERATIONS):
+        if path.is_held_up or step.is_scattered(path.exact, rough):
+            break
+        if path.is_slow and not patient:
+            return Found(path.exact.position, path.exact.at, converged=False, slow=True)
+        if path.exact.greatest < goal:
+            contacts = step.contacts
+            found = newton(step, path.here.position, tolerance, contraction=CONTRACTION)
+            if found.converged:
+                return found
+            step.contacts = contacts
+            goal = CLOSER * path.exact.greatest
+        if not path.advance() or path.is_far:
+            return Found(position, step.evaluate(position), converged=False)
+    return Found(path.exact.position, path.exact.at, converged=False)
 
 
 class _Trial(NamedTuple):
@@ -92,8 +117,8 @@ class _Trial(NamedTuple):
     exact: Balance
 
 
-class Path:
-    """Where the path has come to; parameters as `follow_path` takes them.
+class _Path:
+    """Where the path has come to.
 
     Attributes
     ----------
@@ -107,25 +132,6 @@ class Path:
         self.here, self.exact = self._smoothed.balance_at(position), step.balance_at(position)
         self._wanted, self._least, self._raised, self._slow = FIRST, LEAST, 0, 0
         self._was_quick = False
-        self._begin, self._goal, self._left = position, NEAR_END, MOST_ITERATIONS
-
-    def follow(self, tolerance: float, *, rough: float = 0.0, patient: bool = True) -> Found:
-        """Go on along the path as `follow_path` does; who is not `patient` stops where it has become slow."""
-        step = self.step
-        while self._left and not (self.is_held_up or step.is_scattered(self.exact, rough)):
-            if self.is_slow and not patient:
-                return Found(self.exact.position, self.exact.at, converged=False, slow=True)
-            if self.exact.greatest < self._goal:
-                contacts = step.contacts
-                found = newton(step, self.here.position, tolerance, contraction=CONTRACTION)
-                if found.converged:
-                    return found
-                step.contacts = contacts
-                self._goal = CLOSER * self.exact.greatest
-            self._left -= 1
-            if not self.advance() or self.is_far:
-                return Found(self._begin, step.evaluate(self._begin), converged=False)
-        return Found(self.exact.position, self.exact.at, converged=False)
 
     @property
     def is_far(self) -> bool:

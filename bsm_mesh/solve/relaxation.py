@@ -7,8 +7,8 @@ a ramp, in explicit cycles of unit time with masses as small as stability allows
 the force against the velocity (Cundall 1987), which takes no force from what stands still. There is nothing to choose:
 time means nothing, and slowly brought on the loads lead where small steps of statics would.
 
-A cycle costs a hundredth of a factorization. Waves cross the model in about as many cycles as it has blocks across, so
-that cycles are counted in those: a model of n blocks has the square root of n.
+A cycle costs some thousandths of a factorization. Waves cross the model in about as many cycles as it has blocks
+across, so that cycles are counted in those: a model of n blocks has the square root of n.
 """
 
 from __future__ import annotations
@@ -30,11 +30,7 @@ DAMPING = 0.5  # of the force out of balance, against the velocity
 RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
 WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
 REFRESHED, LEAST_CYCLES = 1.0, 100  # the same: cycles after which contacts are worked out again; and the least
-CALM = (
-    3e-2,
-    1e-3,
-    1e-5,
-)  # of a weight: root mean square out of balance at which contacts are looked for again; the end
+CALM = (3e-2, 1e-3, 1e-5)  # of a weight, root mean square: contacts are looked for again at each; with the last it ends
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
 MOST_SEARCHES = 12
