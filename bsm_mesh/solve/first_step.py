@@ -135,7 +135,7 @@ def solve_updated(
     the way.
     """
     left = step.balance_at(position)
-    if excavated or (was_solved and step.is_scattered(left)):
+    if excavated or was_solved:
         contacts = step.contacts
         found = softened_newton(step, position, tolerance)
         if found.converged or excavated:
