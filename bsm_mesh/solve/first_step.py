@@ -93,7 +93,10 @@ def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
     found = softened_newton(relaxed, relaxed.start, inner)
     if found.converged:
         return relaxed, _polished(relaxed, found)
-    if not relaxed.balance_at(found.position).norm < left.norm:
+    here = relaxed.balance_at(found.position)
+    if not (here.norm < left.norm and relaxed.is_scattered(here)):
+        if not relaxed.is_scattered(left):  # supports that move on from there
+            return None
         relaxed.contacts, found = contacts, Found(relaxed.start, left.at, converged=False)
     return relaxed, replace(found, converged=True)
 

@@ -111,7 +111,8 @@ class Relaxation:
 
     def accepted(self) -> Step:
         """Return the step that begins here."""
-        self.search()
+        if self._searched is not self.balance.position:
+            self.search()
         step = self._step
         return Step(step.moving, step.factors, step.contacts, self.balance.position, step.lam)
 
@@ -188,8 +189,7 @@ class Relaxation:
 
 def _within_reach(contacts: MovingContacts, at: Evaluation, distance: float) -> IntArray:
     """Return the contacts (k,) that bear, and those that would if blocks came nearer by a distance [m]."""
-    reach = np.where(contacts.touching, contacts.reach, 0.0)
-    over = (at.along >= -reach) & (at.along <= contacts.candidates.edge_length + reach)
+    over = (at.along >= -contacts.reach) & (at.along <= contacts.candidates.edge_length + contacts.reach)
     gap = at.gap - contacts.offset
     closes = over & (gap >= 0) & (contacts.touching | (gap <= distance))
     return np.flatnonzero(at.bearing | closes)
