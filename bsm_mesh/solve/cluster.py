@@ -104,6 +104,7 @@ class ClusterPardiso(Pardiso):
     def __init__(self, pattern: BlockPattern, threads: int = 0) -> None:
         super().__init__(pattern, threads)  # without an order: where one is given this solver returns nonsense
         self._number, self._threads = next(self._numbers), threads
+        self._parameters[[1, 33]] = 3, 0  # nested dissection on all threads; sums in whatever order they end
 
     def _load(self) -> ctypes.CDLL:
         if _communicator().size > 1 and not _helped:

@@ -19,6 +19,7 @@ from bsm_mesh.solve.pattern import BlockPattern
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
 WORTH_THREADS, WORTH_SOLVING = 5000, 30_000  # blocks: below, threads wait more than they work
+SHARES = 8  # into which a factorization is divided, whatever the number of threads: so that it changes no digit
 
 
 def find_library(package: str, *stems: str) -> str | None:
@@ -83,6 +84,8 @@ class Pardiso:
         self._parameters[4] = order is not None  # or the order given
         self._parameters[24] = pattern.rows < WORTH_SOLVING  # one thread solves
         self._parameters[27] = single
+        if not pattern.symmetric:  # of corrections, on every digit of which the way of Newton's method depends
+            self._parameters[[1, 33]] = 2, SHARES  # on one thread METIS gives the same order every time
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
