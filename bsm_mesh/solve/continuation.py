@@ -8,8 +8,8 @@ The step, numbered as in the loop:
 
 1. contacts near the accepted position, with their history;
 2. the step's equations, at the start with the least lam first: by Newton's method, and where too many contacts
-   change for it, along a path of smoothed laws, or by dynamic relaxation where that is slow; while blocks move, by the
-   interior point method, in the end with the shear strengths held;
+   change for it, along a path of smoothed laws, or by dynamic relaxation where that is slow; near rest by few cycles of
+   it as well; while blocks move, by the interior point method, in the end with the shear strengths held;
 3. a step that is not solved or moves too far is taken again with a greater lam;
 4. accepted: history and bolts are committed; lam is adapted to the movement;
 5. verdict.

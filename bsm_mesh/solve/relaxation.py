@@ -24,9 +24,10 @@ from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.history import commit
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, strength_of
+from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.step import Step
 
-DAMPING = 0.5  # of the force out of balance, against the velocity
+DAMPING, CALMING = 0.5, 0.95  # of the force out of balance, against the velocity: on the way, and near rest
 RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
 WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
 REFRESHED, LEAST_CYCLES = 1.0, 100  # the same: cycles after which contacts are worked out again; and the least
@@ -34,6 +35,7 @@ CALM = (3e-2, 1e-3, 1e-5)  # of a weight, root mean square: contacts are looked 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
 MOST_SEARCHES = 12
+CALMED, CALMED_EVERY = 2.0, 0.25  # times the blocks across: cycles that calm what is nearly at rest, judged after each
 
 
 def relax(step: Step, tolerance: float) -> Step | None:
@@ -53,7 +55,7 @@ def relax(step: Step, tolerance: float) -> Step | None:
         return None
     across = float(np.sqrt(len(step.start)))
     ramp, window, at_once = int(RAMP * across), int(WINDOW * across), max(LEAST_CYCLES, int(REFRESHED * across))
-    relaxation, calm = Relaxation(step, ramp), list(CALM)
+    relaxation, calm = Relaxation(step, ramp, DAMPING), list(CALM)
     before, until = np.inf, ramp + window
     while calm and relaxation.searches < MOST_SEARCHES:
         relaxation.go_on(at_once)
@@ -71,6 +73,25 @@ def relax(step: Step, tolerance: float) -> Step | None:
     return relaxation.accepted() if step.is_scattered(relaxation.balance) else None
 
 
+def calm(step: Step, tolerance: float) -> Found | None:
+    """Return where blocks nearly at rest come to rest to a tolerance, in a few cycles; None where they do not.
+
+    Where thousands of contacts are at their strength, Newton's method lets some stick and others slide with every
+    correction, and none is the last. The step keeps what slipped and broke on the way.
+    """
+    if len(step.moving.bolts.alive) or step.driven:
+        return None
+    across = float(np.sqrt(len(step.start)))
+    relaxation = Relaxation(step, ramp=1, damping=CALMING)
+    while relaxation.done < CALMED * across:
+        relaxation.go_on(max(1, int(CALMED_EVERY * across)))
+        balance = relaxation.balance
+        if balance.greatest < tolerance:
+            step.contacts = relaxation.contacts
+            return Found(balance.position, balance.at, converged=True)
+    return None
+
+
 class Relaxation:
     """Blocks in damped motion.
 
@@ -80,6 +101,8 @@ class Relaxation:
         The equations where it begins.
     ramp : int
         Cycles in which what is out of balance there is brought on.
+    damping : float
+        Part of the force out of balance that acts against the velocity.
 
     Attributes
     ----------
@@ -91,13 +114,18 @@ class Relaxation:
         How often contacts were looked for again.
     """
 
-    def __init__(self, step: Step, ramp: int) -> None:
-        self._step, self._ramp, self._searched = copy(step), ramp, step.start
+    def __init__(self, step: Step, ramp: int, damping: float) -> None:
+        self._step, self._ramp, self._damping, self._searched = copy(step), ramp, damping, step.start
         self.done, self.searches = 0, 0
         self.balance = step.balance_at(step.start)
         self._missing = self.balance.forces
         self._velocity = np.zeros_like(step.start)
         self._least_mass = np.zeros_like(step.start)
+
+    @property
+    def contacts(self) -> MovingContacts:
+        """The contacts, with what slipped and broke so far."""
+        return self._step.contacts
 
     @property
     def passed(self) -> float:
@@ -145,7 +173,7 @@ class Relaxation:
             1 / mass,
             step.supports.block,
             _projectors(step.supports, mass),
-            DAMPING,
+            self._damping,
             self._velocity,
             moved,
         )
@@ -175,7 +203,7 @@ class Relaxation:
         Of contacts it is at most four times the sum of theirs: the square of a difference of two movements, each of a
         translation and a turn. No mass is less than when cycles began, nor that of a block that touches none.
         """
-        n, stiffness = len(self._velocity), (1 + DAMPING) * spring[:, :2].max(axis=1).astype(float)
+        n, stiffness = len(self._velocity), (1 + self._damping) * spring[:, :2].max(axis=1).astype(float)
         mass = np.zeros((n, 3))
         for block, arm in ((block_a, arms[:, 0]), (block_b, arms[:, 1])):
             mass[:, 0] += np.bincount(block, weights=stiffness, minlength=n)

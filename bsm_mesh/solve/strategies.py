@@ -12,6 +12,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
+from bsm_mesh.solve.relaxation import calm
 from bsm_mesh.solve.step import Step
 
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
@@ -119,6 +120,9 @@ class MovingSteps:
             if found.converged:
                 return found
             step.contacts = contacts
+            calmed = calm(step, inner) if near_rest else None
+            if calmed is not None:
+                return calmed
             if near_rest and failures:
                 found = _with_friction_held(step, step.anchor, inner)
                 if found.converged:

@@ -13,7 +13,7 @@ from bsm_mesh.solve import continuation, first_step, path_following, relaxation
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.history import History
 from bsm_mesh.solve.newton import Found, newton
-from bsm_mesh.solve.relaxation import Relaxation, relax
+from bsm_mesh.solve.relaxation import Relaxation, calm, relax
 from bsm_mesh.solve.step import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
@@ -225,10 +225,39 @@ def test_cycles_bear_less_mass_than_they_are_given(monkeypatch):
     assert relax(begun(model), 1e-6) is None
 
 
+def nearly_at_rest() -> Step:
+    """Return a step of a slope in which hundreds of contacts slide, blocks a little off where they rest."""
+    rest = relax(begun(benchmarks.leaning_slope(1000, friction=32.0).model()), 5e-7)
+    off = 1e-3 * WEIGHT / STIFFNESS * np.random.default_rng(1).normal(size=rest.start.shape)
+    off[rest.supports.block] = 0.0
+    return Step(rest.moving, rest.factors, rest.contacts, rest.start + off, rest.lam)
+
+
+def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
+    step = nearly_at_rest()
+    before, contacts = step.balance_at(step.start), step.contacts
+    found = calm(step, 0.1 * before.greatest)
+    assert found.converged
+    assert step.balance_at(found.position).greatest < 0.1 * before.greatest
+    assert step.contacts is not contacts  # with what slipped on the way
+    assert step.contacts.candidates is contacts.candidates
+    at = step.evaluate(found.position)
+    assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
+
+
+def test_what_does_not_is_left_as_it_is():
+    step = nearly_at_rest()
+    contacts = step.contacts
+    assert calm(step, 1e-15) is None
+    assert step.contacts is contacts
+
+
 def test_with_bolts_it_does_not_begin():
     model = block_on_a_base(20.0)
     bolt = bsm.Bolt(start=(1.5, 1.8), end=(1.5, 0.2), diameter=0.025)
-    assert relax(begun(model.replace(bolts=(bolt,))), 1e-6) is None
+    step = begun(model.replace(bolts=(bolt,)))
+    assert relax(step, 1e-6) is None
+    assert calm(step, 1e9) is None
 
 
 def test_a_slow_path_is_left_for_it_and_followed_on_where_blocks_do_not_come_to_rest(monkeypatch):

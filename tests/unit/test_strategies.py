@@ -284,6 +284,21 @@ def test_newtons_method_is_given_time_from_zero_stress_only(monkeypatch, stresse
     assert given == [strategies.SHRINKING if stressed else strategies.WORTHWHILE]
 
 
+@pytest.mark.parametrize(("inner", "is_calmed"), [(1e-4, True), (1e-2, False)])
+def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch, inner, is_calmed):
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, 1 / run.moving.d)
+
+    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
+        return Found(position, step.evaluate(position), converged=False)
+
+    calmed = Found(step.start, step.evaluate(step.start), converged=True)
+    monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "calm", lambda *_: calmed)
+    assert (strategies.MovingSteps().solve(step, inner, from_rest=False, failures=1) is calmed) is is_calmed
+
+
 @pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
 def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
     run = block_on_a_base()
@@ -299,6 +314,7 @@ def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, 
         return Found(position, step.evaluate(position), converged=True)
 
     monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "calm", lambda *_: None)
     monkeypatch.setattr(strategies, "_with_friction_held", holds)
     strategies.MovingSteps().solve(step, inner, from_rest=False, failures=failures)
     assert bool(held) is is_held
