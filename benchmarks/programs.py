@@ -53,7 +53,7 @@ def run_bsm(build: Build, n: int, given: Namespace, k0: float | None = None) -> 
         "residual": check.block_residual,
         "drift": stage.max_displacement,
         "steps": sum(len(stage.steps) for stage in results.stages),
-        "factorizations": split.factorizations,
+        "factorizations": sum(step.factorizations for stage in results.stages for step in stage.steps),
         "seconds": split.total,
         "processor": split.processor,
         "parts": split.seconds,

@@ -24,7 +24,7 @@ from bsm_mesh.solve.step import SCATTERED, Step
 from bsm_mesh.solve.strategies import NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
 
 MOST_UPDATES = 6  # of the contacts
-FIRST_TOLERANCE = 1e-3  # before they are updated
+FIRST_TOLERANCE, FIRST_SCATTERED = 1e-3, 1e-3  # before they are updated: greatest force, or root mean square
 UPDATED = 0.03  # of the forces out of balance after an update: the next one leaves about as much
 CONFIRMED = 0.99  # of the tolerance: with less out of balance, a step has only to confirm it
 ROUGH = 0.5  # of a weight: root mean square out of balance to which a path is followed before the first update,
@@ -111,7 +111,9 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, pati
     step.make_room(elastic)
     contacts = step.contacts
     from_nothing = not (contacts.candidates.history >= 0).any()  # no stress before: no path to keep to
-    found = softened_newton(step, elastic, tolerance, shrinking=WORTHWHILE if from_nothing else SHRINKING)
+    shrinking = WORTHWHILE if from_nothing else SHRINKING
+    scattered = FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0
+    found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered)
     if found.converged:
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next

@@ -21,7 +21,8 @@ from bsm_mesh.solve.step import Balance, Step, moved_by
 
 FLAGGED = 3e-3  # of the greatest force out of balance: blocks above this are solved on their own
 RINGS = 5  # of blocks around them that move with them
-MOST_BLOCKS = 0.25  # of all blocks: beyond, solving them apart saves nothing
+MOST_BLOCKS = 0.25  # of all blocks: beyond, solving them apart saves nothing;
+RAISED = 3.0  # times the force above which blocks are flagged, until they are fewer
 MOST_ITERATIONS = 12
 GAIN = 0.1  # the clusters' forces out of balance are shrunk to this part of what flags a block
 ENOUGH = 0.1  # of their greatest force out of balance: with more left, the interior point method is tried
@@ -37,6 +38,7 @@ def relax_locally(
     rings: int = RINGS,
     worse: float = WORSE,
     flagged: float = FLAGGED,
+    fewer: bool = False,
 ) -> FloatArray:
     """Return a position at which the blocks worst out of balance are relaxed; the same one where that does not help.
 
@@ -56,13 +58,19 @@ def relax_locally(
         By how much the 2-norm may grow: around what slides far it grows until all blocks have followed.
     flagged : float
         Of the greatest force out of balance: blocks above this are the worst.
+    fewer : bool
+        Where those are too many, the worst of them.
     """
     sizes, weight = _out_of_balance(step, position)
     threshold = max(flagged * sizes.max(), min(3 * tolerance, sizes.max() / 3))
-    if (sizes > threshold).sum() > MOST_BLOCKS * len(sizes):
+    most = MOST_BLOCKS * len(sizes)
+    if not fewer and (sizes > threshold).sum() > most:
         return position
     worst = _grown(step.pattern, sizes > threshold, step.moving.driven, rings)
-    if not worst.any() or worst.sum() > MOST_BLOCKS * len(worst):
+    while fewer and worst.sum() > most and RAISED * threshold < sizes.max():
+        threshold *= RAISED
+        worst = _grown(step.pattern, sizes > threshold, step.moving.driven, rings)
+    if not worst.any() or worst.sum() > most:
         return position
     local = LocalStep(step, worst, position)
     try:

@@ -21,6 +21,7 @@ MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of 
 NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may serve all blocks
 NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
+FEW = 0.15  # of the greatest force: root mean square out of balance of which few blocks are the cause
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
@@ -34,12 +35,20 @@ HAND_OVER = 1e-2  # residual by the exact laws at which the interior point metho
 
 
 def softened_newton(
-    step: Step, position: FloatArray, tolerance: float, *, inside: bool = False, shrinking: float = SHRINKING
+    step: Step,
+    position: FloatArray,
+    tolerance: float,
+    *,
+    inside: bool = False,
+    shrinking: float = SHRINKING,
+    scattered: float = 0.0,
 ) -> Found:
     """Return where Newton's method with softened tangents ends, before and after each of them settled (`_settled`).
 
     `inside`: the worst blocks by the interior point method too, which may take them to an equilibrium farther away.
     `shrinking`: the part to which two factorizations must shrink the 2-norm while blocks are far out of balance.
+    `scattered`: root mean square out of balance, of a weight, with which it ends though few blocks lack more than the
+    tolerance.
     """
     position = _settled(step, position, tolerance, inside=inside)
     norms = [np.inf, step.balance_at(position).norm]
@@ -51,6 +60,8 @@ def softened_newton(
             break
         position = _settled(step, found.position, tolerance, inside=inside)
         here = step.balance_at(position)
+        if step.is_scattered(here, scattered):
+            return Found(position, here.at, converged=True)
         norms.append(here.norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
             norms = [np.inf, norms[-1]]
@@ -71,8 +82,10 @@ def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool
         if here.greatest < tolerance:
             break
         near, contacts = here.greatest < NEARLY and step.factors.ready, step.contacts
-        worse = SPREAD if near else WORSE
-        relaxed = relax_locally(step, here.position, tolerance, inside=inside or near, rings=rings, worse=worse)
+        worse, fewer = SPREAD if near else WORSE, step.is_scattered(here, min(NEARLY, FEW * here.greatest))
+        relaxed = relax_locally(
+            step, here.position, tolerance, inside=inside or near, rings=rings, worse=worse, fewer=fewer
+        )
         if step.factors.ready and (relaxed is not here.position or here.greatest < NEAR_BALANCE):
             relaxed = chord_method(step, relaxed, tolerance)
         there = step.balance_at(relaxed)
