@@ -13,7 +13,7 @@ from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.relaxation import calm
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.step import SCATTERED, Balance, Step
 
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
 MOST_SOFTENED = 30  # of them at most
@@ -82,9 +82,15 @@ def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool
         if here.greatest < tolerance:
             break
         near, contacts = here.greatest < NEARLY and step.factors.ready, step.contacts
-        worse, fewer = SPREAD if near else WORSE, step.is_scattered(here, min(NEARLY, FEW * here.greatest))
+        worse = SPREAD if near else WORSE
         relaxed = relax_locally(
-            step, here.position, tolerance, inside=inside or near, rings=rings, worse=worse, fewer=fewer
+            step,
+            here.position,
+            tolerance,
+            inside=inside or near,
+            rings=rings,
+            worse=worse,
+            fewer=_is_of_few(step, here),
         )
         if step.factors.ready and (relaxed is not here.position or here.greatest < NEAR_BALANCE):
             relaxed = chord_method(step, relaxed, tolerance)
@@ -98,6 +104,11 @@ def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool
             break
         rings = 2 * rings if gained > STUCK else rings
     return here.position
+
+
+def _is_of_few(step: Step, here: Balance) -> bool:
+    """Return whether few blocks are the cause of what is out of balance."""
+    return step.is_scattered(here, max(SCATTERED, min(NEARLY, FEW * here.greatest)))
 
 
 class MovingSteps:
