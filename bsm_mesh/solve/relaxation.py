@@ -73,8 +73,8 @@ def relax(step: Step, tolerance: float) -> Step | None:
     return relaxation.accepted() if step.is_scattered(relaxation.balance) else None
 
 
-def calm(step: Step, tolerance: float) -> Found | None:
-    """Return where blocks nearly at rest come to rest to a tolerance, in a few cycles; None where they do not.
+def calm(step: Step, position: FloatArray, tolerance: float) -> Found | None:
+    """Return where blocks nearly at rest at a position (n, 3) come to rest to a tolerance; None if not in few cycles.
 
     Where thousands of contacts are at their strength, Newton's method lets some stick and others slide with every
     correction, and none is the last. The step keeps what slipped and broke on the way.
@@ -82,7 +82,7 @@ def calm(step: Step, tolerance: float) -> Found | None:
     if len(step.moving.bolts.alive) or step.driven:
         return None
     across = float(np.sqrt(len(step.start)))
-    relaxation = Relaxation(step, ramp=1, damping=CALMING)
+    relaxation = Relaxation(step, 1, CALMING, position)
     while relaxation.done < CALMED * across:
         relaxation.go_on(max(1, int(CALMED_EVERY * across)))
         balance = relaxation.balance
@@ -103,6 +103,8 @@ class Relaxation:
         Cycles in which what is out of balance there is brought on.
     damping : float
         Part of the force out of balance that acts against the velocity.
+    position : (n, 3) float64, optional
+        Where it begins instead of at the step's start.
 
     Attributes
     ----------
@@ -114,10 +116,11 @@ class Relaxation:
         How often contacts were looked for again.
     """
 
-    def __init__(self, step: Step, ramp: int, damping: float) -> None:
-        self._step, self._ramp, self._damping, self._searched = copy(step), ramp, damping, step.start
+    def __init__(self, step: Step, ramp: int, damping: float, position: FloatArray | None = None) -> None:
+        self._step, self._ramp, self._damping = copy(step), ramp, damping
+        self._searched = step.start if position is None else position
         self.done, self.searches = 0, 0
-        self.balance = step.balance_at(step.start)
+        self.balance = step.balance_at(self._searched)
         self._missing = self.balance.forces
         self._velocity = np.zeros_like(step.start)
         self._least_mass = np.zeros_like(step.start)

@@ -11,6 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
+from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.relaxation import calm
 from bsm_mesh.solve.step import SCATTERED, Balance, Step
@@ -30,6 +31,7 @@ MOST_POLISHING = 3  # iterations of Newton's method after the interior point met
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
 CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
+CALM = 1.9  # of a step's tolerance, at least half of what counts as rest: what explicit cycles may leave
 NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 
@@ -143,10 +145,10 @@ class MovingSteps:
             found = softened_newton(step, step.start, inner, inside=True)
             if found.converged:
                 return found
-            step.contacts = contacts
-            calmed = calm(step, inner) if near_rest else None
+            calmed = _calmed(step, found.position, contacts, inner) if near_rest else None
             if calmed is not None:
                 return calmed
+            step.contacts = contacts
             if near_rest and failures:
                 found = _with_friction_held(step, step.anchor, inner)
                 if found.converged:
@@ -167,6 +169,19 @@ class MovingSteps:
             self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
         self._wait -= 1
         return _with_friction_held(step, step.anchor, inner)
+
+
+def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float) -> Found | None:
+    """Return where few cycles lead from a position if less is out of balance there, or from the start, or None.
+
+    `contacts`: those that the start has.
+    """
+    if step.balance_at(position).greatest < step.balance_at(step.start).greatest:
+        found = calm(step, position, CALM * inner)
+        if found is not None:
+            return found
+    step.contacts = contacts
+    return calm(step, step.start, CALM * inner)
 
 
 def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found:

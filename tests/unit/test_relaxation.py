@@ -236,7 +236,7 @@ def nearly_at_rest() -> Step:
 def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
     step = nearly_at_rest()
     before, contacts = step.balance_at(step.start), step.contacts
-    found = calm(step, 0.1 * before.greatest)
+    found = calm(step, step.start, 0.1 * before.greatest)
     assert found.converged
     assert step.balance_at(found.position).greatest < 0.1 * before.greatest
     assert step.contacts is not contacts  # with what slipped on the way
@@ -245,10 +245,21 @@ def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
     assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
 
 
+def test_cycles_begin_where_they_are_told_to():
+    step = nearly_at_rest()
+    there = calm(step, step.start, 0.1 * step.balance_at(step.start).greatest).position
+    again = nearly_at_rest()
+    goal = 0.5 * again.balance_at(there).greatest
+    found = calm(again, there, goal)
+    assert again.balance_at(found.position).greatest < goal
+    moved = [np.abs(found.position - position).max() for position in (there, again.start)]
+    assert moved[0] < 0.5 * moved[1]
+
+
 def test_what_does_not_is_left_as_it_is():
     step = nearly_at_rest()
     contacts = step.contacts
-    assert calm(step, 1e-15) is None
+    assert calm(step, step.start, 1e-15) is None
     assert step.contacts is contacts
 
 
@@ -257,7 +268,7 @@ def test_with_bolts_it_does_not_begin():
     bolt = bsm.Bolt(start=(1.5, 1.8), end=(1.5, 0.2), diameter=0.025)
     step = begun(model.replace(bolts=(bolt,)))
     assert relax(step, 1e-6) is None
-    assert calm(step, 1e9) is None
+    assert calm(step, step.start, 1e9) is None
 
 
 def test_a_slow_path_is_left_for_it_and_followed_on_where_blocks_do_not_come_to_rest(monkeypatch):

@@ -299,6 +299,17 @@ def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch,
     assert (strategies.MovingSteps().solve(step, inner, from_rest=False, failures=1) is calmed) is is_calmed
 
 
+@pytest.mark.parametrize(("moved", "begins"), [(1e-9, ["there", "start"]), (1.0, ["start"])])
+def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monkeypatch, moved, begins):
+    run = block_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    step = Step(run.moving, run.factors, contacts, run.moving.start, 1 / run.moving.d)
+    there, asked = step.start - np.array([0.0, moved, 0.0]), []
+    monkeypatch.setattr(strategies, "calm", lambda _, position, inner: asked.append(position))
+    assert strategies._calmed(step, there, contacts, 1e-6) is None
+    assert ["start" if position is step.start else "there" for position in asked] == begins
+
+
 @pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
 def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
     run = block_on_a_base()
