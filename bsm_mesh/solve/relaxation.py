@@ -31,7 +31,11 @@ DAMPING, CALMING = 0.5, 0.95  # of the force out of balance, against the velocit
 RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
 WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
 REFRESHED, LEAST_CYCLES = 1.0, 100  # the same: cycles after which contacts are worked out again; and the least
-CALM = (3e-2, 1e-3, 1e-5)  # of a weight, root mean square: contacts are looked for again at each; with the last it ends
+REFINED = (
+    3e-2,
+    1e-3,
+    1e-5,
+)  # root mean square [weights] at which contacts are looked for again; with the last it ends
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
 MOST_SEARCHES = 12
@@ -55,19 +59,19 @@ def relax(step: Step, tolerance: float) -> Step | None:
         return None
     across = float(np.sqrt(len(step.start)))
     ramp, window, at_once = int(RAMP * across), int(WINDOW * across), max(LEAST_CYCLES, int(REFRESHED * across))
-    relaxation, calm = Relaxation(step, ramp, DAMPING), list(CALM)
+    relaxation, refined = Relaxation(step, ramp, DAMPING), list(REFINED)
     before, until = np.inf, ramp + window
-    while calm and relaxation.searches < MOST_SEARCHES:
+    while refined and relaxation.searches < MOST_SEARCHES:
         relaxation.go_on(at_once)
         left = relaxation.balance.norm
         if not np.isfinite(left) or (relaxation.done >= until and left > HALVED * before):
             break
         if relaxation.done >= until:
             before, until = left, until + window
-        if relaxation.is_calm(calm[0], tolerance):
+        if relaxation.is_calm(refined[0], tolerance):
             relaxation.search()
-            if relaxation.is_calm(calm[0], tolerance):
-                del calm[0]
+            if relaxation.is_calm(refined[0], tolerance):
+                del refined[0]
         elif relaxation.passed > PASSED * step.moving.d:
             relaxation.search()
     return relaxation.accepted() if step.is_scattered(relaxation.balance) else None
@@ -86,6 +90,8 @@ def calm(step: Step, position: FloatArray, tolerance: float) -> Found | None:
     while relaxation.done < CALMED * across:
         relaxation.go_on(max(1, int(CALMED_EVERY * across)))
         balance = relaxation.balance
+        if not np.isfinite(balance.norm):
+            return None
         if balance.greatest < tolerance:
             step.contacts = relaxation.contacts
             return Found(balance.position, balance.at, converged=True)
@@ -137,8 +143,8 @@ class Relaxation:
 
     def is_calm(self, most: float, tolerance: float) -> bool:
         """Return whether, with all loads on, less than `most` (root mean square) or `tolerance` is out of balance."""
-        calm = self.balance.greatest < tolerance or self._step.is_scattered(self.balance, most)
-        return calm and self.done >= self._ramp
+        rests = self.balance.greatest < tolerance or self._step.is_scattered(self.balance, most)
+        return rests and self.done >= self._ramp
 
     def accepted(self) -> Step:
         """Return the step that begins here."""

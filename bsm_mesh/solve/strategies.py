@@ -31,7 +31,7 @@ MOST_POLISHING = 3  # iterations of Newton's method after the interior point met
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures
 CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
-CALM = 1.9  # of a step's tolerance, at least half of what counts as rest: what explicit cycles may leave
+CALM_ENOUGH = 1.9  # of a step's tolerance, at least half of what counts as rest: what explicit cycles may leave
 NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
 
@@ -177,11 +177,11 @@ def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: f
     `contacts`: those that the start has.
     """
     if step.balance_at(position).greatest < step.balance_at(step.start).greatest:
-        found = calm(step, position, CALM * inner)
+        found = calm(step, position, CALM_ENOUGH * inner)
         if found is not None:
             return found
     step.contacts = contacts
-    return calm(step, step.start, CALM * inner)
+    return calm(step, step.start, CALM_ENOUGH * inner)
 
 
 def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found:

@@ -5,9 +5,12 @@ import json
 import os
 import subprocess
 import sys
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
+
+import bsm_mesh as bsm
 
 ROOT = Path(__file__).parents[2]
 PEER = "import json; print(json.dumps({'verdict': 'at rest', 'note': 'none', 'residual': 0.5}))"
@@ -40,6 +43,15 @@ def test_run(tmp_path):
     assert other["residual"] == 0.5
     assert (tmp_path / "wall.png").stat().st_size > 1000
     assert "factorizations" in done.stdout
+
+
+def test_factorizations_are_those_of_all_blocks():
+    """Not those of the few that are solved apart: a wall of a million bricks has a thousand of these."""
+    scenes, programs = module("scenes"), module("programs")
+    given = Namespace(solver="auto", threads=1, max_steps=50, trace=False)
+    row = programs.run_bsm(scenes.tilted_wall, 1000, given)
+    results = bsm.run(scenes.tilted_wall(1000).model(), bsm.Options(scheme="continuation", threads=1))
+    assert row["factorizations"] == sum(step.factorizations for step in results.stages[-1].steps) < 10
 
 
 def test_split_counts_inner_work_once_and_leaves_no_trace():

@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from step_scenes import WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.relaxation_kernels import relax_cycles
 from bsm_mesh.solve import continuation, first_step, path_following, relaxation
-from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.history import History
 from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.relaxation import Relaxation, calm, relax
 from bsm_mesh.solve.step import Step
@@ -19,30 +18,6 @@ from bsm_mesh.solve.step import Step
 benchmarks = pytest.importorskip("benchmarks.scenes")
 
 CONTINUATION = bsm.Options(scheme="continuation")
-STIFFNESS, WEIGHT = 1e9, 26e3
-
-
-def begun(model: bsm.Model) -> Step:
-    """Return the first step from zero stress."""
-    engine = Continuation(model, CONTINUATION, lambda *_: None)
-    contacts = engine.moving.gather(History.none(), engine.moving.start, first=True)
-    return Step(engine.moving, engine.factors, contacts, engine.moving.start, engine.least_lam)
-
-
-def block_on_a_base(tilt: float = 0.0, **given) -> bsm.Model:
-    """Return a square metre on a base, tilted [degrees] in that gravity is."""
-    law = given.pop("law", bsm.MohrCoulomb(friction=35))
-    parts = {
-        "blocks": bsm.Blocks.from_polygons(
-            [[(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="r"
-        ),
-        "rocks": [bsm.Rock("r", unit_weight=WEIGHT)],
-        "joints": [bsm.Joint("J", STIFFNESS, STIFFNESS, law=law, tensile_strength=given.pop("tension", 0.0))],
-        "default_joint": "J",
-        "supports": [bsm.Fixed(blocks=[0])],
-        "gravity_direction": -90.0 + tilt,
-    }
-    return bsm.Model(**(parts | given))
 
 
 def test_where_nothing_slips_or_opens_it_ends_where_newtons_method_does():
@@ -70,7 +45,7 @@ def test_blocks_rest_within_their_strength_and_in_balance():
     given = step.contacts
     rest = relax(step, 5e-7)
     at, left = rest.evaluate(rest.start), rest.balance_at(rest.start)
-    assert rest.is_scattered(left, relaxation.CALM[-1])
+    assert rest.is_scattered(left, relaxation.REFINED[-1])
     assert (at.pressure[at.bearing] > 0).all()
     assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
     slipped = np.abs(at.along - rest.contacts.first_along)[at.bearing]
@@ -223,44 +198,6 @@ def test_cycles_bear_less_mass_than_they_are_given(monkeypatch):
     assert relax(begun(model), 1e-6) is not None
     monkeypatch.setattr(Relaxation, "_mass", lambda *given: masses(*given) / 3)
     assert relax(begun(model), 1e-6) is None
-
-
-def nearly_at_rest() -> Step:
-    """Return a step of a slope in which hundreds of contacts slide, blocks a little off where they rest."""
-    rest = relax(begun(benchmarks.leaning_slope(1000, friction=32.0).model()), 5e-7)
-    off = 1e-3 * WEIGHT / STIFFNESS * np.random.default_rng(1).normal(size=rest.start.shape)
-    off[rest.supports.block] = 0.0
-    return Step(rest.moving, rest.factors, rest.contacts, rest.start + off, rest.lam)
-
-
-def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
-    step = nearly_at_rest()
-    before, contacts = step.balance_at(step.start), step.contacts
-    found = calm(step, step.start, 0.1 * before.greatest)
-    assert found.converged
-    assert step.balance_at(found.position).greatest < 0.1 * before.greatest
-    assert step.contacts is not contacts  # with what slipped on the way
-    assert step.contacts.candidates is contacts.candidates
-    at = step.evaluate(found.position)
-    assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
-
-
-def test_cycles_begin_where_they_are_told_to():
-    step = nearly_at_rest()
-    there = calm(step, step.start, 0.1 * step.balance_at(step.start).greatest).position
-    again = nearly_at_rest()
-    goal = 0.5 * again.balance_at(there).greatest
-    found = calm(again, there, goal)
-    assert again.balance_at(found.position).greatest < goal
-    moved = [np.abs(found.position - position).max() for position in (there, again.start)]
-    assert moved[0] < 0.5 * moved[1]
-
-
-def test_what_does_not_is_left_as_it_is():
-    step = nearly_at_rest()
-    contacts = step.contacts
-    assert calm(step, step.start, 1e-15) is None
-    assert step.contacts is contacts
 
 
 def test_with_bolts_it_does_not_begin():

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_equal
+from step_scenes import block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import first_step, strategies
@@ -21,17 +22,9 @@ FRICTION = 35.0
 CONTINUATION = bsm.Options(scheme="continuation")
 
 
-def block_on_a_base(tilt: float = 0.0) -> Continuation:
+def begin_on_a_base(tilt: float = 0.0) -> Continuation:
     """Return the continuation of a square metre on a base, tilted [degrees] in that gravity is."""
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons([[(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=26e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=FRICTION))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=-90.0 + tilt,
-    )
-    return Continuation(model, CONTINUATION, lambda *_: None)
+    return Continuation(block_on_a_base(tilt), CONTINUATION, lambda *_: None)
 
 
 def pressed_and_pushed(step: Step, down: float, aside: float) -> np.ndarray:
@@ -40,7 +33,7 @@ def pressed_and_pushed(step: Step, down: float, aside: float) -> np.ndarray:
 
 
 def test_held_strength_does_not_follow_the_pressure():
-    run = block_on_a_base()
+    run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     step = Step(run.moving, run.factors, contacts, run.moving.start, 1.0)
     at = step.evaluate(pressed_and_pushed(step, 1e-5, 1e-3))
@@ -56,7 +49,7 @@ def test_held_strength_does_not_follow_the_pressure():
 
 def sliding_step(tilt: float, part: float) -> Step:
     """Return a step of a block that slides, its pressure where the step begins being `part` of what it will be."""
-    run = block_on_a_base(tilt)
+    run = begin_on_a_base(tilt)
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     anchor = run.moving.start.copy()
     anchor[1, 1] -= part * 26e3 * np.cos(np.radians(tilt)) / 1e9
@@ -117,7 +110,7 @@ def test_a_first_step_that_would_take_blocks_nowhere_has_the_friction_of_closed_
 
 def test_a_step_from_rest_begins_with_touching_contacts_closed():
     """They bear nothing yet: with the tangent as it is, only the regularisation would resist."""
-    run = block_on_a_base()
+    run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     step = Step(run.moving, run.factors, contacts, run.moving.start, FIRST_LAM / run.moving.d)
     found = MovingSteps().solve(step, 1e-3, from_rest=True, failures=0)
@@ -127,7 +120,7 @@ def test_a_step_from_rest_begins_with_touching_contacts_closed():
 
 
 def test_updated_contacts_remember_where_they_began_to_slide():
-    run = block_on_a_base()
+    run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     step = Step(run.moving, run.factors, contacts, run.moving.start, 1.0)
     moved = pressed_and_pushed(step, 2.6e-5, 1e-3)
@@ -162,7 +155,7 @@ def leaning_wall() -> bsm.Model:
 
 
 def test_a_start_that_lacks_little_is_solved_to_the_tolerance():
-    run = block_on_a_base()
+    run = begin_on_a_base()
     nearly = run.moving.start.copy()
     nearly[1, 1] -= (1 - 5e-4) * 26e3 / 1e9
     taken = run._first(partial(run.moving.gather, run.begin.history, run.moving.start, first=True), nearly)
@@ -209,7 +202,7 @@ def test_nobody_keeps_the_contacts_that_the_first_step_began_with(monkeypatch):
 
 
 def test_forces_at_a_position_of_old_are_worked_out_again():
-    run = block_on_a_base()
+    run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     step = Step(run.moving, run.factors, contacts, run.moving.start, 1.0)
     balance = step.balance_at(pressed_and_pushed(step, 1e-5, 0.0))
@@ -251,7 +244,7 @@ def test_what_settles_together_does_so_in_one_step(monkeypatch):
 
 
 def test_blocks_that_would_move_past_each_other_get_no_room():
-    run = block_on_a_base()
+    run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     step = Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
     far = 3 * LONGEST * run.moving.d
@@ -265,9 +258,12 @@ def test_blocks_that_would_move_past_each_other_get_no_room():
     assert not step.takes(step.start + np.array([[0.0, 0.0, 0.0], [far, 0.0, 0.0]]))
 
 
+@pytest.mark.parametrize(("tolerance", "scattered"), [(1e-3, first_step.FIRST_SCATTERED), (5e-7, 0.0)])
 @pytest.mark.parametrize("stressed", [False, True])
-def test_newtons_method_is_given_time_from_zero_stress_only(monkeypatch, stressed):
-    run = block_on_a_base()
+def test_newtons_method_is_given_time_from_zero_stress_and_few_blocks_until_contacts_are_updated(
+    monkeypatch, stressed, tolerance, scattered
+):
+    run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     if stressed:
         rows = np.zeros(contacts.count, np.int32)
@@ -276,56 +272,9 @@ def test_newtons_method_is_given_time_from_zero_stress_only(monkeypatch, stresse
     given = []
 
     def newton_ends(step: Step, position: np.ndarray, tolerance: float, **keys) -> Found:
-        given.append(keys["shrinking"])
+        given.append((keys["shrinking"], keys["scattered"]))
         return Found(position, step.evaluate(position), converged=True)
 
     monkeypatch.setattr(first_step, "softened_newton", newton_ends)
-    first_step.solve_at_once(step, 1e-3)
-    assert given == [strategies.SHRINKING if stressed else strategies.WORTHWHILE]
-
-
-@pytest.mark.parametrize(("inner", "is_calmed"), [(1e-4, True), (1e-2, False)])
-def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch, inner, is_calmed):
-    run = block_on_a_base()
-    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
-    step = Step(run.moving, run.factors, contacts, run.moving.start, 1 / run.moving.d)
-
-    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
-        return Found(position, step.evaluate(position), converged=False)
-
-    calmed = Found(step.start, step.evaluate(step.start), converged=True)
-    monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "calm", lambda *_: calmed)
-    assert (strategies.MovingSteps().solve(step, inner, from_rest=False, failures=1) is calmed) is is_calmed
-
-
-@pytest.mark.parametrize(("moved", "begins"), [(1e-9, ["there", "start"]), (1.0, ["start"])])
-def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monkeypatch, moved, begins):
-    run = block_on_a_base()
-    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
-    step = Step(run.moving, run.factors, contacts, run.moving.start, 1 / run.moving.d)
-    there, asked = step.start - np.array([0.0, moved, 0.0]), []
-    monkeypatch.setattr(strategies, "calm", lambda _, position, inner: asked.append(position))
-    assert strategies._calmed(step, there, contacts, 1e-6) is None
-    assert ["start" if position is step.start else "there" for position in asked] == begins
-
-
-@pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
-def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
-    run = block_on_a_base()
-    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
-    step = Step(run.moving, run.factors, contacts, run.moving.start, 1 / run.moving.d)
-    held = []
-
-    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
-        return Found(position, step.evaluate(position), converged=False)
-
-    def holds(step: Step, position: np.ndarray, inner: float) -> Found:
-        held.append(inner)
-        return Found(position, step.evaluate(position), converged=True)
-
-    monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "calm", lambda *_: None)
-    monkeypatch.setattr(strategies, "_with_friction_held", holds)
-    strategies.MovingSteps().solve(step, inner, from_rest=False, failures=failures)
-    assert bool(held) is is_held
+    first_step.solve_at_once(step, tolerance)
+    assert given == [(strategies.SHRINKING if stressed else strategies.WORTHWHILE, scattered)]

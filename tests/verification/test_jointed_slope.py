@@ -9,6 +9,7 @@ import shapely
 from jointed_scenes import admissible_at
 
 import bsm_mesh as bsm
+from bsm_mesh.solve import pardiso
 
 DIP, HEIGHT = 60.0, 8.0  # of one set, degrees; of the model, m
 
@@ -76,3 +77,15 @@ def test_what_rests_is_found_in_two_steps(turn, scale):
     assert results.check().ok
     assert len(results.stages[0].steps) == 2
     assert sum(step.factorizations for step in results.stages[0].steps) < 25
+
+
+@pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
+def test_a_run_is_the_same_to_the_last_digit_whatever_the_threads():
+    """Thousands of contacts slip: what differs in a correction's last digit would be another way, and another end."""
+    scenes = pytest.importorskip("benchmarks.scenes")
+    ends = [
+        bsm.run(scenes.leaning_slope(6000).model(1.0), bsm.Options(scheme="continuation", threads=threads)).stages[-1]
+        for threads in (1, 2)
+    ]
+    assert ends[0].status == "stable"
+    assert ends[0].displacement.tobytes() == ends[1].displacement.tobytes()

@@ -1,0 +1,137 @@
+"""What is tried near rest, where few blocks or few contacts are the cause of what is out of balance."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from step_scenes import STIFFNESS, WEIGHT, begun, block_on_a_base
+
+from bsm_mesh.solve import strategies
+from bsm_mesh.solve.newton import Found
+from bsm_mesh.solve.relaxation import Relaxation, calm, relax
+from bsm_mesh.solve.step import Balance, Step
+
+benchmarks = pytest.importorskip("benchmarks.scenes")
+
+
+def moving_step() -> Step:
+    """Return one of a block on a base, damped."""
+    step = begun(block_on_a_base())
+    step.lam = 1 / step.moving.d
+    return step
+
+
+def out_of_balance(step: Step, forces: list[float]) -> Balance:
+    """Return that of as many blocks, each with a force [weights]."""
+    size, weight = np.array(forces), 2.0
+    greatest, norm = float(size.max()), float(np.linalg.norm(size)) * weight
+    return Balance(np.zeros((len(size), 3)), step.balance_at(step.start).evaluate, size, greatest, norm, weight)
+
+
+@pytest.mark.parametrize(
+    ("forces", "few"),
+    [
+        ([1.0] + 99 * [0.0], True),
+        (100 * [1.0], False),
+        (100 * [0.02], True),  # little wherever it is
+        ([10.0] + 399 * [0.2], False),  # little beside the greatest, but not little
+    ],
+)
+def test_few_blocks_are_the_cause_where_little_is_out_of_balance_beside_the_greatest(forces, few):
+    step = begun(block_on_a_base())
+    assert strategies._is_of_few(step, out_of_balance(step, forces)) is few
+
+
+@pytest.mark.parametrize(("inner", "is_calmed"), [(1e-4, True), (1e-2, False)])
+def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch, inner, is_calmed):
+    step = moving_step()
+
+    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
+        return Found(position, step.evaluate(position), converged=False)
+
+    calmed = Found(step.start, step.evaluate(step.start), converged=True)
+    monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "calm", lambda *_: calmed)
+    assert (strategies.MovingSteps().solve(step, inner, from_rest=False, failures=1) is calmed) is is_calmed
+
+
+@pytest.mark.parametrize(("moved", "begins"), [(1e-9, ["there", "start"]), (1.0, ["start"])])
+def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monkeypatch, moved, begins):
+    step = moving_step()
+    there, asked = step.start - np.array([0.0, moved, 0.0]), []
+    monkeypatch.setattr(strategies, "calm", lambda _, position, inner: asked.append((position, inner)))
+    assert strategies._calmed(step, there, step.contacts, 1e-6) is None
+    assert ["start" if position is step.start else "there" for position, _ in asked] == begins
+    assert {inner for _, inner in asked} == {strategies.CALM_ENOUGH * 1e-6}
+
+
+@pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
+def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
+    step = moving_step()
+    held = []
+
+    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
+        return Found(position, step.evaluate(position), converged=False)
+
+    def holds(step: Step, position: np.ndarray, inner: float) -> Found:
+        held.append(inner)
+        return Found(position, step.evaluate(position), converged=True)
+
+    monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "calm", lambda *_: None)
+    monkeypatch.setattr(strategies, "_with_friction_held", holds)
+    strategies.MovingSteps().solve(step, inner, from_rest=False, failures=failures)
+    assert bool(held) is is_held
+
+
+def nearly_at_rest() -> Step:
+    """Return a step of a slope in which hundreds of contacts slide, blocks a little off where they rest."""
+    rest = relax(begun(benchmarks.leaning_slope(1000, friction=32.0).model()), 5e-7)
+    off = 1e-3 * WEIGHT / STIFFNESS * np.random.default_rng(1).normal(size=rest.start.shape)
+    off[rest.supports.block] = 0.0
+    return Step(rest.moving, rest.factors, rest.contacts, rest.start + off, rest.lam)
+
+
+def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
+    step = nearly_at_rest()
+    before, contacts = step.balance_at(step.start), step.contacts
+    found = calm(step, step.start, 0.1 * before.greatest)
+    assert found.converged
+    assert step.balance_at(found.position).greatest < 0.1 * before.greatest
+    assert step.contacts is not contacts  # with what slipped on the way
+    assert step.contacts.candidates is contacts.candidates
+    at = step.evaluate(found.position)
+    assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
+
+
+def test_cycles_begin_where_they_are_told_to():
+    step = nearly_at_rest()
+    there = calm(step, step.start, 0.1 * step.balance_at(step.start).greatest).position
+    again = nearly_at_rest()
+    goal = 0.5 * again.balance_at(there).greatest
+    found = calm(again, there, goal)
+    assert again.balance_at(found.position).greatest < goal
+    moved = [np.abs(found.position - position).max() for position in (there, again.start)]
+    assert moved[0] < 0.5 * moved[1]
+
+
+def test_what_does_not_is_left_as_it_is():
+    step = nearly_at_rest()
+    contacts = step.contacts
+    assert calm(step, step.start, 1e-15) is None
+    assert step.contacts is contacts
+
+
+@pytest.mark.filterwarnings("error")
+def test_cycles_that_burst_end_at_once(monkeypatch):
+    step = nearly_at_rest()
+    went_on, go_on = [], Relaxation.go_on
+
+    def bursts(cycles, count):
+        went_on.append(count)
+        go_on(cycles, count)
+        cycles.balance = replace(cycles.balance, norm=np.inf, greatest=np.nan)
+
+    monkeypatch.setattr(Relaxation, "go_on", bursts)
+    assert calm(step, step.start, 1e-15) is None
+    assert len(went_on) == 1
