@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
@@ -115,6 +115,8 @@ def test_redistribution_of_the_thesis_tends_to_it(chain):
                 tension[i] -= right * change
         if np.abs(slip - before).max() <= 1e-14 * np.abs(stretch).max():
             break
+    else:  # a chain that slides as a whole by 4e-8 m a sweep takes 60 000
+        reject()
     found = solve_chain(stiffness, stretch, np.inf, capacity, np.full(n, np.inf), anchor)[0]
     assert_allclose(found, tension, atol=1e-8 * max(np.abs(tension).max(), 1.0))
 
