@@ -120,7 +120,7 @@ class Continuation:
         limit = options.displacement_limit or float(np.ptp(model.blocks.vertices, axis=0).max())
         self.falling = Falling(self.moving, self.begin.position, limit)
         self.least_lam = LEAST_LAM / self.moving.d
-        self.movement = MovingSteps()
+        self.movement = MovingSteps(excavated=not self.begin.intact)
         self.steps: list[StepRecord] = []
 
     def run(self) -> Motion:
@@ -152,6 +152,8 @@ class Continuation:
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
             lam = float(np.clip(lam * np.clip(greatest / d, slower, 4.0), self.least_lam, 1e3 / d))
+            if number == 0:
+                lam = max(lam, self._moving_lam(residual))
         return self._end(Status.NOT_CONVERGED, self._out_of("steps", residual, position), contacts, position)
 
     def _out_of(self, steps: str, residual: float, position: FloatArray) -> str:
@@ -192,7 +194,8 @@ class Continuation:
         self, contacts: MovingContacts, anchor: FloatArray, lam: float, *, from_rest: bool, quiet: bool
     ) -> _Taken | None:
         """Return the step as it was taken, with a greater lam where it needs one; (2) and (3)."""
-        inner = self._inner(contacts, anchor)
+        residual = self.moving.static_residual(contacts, anchor)
+        inner = self._inner(residual)
         falls = self.least_lam > LEAST_LAM / self.moving.d  # which the first step found out where it led to
         failures = int(from_rest and falls)
         lam = wanted = max(lam, self.least_lam)
@@ -207,14 +210,19 @@ class Continuation:
                 lam = wanted = max(lam, self.least_lam)
                 continue
             farther = lam * max(2.0, step.movement(found.position - anchor) / self.moving.d)
-            lam = farther if found.converged else max(4 * lam, FIRST_LAM / self.moving.d)
+            shorter = max(4 * lam, FIRST_LAM / self.moving.d, self._moving_lam(residual))
+            lam = farther if found.converged else shorter
             if failures == MOST_FAILURES and not from_rest:
                 lam = max(wanted, HELD_LAM / self.moving.d)
         return None
 
-    def _inner(self, contacts: MovingContacts, position: FloatArray) -> float:
-        """Return the tolerance of a step from a position."""
-        residual, tolerance = self.moving.static_residual(contacts, position), self.options.tolerance
+    def _moving_lam(self, residual: float) -> float:
+        """Return the lam with which blocks that few others hold move by a step length after an excavation, or none."""
+        return 0.0 if self.begin.intact else min(residual, 1.0) / self.moving.d
+
+    def _inner(self, residual: float) -> float:
+        """Return the tolerance of a step that begins with a residual."""
+        tolerance = self.options.tolerance
         inner = max(LEAST_INNER * tolerance, 1e-2 * min(residual, 1.0))
         if residual < CONFIRMED * tolerance:  # at rest already, which this step confirms
             inner = max(inner, residual / CONFIRMED)

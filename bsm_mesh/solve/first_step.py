@@ -21,7 +21,7 @@ from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_pa
 from bsm_mesh.solve.relaxation import relax
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import SCATTERED, Step
-from bsm_mesh.solve.strategies import NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
+from bsm_mesh.solve.strategies import FEW_MOVE, NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
 
 MOST_UPDATES = 6  # of the contacts
 FIRST_TOLERANCE, FIRST_SCATTERED = 1e-3, 1e-3  # before they are updated: greatest force, or root mean square
@@ -71,11 +71,11 @@ def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool =
         enough = max(inner, min(most, UPDATED * left.greatest))
         keys = {"excavated": excavated, "was_solved": found.converged, "patient": patient}
         again = solve_updated(updated, found.position, enough, **keys)
-        if not again.converged and not updated.is_scattered(updated.balance_at(again.position), FEW_LEFT):
+        if not again.converged and not _is_nearly(updated, again, FEW_MOVE if excavated else FEW_LEFT):
             found = replace(found, slow=again.slow)
             break
         step, found, rough = updated, again, FEW_LEFT
-    if not found.converged and not excavated and step.is_scattered(step.balance_at(found.position)):
+    if not found.converged and _is_nearly(step, found, FEW_MOVE if excavated else SCATTERED):
         return step, Found(found.position, found.at, converged=True)
     return step, _polished(step, found)
 
@@ -105,7 +105,8 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, pati
     """Return the equilibrium next to the start with the contacts as they are there, or what is known of it.
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
-    where moving steps come to rest, so none is followed. `patient` as `first_step` takes it.
+    where moving steps come to rest, so none is followed; and what a few blocks lack, which then move, is not looked for
+    with all others. `patient` as `first_step` takes it.
     """
     elastic = elastic_position(step)
     step.make_room(elastic)
@@ -114,10 +115,11 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, pati
     shrinking = WORTHWHILE if from_nothing else SHRINKING
     scattered = FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0
     found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered)
-    if found.converged:
+    after_stress = excavated and not from_nothing
+    if found.converged or (after_stress and _is_nearly(step, found, FEW_MOVE)):
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
-    if excavated and not from_nothing:
+    if after_stress:
         return from_inside(step, elastic, tolerance, MOST_ITERATIONS, BARRIERS)
     weight = step.moving.weight(step.evaluate(elastic))
     rough = ROUGH if step.movement(elastic - step.start) > step.moving.d else 0.0
@@ -167,6 +169,11 @@ def _along_path(
         return better
     step.contacts = contacts
     return found
+
+
+def _is_nearly(step: Step, found: Found, most: float) -> bool:
+    """Return whether a step may end where it led with less than `most` out of balance (root mean square) [weights]."""
+    return step.takes(found.position) and step.is_scattered(step.balance_at(found.position), most)
 
 
 def _updated(step: Step, found: Found) -> Step:

@@ -6,6 +6,8 @@ while blocks move, where only the verdict counts and the path is viscous anyway.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
@@ -23,6 +25,7 @@ NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors
 NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 FEW = 0.15  # of the greatest force: root mean square out of balance of which few blocks are the cause
+FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
@@ -119,9 +122,18 @@ class MovingSteps:
     With Coulomb's coupling of pressure and friction a step may have no solution close by: a contact that slides
     would stick, and sticking it would slide. With shear strengths held it is a convex problem, and has one. That is
     the last resort, because friction then lags by a step: where shorter steps fail as well, and for some steps after.
+
+    After an excavation few blocks move, and the others need not be solved again for what those lack: a step ends though
+    they lack a part of their weight.
+
+    Parameters
+    ----------
+    excavated : bool
+        The start was at rest until something was changed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, excavated: bool) -> None:
+        self._excavated = excavated
         self._wait, self._pause = 0, 1
 
     def solve(self, step: Step, inner: float, *, from_rest: bool, failures: int) -> Found:
@@ -145,6 +157,10 @@ class MovingSteps:
             found = softened_newton(step, step.start, inner, inside=True)
             if found.converged:
                 return found
+            if self._excavated and not near_rest and step.is_scattered(step.balance_at(found.position)):
+                taken = _is_left_to_few(step, found)
+                if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
+                    return replace(found, converged=taken)
             calmed = _calmed(step, found.position, contacts, inner) if near_rest else None
             if calmed is not None:
                 return calmed
@@ -169,6 +185,12 @@ class MovingSteps:
             self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
         self._wait -= 1
         return _with_friction_held(step, step.anchor, inner)
+
+
+def _is_left_to_few(step: Step, found: Found) -> bool:
+    """Return whether a moving step may end where few blocks lack a part of their weight."""
+    here = step.balance_at(found.position)
+    return step.is_scattered(here, FEW_MOVE) and here.greatest < UNPOLISHED
 
 
 def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float) -> Found | None:

@@ -124,7 +124,7 @@ def test_what_broke_on_a_way_that_led_nowhere_is_whole_again(monkeypatch, moving
     monkeypatch.setattr(strategies if moving else first_step, "softened_newton", leads_nowhere)
     if moving:
         step.lam = 1 / step.moving.d
-        found = strategies.MovingSteps().solve(step, 1e-3, from_rest=False, failures=0)
+        found = strategies.MovingSteps(excavated=False).solve(step, 1e-3, from_rest=False, failures=0)
     else:
         found = first_step.solve_at_once(step, 1e-6)
     assert found.converged

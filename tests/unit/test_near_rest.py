@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from step_scenes import STIFFNESS, WEIGHT, begun, block_on_a_base
+from step_scenes import CONTINUATION, STIFFNESS, WEIGHT, begun, block_on_a_base
 
+import bsm_mesh as bsm
 from bsm_mesh.solve import strategies
 from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.relaxation import Relaxation, calm, relax
@@ -52,7 +53,9 @@ def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch,
     calmed = Found(step.start, step.evaluate(step.start), converged=True)
     monkeypatch.setattr(strategies, "softened_newton", fails)
     monkeypatch.setattr(strategies, "calm", lambda *_: calmed)
-    assert (strategies.MovingSteps().solve(step, inner, from_rest=False, failures=1) is calmed) is is_calmed
+    assert (
+        strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=1) is calmed
+    ) is is_calmed
 
 
 @pytest.mark.parametrize(("moved", "begins"), [(1e-9, ["there", "start"]), (1.0, ["start"])])
@@ -63,6 +66,50 @@ def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monke
     assert strategies._calmed(step, there, step.contacts, 1e-6) is None
     assert ["start" if position is step.start else "there" for position, _ in asked] == begins
     assert {inner for _, inner in asked} == {strategies.CALM_ENOUGH * 1e-6}
+
+
+@pytest.mark.parametrize(
+    ("excavated", "part", "failures", "ends"),
+    [
+        (True, 0.1, 0, "taken"),
+        (True, 0.1, strategies.MOST_FAILURES, "taken"),
+        (True, 0.6, 0, "shorter"),
+        (True, 0.6, strategies.MOST_FAILURES, "held"),
+        (False, 0.1, 0, "from inside"),
+    ],
+)
+def test_after_an_excavation_the_others_are_not_solved_again_for_what_few_blocks_lack(
+    monkeypatch, excavated, part, failures, ends
+):
+    """One of 800 blocks lacks a part of its weight: it moves on from there, or a shorter step is tried at once."""
+    step, tried = moving_step(), []
+    left = out_of_balance(step, [part] + 799 * [0.0])
+    monkeypatch.setattr(Step, "balance_at", lambda *_: left)
+
+    def fails(step: Step, *_: float, **__: bool) -> Found:
+        return Found(step.start, step.evaluate(step.start), converged=False)
+
+    def counted(name):
+        return lambda step, *_, **__: tried.append(name) or Found(step.start, step.evaluate(step.start), converged=True)
+
+    monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "from_inside", counted("from inside"))
+    monkeypatch.setattr(strategies, "_with_friction_held", counted("held"))
+    found = strategies.MovingSteps(excavated=excavated).solve(step, 1e-2, from_rest=False, failures=failures)
+    assert tried == ([ends] if ends in ("held", "from inside") else [])
+    assert found.converged is (ends != "shorter")
+
+
+def test_blocks_that_fall_from_a_roof_leave_the_others_at_rest():
+    """Brittle joints fail around a tunnel in 3000 blocks, and two of its roof come down; it took 31 factorizations."""
+    scene = benchmarks.blocky_rock(3000)
+    stage = bsm.run(scene.model(1.0), CONTINUATION).stages[-1]
+    assert stage.status == "unstable"
+    assert sum(step.factorizations for step in stage.steps) <= 10
+    middle = np.array([scene.polygons[block].mean(axis=0) for block in stage.unstable_blocks])
+    assert 0 < len(middle) < 10
+    assert (middle[:, 1] > 0.7 * np.hypot(*middle.T)).all()
+    assert (np.hypot(*middle.T) < 1.2 * benchmarks.TUNNEL).all()
 
 
 @pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
@@ -80,7 +127,7 @@ def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, 
     monkeypatch.setattr(strategies, "softened_newton", fails)
     monkeypatch.setattr(strategies, "calm", lambda *_: None)
     monkeypatch.setattr(strategies, "_with_friction_held", holds)
-    strategies.MovingSteps().solve(step, inner, from_rest=False, failures=failures)
+    strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=failures)
     assert bool(held) is is_held
 
 

@@ -82,7 +82,7 @@ def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, 
         return float((found.position - step.anchor)[1, 0] * step.lam)
 
     slope = np.tan(np.radians(FRICTION))
-    moving = MovingSteps()
+    moving = MovingSteps(excavated=False)
     coupled = moving.solve(step, 1e-7, from_rest=False, failures=MOST_FAILURES)
     assert_allclose(coupled.at.pressure.sum() / 26e3, down, rtol=1e-3)  # it has settled less, by lam
     assert_allclose(moved(coupled), aside - slope * coupled.at.pressure.sum() / 26e3, atol=1e-6)
@@ -100,7 +100,7 @@ def test_a_first_step_that_would_take_blocks_nowhere_has_the_friction_of_closed_
     step = sliding_step(tilt, 0.0)
     step.lam = 2 * strategies.CRAWLING / step.moving.d
     monkeypatch.setattr(strategies, "newton", without_newton(coupled_only=True))
-    found = MovingSteps().solve(step, 1e-3, from_rest=True, failures=0)
+    found = MovingSteps(excavated=False).solve(step, 1e-3, from_rest=True, failures=0)
     assert found.converged
     closed = step.evaluate(elastic_position(step)).pressure.sum() / 26e3
     assert_allclose(closed, np.cos(np.radians(tilt)), rtol=0.05)
@@ -113,7 +113,7 @@ def test_a_step_from_rest_begins_with_touching_contacts_closed():
     run = begin_on_a_base()
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
     step = Step(run.moving, run.factors, contacts, run.moving.start, FIRST_LAM / run.moving.d)
-    found = MovingSteps().solve(step, 1e-3, from_rest=True, failures=0)
+    found = MovingSteps(excavated=False).solve(step, 1e-3, from_rest=True, failures=0)
     assert found.converged
     assert run.factors.count == 1
     assert_allclose(found.position[1, 1] - step.anchor[1, 1], -26e3 / 1e9, rtol=1e-3)
