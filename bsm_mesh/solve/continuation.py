@@ -217,7 +217,7 @@ class Continuation:
         return None
 
     def _moving_lam(self, residual: float) -> float:
-        """Return the lam with which blocks that few others hold move by a step length after an excavation, or none."""
+        """Return the lam with which a free block that lacks a residual moves by a step length; 0 but after a change."""
         return 0.0 if self.begin.intact else min(residual, 1.0) / self.moving.d
 
     def _inner(self, residual: float) -> float:

@@ -31,11 +31,7 @@ DAMPING, CALMING = 0.5, 0.95  # of the force out of balance, against the velocit
 RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
 WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
 REFRESHED, LEAST_CYCLES = 1.0, 100  # the same: cycles after which contacts are worked out again; and the least
-REFINED = (
-    3e-2,
-    1e-3,
-    1e-5,
-)  # root mean square [weights] at which contacts are looked for again; with the last it ends
+REFINED = (3e-2, 1e-3, 1e-5)  # root mean square [weights]: contacts are looked for again at each; the last ends it
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
 MOST_SEARCHES = 12
