@@ -157,8 +157,9 @@ class MovingSteps:
             found = softened_newton(step, step.start, inner, inside=True)
             if found.converged:
                 return found
-            if self._excavated and not near_rest and step.is_scattered(step.balance_at(found.position)):
-                taken = _is_left_to_few(step, found)
+            here = step.balance_at(found.position)
+            if self._excavated and not near_rest and step.is_scattered(here):
+                taken = step.is_scattered(here, FEW_MOVE) and here.greatest < UNPOLISHED
                 if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
                     return replace(found, converged=taken)
             calmed = _calmed(step, found.position, contacts, inner) if near_rest else None
@@ -185,12 +186,6 @@ class MovingSteps:
             self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
         self._wait -= 1
         return _with_friction_held(step, step.anchor, inner)
-
-
-def _is_left_to_few(step: Step, found: Found) -> bool:
-    """Return whether a moving step may end where few blocks lack a part of their weight."""
-    here = step.balance_at(found.position)
-    return step.is_scattered(here, FEW_MOVE) and here.greatest < UNPOLISHED
 
 
 def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float) -> Found | None:

@@ -234,6 +234,26 @@ def test_what_all_but_few_blocks_rest_in_is_updated_and_then_taken_as_the_first_
     assert_allclose(found.position, lifted)
 
 
+@pytest.mark.parametrize("flies", [False, True])
+def test_an_update_that_throws_a_block_away_is_not_taken(monkeypatch, flies):
+    """Where it flies nothing touches it, and little beside all others is out of balance."""
+    step = first_step(slope(n=600))
+    rest = follow_path(step, step.start, smoothing_of(step, elastic_position(step)), 5e-7)
+    thrown = rest.position.copy()
+    block = np.flatnonzero(~step.moving.driven)[-1]
+    thrown[block, 1] += 1e3 * step.moving.d if flies else 1e-9
+    monkeypatch.setattr(solve_first_step, "FEW_LEFT", 1.0)
+    assert step.is_scattered(step.balance_at(thrown), 1.0)
+
+    def leads_to(position, *, converged):
+        return lambda step, *_, **__: Found(position, step.evaluate(position), converged=converged)
+
+    monkeypatch.setattr(solve_first_step, "solve_at_once", leads_to(rest.position, converged=True))
+    monkeypatch.setattr(solve_first_step, "solve_updated", leads_to(thrown, converged=False))
+    _, found = solve_first_step.first_step(step, 1e-6, excavated=False)
+    assert_allclose(found.position, rest.position if flies else thrown, atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("slope", "friction"), [(benchmarks.jointed_slope, 40.0), (benchmarks.leaning_slope, 35.0)], ids=["out", "in"]
 )

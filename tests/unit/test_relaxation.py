@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from step_scenes import WEIGHT, begun, block_on_a_base
+from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.relaxation_kernels import relax_cycles
@@ -16,8 +16,6 @@ from bsm_mesh.solve.relaxation import Relaxation, calm, relax
 from bsm_mesh.solve.step import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
-
-CONTINUATION = bsm.Options(scheme="continuation")
 
 
 def test_where_nothing_slips_or_opens_it_ends_where_newtons_method_does():

@@ -8,18 +8,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_equal
-from step_scenes import block_on_a_base
+from step_scenes import CONTINUATION, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import first_step, strategies
-from bsm_mesh.solve.continuation import FIRST_LAM, Continuation
+from bsm_mesh.solve.continuation import FIRST_LAM, Continuation, _Taken
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, elastic_position, newton
 from bsm_mesh.solve.step import LONGEST, Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
 
 FRICTION = 35.0
-CONTINUATION = bsm.Options(scheme="continuation")
 
 
 def begin_on_a_base(tilt: float = 0.0) -> Continuation:
@@ -278,3 +277,52 @@ def test_newtons_method_is_given_time_from_zero_stress_and_few_blocks_until_cont
     monkeypatch.setattr(first_step, "softened_newton", newton_ends)
     first_step.solve_at_once(step, tolerance)
     assert given == [(strategies.SHRINKING if stressed else strategies.WORTHWHILE, scattered)]
+
+
+@pytest.mark.parametrize(("few", "inside"), [(10.0, False), (0.0, True)])
+def test_after_an_excavation_what_few_blocks_lack_is_not_looked_for_from_inside(monkeypatch, few, inside):
+    run = begin_on_a_base()
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    rows = np.zeros(contacts.count, np.int32)  # stressed before
+    contacts = replace(contacts, candidates=replace(contacts.candidates, history=rows))
+    step = Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
+    nowhere = Found(step.start, step.evaluate(step.start), converged=False)
+    asked = []
+    monkeypatch.setattr(first_step, "FEW_MOVE", few)
+    monkeypatch.setattr(first_step, "softened_newton", lambda *_, **__: nowhere)
+    monkeypatch.setattr(first_step, "from_inside", lambda *_: asked.append("inside") or nowhere)
+    assert first_step.solve_at_once(step, 1e-3, excavated=True) is nowhere
+    assert bool(asked) is inside
+
+
+@pytest.mark.parametrize(("intact", "expected"), [(True, FIRST_LAM), (False, 0.4)])
+def test_after_an_excavation_a_failed_step_lets_a_free_block_move_by_a_step_length(monkeypatch, intact, expected):
+    """All of its weight is out of balance, .4 of the mean of both blocks: ``lam d = .4``."""
+    run = begin_on_a_base()
+    run.begin = replace(run.begin, intact=intact)
+    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    tried = []
+
+    def ends_the_second_time(step: Step, inner: float, **_: object) -> Found:
+        tried.append(step.lam * run.moving.d)
+        return Found(step.start, step.evaluate(step.start), converged=len(tried) > 1)
+
+    monkeypatch.setattr(run.movement, "solve", ends_the_second_time)
+    run._take(contacts, run.moving.start, run.least_lam, from_rest=False, quiet=True)
+    assert_allclose(tried[1], expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize("intact", [True, False])
+def test_after_an_excavation_so_does_the_step_after_a_first_one_that_left_few_out_of_balance(monkeypatch, intact):
+    run = begin_on_a_base()
+    run.begin = replace(run.begin, intact=intact)
+    tried = []
+
+    def leaves_the_block(gather, position: np.ndarray) -> _Taken:
+        step = run._start(gather, position)
+        return _Taken(Found(position, step.evaluate(position), converged=True), step)
+
+    monkeypatch.setattr(run, "_first", leaves_the_block)
+    monkeypatch.setattr(run, "_take", lambda contacts, anchor, lam, **_: tried.append(lam * run.moving.d))
+    run.run()
+    assert (tried[0] > 0.39) is not intact
