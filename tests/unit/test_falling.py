@@ -57,3 +57,15 @@ def test_a_block_that_has_moved_too_far_comes_down_at_once():
     reason, blocks = watch([-1e-5, 0.5], limit=0.4)[-1]
     assert reason == "a block has moved more than 0.4 m"
     assert_array_equal(blocks, [1])
+
+
+def test_what_only_settles_in_the_first_step_does_not_come_down():
+    squares = [rectangle(-0.5, 0, 0.5, 1), rectangle(2.5, 0, 3.5, 1)]
+    moving = MovingModel(model_of([rectangle(-2, -1, 5, 0), *squares]))
+    falling = Falling(moving, moving.start, 100.0)
+    for height in (-1e-5, FAR, 2 * FAR):
+        position = np.array([(0, 0, 0), (0.3, height, 0), (0.3, -1e-5, 0)])
+        contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
+        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position), position)
+    assert reason
+    assert_array_equal(blocks, [1])
