@@ -176,7 +176,8 @@ class StageResult:
     start_residual, residual : float
         As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
-        What residuals are relative to.
+        What residuals are relative to: the greatest of a block's mean weight, a loaded block's mean load and the mean
+        force of contacts at the start.
     steps : tuple of StepRecord
         How it got there.
     notes : tuple of str

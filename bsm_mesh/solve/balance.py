@@ -22,7 +22,7 @@ def fall_rate(step: Step, position: FloatArray, at: Evaluation, tolerance: float
     moving, size = step.moving, step.moving.outlines.size
     static = step.resting(position, BALANCED / size)
     greatest, _ = static.sizes(static.unbalanced(position, at.forces), moving.weight(at))
-    if moving.reference == 0 or greatest >= tolerance:
+    if moving.mean_weight == 0 or greatest >= tolerance:
         return 0.0
     if step.factors.is_positive_definite(static.complete(_stiffest(static, at), position)):
         return 0.0

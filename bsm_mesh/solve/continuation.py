@@ -123,6 +123,11 @@ class Continuation:
         self.movement = MovingSteps(excavated=not self.begin.intact)
         self.steps: list[StepRecord] = []
 
+    @property
+    def tolerance(self) -> float:
+        """Greatest force out of balance that counts as rest, over the mean weight."""
+        return self.options.tolerance * self.moving.stressed
+
     def run(self) -> Motion:
         """Return where the blocks come to rest, or how they come down."""
         moving, d = self.moving, self.moving.d
@@ -172,14 +177,14 @@ class Continuation:
         Its contacts are updated on the way. So nobody else keeps those that it began with: of a million blocks they
         would take 1 GB, and are gathered again in a second.
         """
-        tolerance, excavated = self.options.tolerance, not self.begin.intact
-        step, found = first_step(self._start(gather, position), tolerance, excavated=excavated, patient=False)
+        excavated = not self.begin.intact
+        step, found = first_step(self._start(gather, position), self.tolerance, excavated=excavated, patient=False)
         if not found.converged and not excavated:
             slow = found.slow
             del step, found
-            again = relaxed_step(self._start(gather, position), tolerance)
+            again = relaxed_step(self._start(gather, position), self.tolerance)
             if again is None and slow:
-                again = first_step(self._start(gather, position), tolerance, excavated=excavated)
+                again = first_step(self._start(gather, position), self.tolerance, excavated=excavated)
             if again is None:
                 return None
             step, found = again
@@ -187,8 +192,12 @@ class Continuation:
 
     def _start(self, gather: Callable[[], MovingContacts], position: FloatArray) -> Step:
         contacts = gather()
-        self.start_residual = self.moving.static_residual(contacts, position)
+        self._begin(contacts, position)
         return Step(self.moving, self.factors, contacts, position, self.least_lam)
+
+    def _begin(self, contacts: MovingContacts, position: FloatArray) -> None:
+        self.moving.starts_from(contacts, position)
+        self.start_residual = self.moving.static_residual(contacts, position)
 
     def _take(
         self, contacts: MovingContacts, anchor: FloatArray, lam: float, *, from_rest: bool, quiet: bool
@@ -218,21 +227,21 @@ class Continuation:
 
     def _moving_lam(self, residual: float) -> float:
         """Return the lam with which a free block that lacks a residual moves by a step length; 0 but after a change."""
-        return 0.0 if self.begin.intact else min(residual, 1.0) / self.moving.d
+        return 0.0 if self.begin.intact else min(residual * self.moving.stressed, 1.0) / self.moving.d
 
     def _inner(self, residual: float) -> float:
-        """Return the tolerance of a step that begins with a residual."""
+        """Return the tolerance of a step that begins with a residual, over the mean weight."""
         tolerance = self.options.tolerance
         inner = max(LEAST_INNER * tolerance, 1e-2 * min(residual, 1.0))
         if residual < CONFIRMED * tolerance:  # at rest already, which this step confirms
             inner = max(inner, residual / CONFIRMED)
-        return inner
+        return inner * self.moving.stressed
 
     def _holds(self, found: Found, step: Step, *, quiet: bool = False) -> bool:
         """Return whether a step may end where it led; the least lam rises where blocks would fall from there."""
         if not (found.converged and step.takes(found.position)):
             return False
-        fall = 0.0 if quiet else fall_rate(step, found.position, found.at, self.options.tolerance)
+        fall = 0.0 if quiet else fall_rate(step, found.position, found.at, self.tolerance)
         if fall == 0 or step.lam >= 2 * fall:
             return True
         self.least_lam = max(self.least_lam, 2 * fall)
@@ -295,7 +304,7 @@ class Continuation:
             unstable_blocks=np.zeros(0, dtype=np.int32) if unstable is None else unstable,
             start_residual=self.start_residual,
             residual=self.moving.static_residual(contacts, position),
-            reference=self.moving.weight(at),
+            reference=self.moving.stressed * self.moving.weight(at),
             steps=tuple(self.steps),
             linear_solver=self.factors.name,
         )

@@ -51,8 +51,8 @@ class Falling:
             reason = f"a block has moved more than {self.limit:.3g} m"
         else:
             return "", np.zeros(0, dtype=np.int32)
-        settled = int(len(self.recent) > 2 and self.recent[0] is self.begin)  # in the first step all blocks settle
-        lately = np.abs((self.recent[-1] - self.recent[settled]) / moving.scale).max(axis=1) * ~moving.driven
+        since = (len(self.recent) - 1) // 2 if self.recent[0] is self.begin else 0  # all settle in the first steps
+        lately = np.abs((self.recent[-1] - self.recent[since]) / moving.scale).max(axis=1) * ~moving.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
 
     def _supported(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> BoolArray:

@@ -45,7 +45,7 @@ def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool =
     step : Step
         The equations at the start.
     tolerance : float
-        Greatest force out of balance over the reference weight that counts as rest.
+        Greatest force out of balance over the mean weight that counts as rest.
     excavated : bool
         The start was at rest until something was changed.
     patient : bool

@@ -33,7 +33,7 @@ MOST_ITERATIONS = 60
 MOST_JAMMED, JAMMED = 4, 0.02  # iterations in a row that get no farther than this part of their step
 PATIENCE, HALF = 20, 0.5  # iterations in which the barrier falls to this part of itself; else the method has jammed too
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
-NEAR = 1e-2  # mean product over that of the reference weight, from which on the exact laws are looked at
+NEAR = 1e-2  # mean product over that of the mean weight, from which on the exact laws are looked at
 SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
 INSIDE = 0.9  # least part of the way to the nearest bound that an iteration goes
 LEAST_CENTRING = 1e-5
@@ -50,7 +50,7 @@ def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier
     elastic : (n, 3) float64
         A position at which the contacts' pressures have about the size that they have at the solution.
     tolerance : float
-        Greatest force out of balance by the exact laws, over the reference weight.
+        Greatest force out of balance by the exact laws, over the mean weight.
     barrier : float
         What it begins with, over the typical product of pressure and approach: a greater one jams less where much
         slides, and takes longer.

@@ -49,7 +49,7 @@ def relax_locally(
     position : (n, 3) float64
         Where most blocks are in balance.
     tolerance : float
-        Greatest force out of balance that is wanted, over the reference weight.
+        Greatest force out of balance that is wanted, over the mean weight.
     inside : bool
         By the interior point method as well, where Newton's does not end.
     rings : int
@@ -105,7 +105,7 @@ def _taken(
 
 
 def _out_of_balance(step: Step, position: FloatArray) -> tuple[FloatArray, float]:
-    """Return every block's greatest force out of balance over the reference weight (n,), and that weight."""
+    """Return every block's greatest force out of balance over the mean weight (n,), and that weight."""
     at = step.evaluate(position)
     weight = step.moving.weight(at)
     free = step.free(step.unbalanced(position, at.forces))
@@ -131,7 +131,7 @@ class _Search:
     local : LocalStep
         Their equations.
     weight : float [N/m]
-        The reference weight.
+        The mean weight.
     """
 
     def __init__(self, local: LocalStep, weight: float) -> None:

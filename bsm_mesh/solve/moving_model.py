@@ -54,6 +54,10 @@ class MovingModel:
         Blocks that only their supports move.
     bolts : InstalledBolts
         The bolts with what accepted steps have left in them.
+    mean_weight : float [N/m]
+        Mean weight of a block, or mean load of a loaded one, if greater: by it steps are measured.
+    stressed : float
+        The reference weight over it, by which residuals are measured: 1, or more where contacts bear more at the start.
     """
 
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
@@ -76,8 +80,9 @@ class MovingModel:
         self.loads = external_loads(model)
         self.dead = self._dead_forces()
         pretension = self.bolts.evaluate(self.start if position is None else position).forces
-        self.reference = reference_weight(model, self.loads, pretension)
-        weight = np.maximum(model.weights, 1e-3 * self.reference)
+        self.mean_weight = reference_weight(model, self.loads, pretension)
+        self.stressed = 1.0
+        weight = np.maximum(model.weights, 1e-3 * self.mean_weight)
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
         self.d = STEP * self.outlines.size
@@ -182,15 +187,23 @@ class MovingModel:
         self._answered.insert(0, (asked, found))
         return found
 
+    def starts_from(self, contacts: MovingContacts, position: FloatArray) -> None:
+        """Take note of how stressed the rock is where blocks begin to move."""
+        if self.mean_weight > 0:
+            self.stressed = max(1.0, mean_contact_force(self.evaluate(contacts, position)) / self.mean_weight)
+
     def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
         """Return the greatest force out of balance over the reference weight."""
         at = self.evaluate(contacts, position)
-        supports = self.constraints_at(position)
-        return float(np.abs(supports.scaled(self.acting_at(position) + at.forces, self.scale)).max()) / self.weight(at)
+        missing = self.constraints_at(position).scaled(self.acting_at(position) + at.forces, self.scale)
+        return float(np.abs(missing).max()) / (self.stressed * self.weight(at))
 
     def weight(self, at: Evaluation) -> float:
-        """Return the reference weight [N/m]; without weights and loads the mean contact force."""
-        if self.reference > 0:
-            return self.reference
-        forces = at.pressure[at.bearing]
-        return float(forces.mean()) if forces.size and forces.mean() > 0 else 1.0
+        """Return the mean weight or load by which steps are measured [N/m]; without either the mean contact force."""
+        return self.mean_weight or mean_contact_force(at) or 1.0
+
+
+def mean_contact_force(at: Evaluation) -> float:
+    """Return the mean force of the contacts that bear any [N/m]."""
+    forces = np.hypot(at.pressure[at.bearing], at.shear[at.bearing])
+    return float(forces.mean()) if forces.size else 0.0

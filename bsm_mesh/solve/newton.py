@@ -47,7 +47,7 @@ def newton(
     position : (n, 3) float64
         Where to begin.
     tolerance : float
-        Greatest force out of balance over the reference weight.
+        Greatest force out of balance over the mean weight.
     from_rest : bool
         Begin with every touching contact closed and sticking: with none of them bearing anything yet, the tangent
         would be empty.

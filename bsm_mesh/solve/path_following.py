@@ -82,17 +82,17 @@ def follow_path(
     smoothing : float [N]
         and with what.
     tolerance : float
-        Greatest force out of balance by the exact laws, over the reference weight.
+        Greatest force out of balance by the exact laws, over the mean weight.
     rough : float
         Root mean square out of balance, of a weight, to which the path is followed if not to its end.
     patient : bool
         Go on where it has become slow.
     """
-    path, goal = _Path(step, position, smoothing), NEAR_END
+    path, goal = _Path(step, position, smoothing, patient=patient), NEAR_END
     for _ in range(MOST_ITERATIONS):
         if path.is_held_up or step.is_scattered(path.exact, rough):
             break
-        if path.is_slow and not patient:
+        if path.is_given_up:
             return Found(path.exact.position, path.exact.at, converged=False, slow=True)
         if path.exact.greatest < goal:
             contacts = step.contacts
@@ -126,12 +126,12 @@ class _Path:
         What is out of balance by the smoothed laws and by the exact ones.
     """
 
-    def __init__(self, step: Step, position: FloatArray, smoothing: float) -> None:
-        self.step, self._smoothing = step, smoothing
+    def __init__(self, step: Step, position: FloatArray, smoothing: float, *, patient: bool) -> None:
+        self.step, self._smoothing, self._patient = step, smoothing, patient
         self._smoothed = step.smoothed(smoothing)
         self.here, self.exact = self._smoothed.balance_at(position), step.balance_at(position)
         self._wanted, self._least, self._raised, self._slow = FIRST, LEAST, 0, 0
-        self._was_quick = False
+        self._was_quick = self._was_lost = False
 
     @property
     def is_far(self) -> bool:
@@ -145,15 +145,19 @@ class _Path:
         return self._slow >= MOST_SLOW and self.step.is_scattered(self.exact, FEW_LEFT)
 
     @property
-    def is_slow(self) -> bool:
-        """Whether many blocks are out of balance, and the last iterations were slow after quick ones."""
-        return self._was_quick and self._slow >= PATIENCE and not self.step.is_scattered(self.exact, FEW_LEFT)
+    def is_given_up(self) -> bool:
+        """Whether many blocks are out of balance on a path that was lost, or became slow, and nobody is patient."""
+        hopeless = self._was_lost or (self._was_quick and self._slow >= PATIENCE)
+        return hopeless and not self._patient and not self.step.is_scattered(self.exact, FEW_LEFT)
 
     def advance(self) -> bool:
         """Go on by one factorization; return False where there is no way on."""
         if not self._smoothed.factorize(self._smoothed.tangent(self.here.at), self.here.position):
             return False
         trial = self._try(self._wanted, HALVINGS) if self._wanted < 1 else None
+        self._was_lost |= self._wanted < 1 and trial is None
+        if self.is_given_up:
+            return True
         trial = trial or self._try(1.0, MOST_HALVINGS)
         part = trial.part if trial else 0.0
         shrunk = trial.smoothing / self._smoothing if trial else 1.0

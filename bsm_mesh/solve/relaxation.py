@@ -49,7 +49,7 @@ def relax(step: Step, tolerance: float) -> Step | None:
     step : Step
         The equations from where it begins; it is left as it is.
     tolerance : float
-        Greatest force out of balance, over the reference weight, below which nothing is left to do.
+        Greatest force out of balance, over the mean weight, below which nothing is left to do.
     """
     if len(step.moving.bolts.alive):
         return None

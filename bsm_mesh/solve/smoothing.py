@@ -18,7 +18,7 @@ from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, may_bear, strength_of
 
 LEAST_STIFFNESS = 1e-3  # of its own, in the tangent: what a touching contact keeps, or blocks that bear nothing fly off
-BEARING = 1e-6  # of the reference weight: less is rounding where blocks have not moved yet
+BEARING = 1e-6  # of the mean weight: less is rounding where blocks have not moved yet
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ def typical_smoothing(contacts: MovingContacts, elastic: FloatArray, weight: flo
     elastic : (n, 3) float64
         A position at which pressures have about the size that they have at the solution.
     weight : float [N/m]
-        The reference weight: what counts where no contact bears.
+        The mean weight: what counts where no contact bears.
     """
     stiffness = contacts.normal_stiffness
     pressure = stiffness * np.maximum(contacts.offset - contacts.relative_positions(elastic)[0], 0.0)

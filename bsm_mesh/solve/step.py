@@ -34,11 +34,11 @@ class Balance:
     forces : (n, 3) float64 [N/m, N/m, N]
         What the equations lack.
     greatest : float
-        The greatest component of what counts of them, over the reference weight.
+        The greatest component of what counts of them, over the mean weight.
     norm : float [N/m]
         Their 2-norm.
     weight : float [N/m]
-        The reference weight.
+        The mean weight.
     """
 
     position: FloatArray
@@ -196,7 +196,7 @@ class Step:
         return float(np.abs(free).max()) / weight, float(norm) / weight
 
     def balance_at(self, position: FloatArray, weight: float | None = None) -> Balance:
-        """Return what is out of balance at a position, its greatest component over the reference weight or another."""
+        """Return what is out of balance at a position, its greatest component over the mean weight or another."""
         at = self.evaluate(position)
         weight = weight or self.moving.weight(at)
         forces = self.unbalanced(position, at.forces)

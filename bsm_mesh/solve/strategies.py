@@ -25,10 +25,11 @@ NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors
 NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 FEW = 0.15  # of the greatest force: root mean square out of balance of which few blocks are the cause
-FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation
+FEW_MOVE = 1e-2  # root mean square [reference weights] of what few blocks lack that move after an excavation
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
+JAMMED = 1e-2  # tolerance of a step that begins with more than a weight out of balance, which no free block lacks
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
@@ -144,7 +145,7 @@ class MovingSteps:
         step : Step
             The equations.
         inner : float
-            Greatest force out of balance, over the reference weight.
+            Greatest force out of balance, over the mean weight.
         from_rest : bool
             The first step: contacts bear nothing yet, or what they bore before an excavation; so begin with every
             touching contact closed, and hold no strength unless blocks would crawl: then that of the pressures which
@@ -158,8 +159,9 @@ class MovingSteps:
             if found.converged:
                 return found
             here = step.balance_at(found.position)
-            if self._excavated and not near_rest and step.is_scattered(here):
-                taken = step.is_scattered(here, FEW_MOVE) and here.greatest < UNPOLISHED
+            stressed = step.moving.stressed if inner > JAMMED else 1.0
+            if self._excavated and not near_rest and step.is_scattered(here, SCATTERED * stressed):
+                taken = step.is_scattered(here, FEW_MOVE * stressed) and here.greatest < UNPOLISHED * stressed
                 if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
                     return replace(found, converged=taken)
             calmed = _calmed(step, found.position, contacts, inner) if near_rest else None

@@ -100,8 +100,8 @@ class LinearSystem:
         self.pattern = replace(pattern, place=pattern.place[: contacts.count])
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = reference_weight(model, self.loads, self.bolts_at_start.forces) or self._mean_force(
-            *self.start
+        self.reference = max(
+            reference_weight(model, self.loads, self.bolts_at_start.forces), self._mean_force(*self.start)
         )
 
     def free_parts(self, names: IntArray | None = None) -> list[FreePart]:

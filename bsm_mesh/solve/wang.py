@@ -45,7 +45,7 @@ class WangIteration(Continuation):
         """Return where the blocks come to rest, or how they come down."""
         position, quiet = self.begin.position, 0
         contacts = self.moving.gather(self.begin.history, position, first=self.begin.intact)
-        self.start_residual = self.moving.static_residual(contacts, position)
+        self._begin(contacts, position)
         closed, sliding = contacts.touching, np.zeros(contacts.count, dtype=bool)
         for number in range(self.options.max_steps):
             began = time.perf_counter()
@@ -108,7 +108,7 @@ class WangIteration(Continuation):
 
     def _at_rest(self, contacts: MovingContacts, position: FloatArray, at: Evaluation) -> Motion:
         step = Step(self.moving, self.factors, contacts, position, self.least_lam)
-        if fall_rate(step, position, at, self.options.tolerance) > 0:
+        if fall_rate(step, position, at, self.tolerance) > 0:
             reason = "forces balance, but blocks stand on corners from which they would fall: not an answer"
             return self._end(Status.NOT_CONVERGED, reason, contacts, position)
         return self._end(Status.STABLE, "static equilibrium", contacts, position)

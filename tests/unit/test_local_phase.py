@@ -51,7 +51,7 @@ def rest() -> tuple[Step, np.ndarray]:
 def sizes(step: Step, position: np.ndarray) -> np.ndarray:
     """Return the greatest force out of balance of every block over a brick's weight."""
     forces = step.unbalanced(position, step.evaluate(position).forces)
-    return np.abs(step.free(forces)).max(axis=1) / step.moving.reference
+    return np.abs(step.free(forces)).max(axis=1) / step.moving.mean_weight
 
 
 def test_a_block_out_of_place_comes_to_rest_and_those_far_from_it_stay(rest):

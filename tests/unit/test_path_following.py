@@ -45,7 +45,7 @@ def first_step(model):
 
 def smoothing_of(step, elastic):
     """Return what a path begins with."""
-    return typical_smoothing(step.contacts, elastic, step.moving.reference)
+    return typical_smoothing(step.contacts, elastic, step.moving.mean_weight)
 
 
 def somewhere(step, seed=0):
@@ -58,7 +58,7 @@ def somewhere(step, seed=0):
 @pytest.mark.parametrize("law", LAWS)
 def test_the_tangent_and_the_drift_are_the_derivatives_of_the_forces(law):
     step = first_step(slope(law))
-    unit = step.moving.reference**2 / np.median(step.contacts.normal_stiffness)
+    unit = step.moving.mean_weight**2 / np.median(step.contacts.normal_stiffness)
     smoothing, position = 100 * unit, somewhere(step)
     soft = step.smoothed(smoothing)
     at = soft.evaluate(position)
@@ -79,7 +79,7 @@ def test_the_tangent_and_the_drift_are_the_derivatives_of_the_forces(law):
 def test_without_smoothing_left_the_forces_are_those_of_the_laws():
     step = first_step(slope())
     position = somewhere(step)
-    exact, weight = step.evaluate(position).forces, step.moving.reference
+    exact, weight = step.evaluate(position).forces, step.moving.mean_weight
     unit = weight**2 / np.median(step.contacts.normal_stiffness)
     apart = [np.abs(step.smoothed(part * unit).evaluate(position).forces - exact).max() for part in (1e-2, 1e-6)]
     assert apart[1] < 1e-2 * weight
@@ -122,6 +122,9 @@ def test_a_lost_path_is_taken_up_with_a_greater_smoothing(monkeypatch):
     step.make_room(elastic)
     little = 1e-3 * smoothing_of(step, elastic)
     assert follow_path(step, step.start, little, 5e-7).converged
+    given_up = follow_path(step, step.start, little, 5e-7, patient=False)
+    assert given_up.slow
+    assert not given_up.converged
     monkeypatch.setattr(path_following, "MOST_RAISED", 0)
     assert not follow_path(step, step.start, little, 5e-7).converged
 

@@ -74,6 +74,29 @@ def test_the_direct_state_is_exact(kind, scheme, k0):
     assert_allclose(stage.stress[:, 0, 1], 0, atol=EXACT_STRESS * vertical.max())
 
 
+@pytest.mark.parametrize("scheme", ["linear", "continuation", "wang"])
+def test_residuals_are_relative_to_what_contacts_bear_at_the_start_where_that_is_most(scheme):
+    """Fifty metres down they bear ten times a block's weight; from zero stress the weight counts."""
+    options = bsm.Options(scheme=scheme)
+    stage = bsm.run(ground(k0=1.0), options).stages[0]
+    forces = np.hypot(stage.contacts.normal_force, stage.contacts.shear_force)
+    assert_allclose(stage.reference_weight, forces[forces > 0].mean(), rtol=1e-9)
+    model = ground(k0=1.0).replace(in_situ=None, loads=())
+    assert stage.reference_weight > 10 * model.weights.mean()
+    assert_allclose(bsm.run(model, options).stages[0].reference_weight, model.weights.mean())
+
+
+def test_rest_in_stressed_rock_is_told_by_the_reference_weight():
+    joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=35.0))
+    stages = [bsm.Stage(name="adit", excavate=[box(5, 4, 7, 6)])]
+    results = bsm.run(ground("voronoi", k0=1.0, stages=stages, joints=[joint], default_joint="J"), CONTINUATION)
+    stage = results.stages[-1]
+    assert stage.status == "stable"
+    most = np.abs(block_residuals(results, stage)).max()
+    assert_allclose(stage.residual, most / stage.reference_weight, rtol=1e-3)
+    assert stage.residual < CONTINUATION.tolerance
+
+
 @pytest.mark.parametrize("points", ["ends", "gauss"])
 def test_the_direct_state_under_a_given_stress_field(points):
     """Without weight any field of constant components is in equilibrium, here with shear on all sides."""
