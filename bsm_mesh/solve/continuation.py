@@ -28,13 +28,11 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.balance import fall_rate
-from bsm_mesh.solve.bolt_evaluation import BoltEvaluation
-from bsm_mesh.solve.bolts import InstalledBolts
-from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.factors import Factors
 from bsm_mesh.solve.falling import Falling
 from bsm_mesh.solve.first_step import CONFIRMED, first_step, relaxed_step
 from bsm_mesh.solve.history import History, commit
+from bsm_mesh.solve.motion import Motion, Start
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.newton import Found
@@ -46,37 +44,6 @@ FIRST_LAM = 1e-3  # over d
 HELD_LAM = 0.1  # over d: least for a step with shear strengths held
 LEAST_INNER = 0.5  # of the tolerance: more is asked of no step, for in great models rounding is near
 LEAST_LAM, MOST_LAM = 1e-7, 1e9  # over d
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Start:
-    """Where the continuation starts: positions (n, 3), what contacts and bolts remember, whether all are intact."""
-
-    position: FloatArray
-    history: History
-    intact: bool
-    bolts: InstalledBolts
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Motion:
-    """Where the continuation ended."""
-
-    status: Status
-    reason: str
-    position: FloatArray
-    contacts: MovingContacts
-    at: Evaluation
-    bolts: InstalledBolts
-    bolts_at: BoltEvaluation
-    constraints: Constraints
-    loads: FloatArray
-    unstable_blocks: IntArray
-    start_residual: float
-    residual: float
-    reference: float
-    steps: tuple[StepRecord, ...]
-    linear_solver: str
 
 
 @dataclass(frozen=True, eq=False, slots=True)

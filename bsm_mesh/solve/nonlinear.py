@@ -26,8 +26,9 @@ from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.bolt_record import bolt_forces
 from bsm_mesh.solve.bolts import InstalledBolts
 from bsm_mesh.solve.carried import between, in_part, in_situ_history, in_whole, with_filled
-from bsm_mesh.solve.continuation import Continuation, Motion, Start
+from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.history import History, commit
+from bsm_mesh.solve.motion import Motion, Start
 from bsm_mesh.solve.moving import turned
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.reactions import bar_forces, support_forces

@@ -28,8 +28,9 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.moving_kernels import fill_tangent
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.balance import fall_rate
-from bsm_mesh.solve.continuation import Continuation, Motion
+from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.history import commit
+from bsm_mesh.solve.motion import Motion
 from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.step import Step, moved_by
