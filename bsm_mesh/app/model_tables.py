@@ -256,7 +256,9 @@ class SolverTable(Table):
     """How to solve."""
 
     scheme: Scheme = "continuation"
-    tolerance: Number = 1e-6
+    tolerance: Number = Field(
+        default=1e-6, description="forces balance to this part of the greatest of mean weight, load, force at the start"
+    )
     max_steps: StrictInt = Field(default=500, description="steps, or cycles of wang, before it gives up")
     displacement_limit: Length | None = Field(default=None, description="unstable beyond; default: the model's size")
     sliding_stiffness: Number = Field(

@@ -49,7 +49,7 @@ def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool =
     excavated : bool
         The start was at rest until something was changed.
     patient : bool
-        Follow a path to its end though it has become slow.
+        Follow a path to its end though it was lost or has become slow.
     """
     inner = 0.5 * tolerance
     rest = newton(step, step.start, inner, most=0)

@@ -17,7 +17,7 @@ from bsm_mesh.solve.gathering import gather_contacts
 from bsm_mesh.solve.history import History
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, evaluate, turned
 from bsm_mesh.solve.smoothing import evaluate_smoothed
-from bsm_mesh.solve.system import external_loads, reference_weight
+from bsm_mesh.solve.system import external_loads, mean_force, reference_weight
 
 STEP = 0.05  # of the block size: step length d
 BAND = 3.0  # of the step length: corners nearer than this to an edge are candidates for contact
@@ -190,7 +190,7 @@ class MovingModel:
     def starts_from(self, contacts: MovingContacts, position: FloatArray) -> None:
         """Take note of how stressed the rock is where blocks begin to move."""
         if self.mean_weight > 0:
-            self.stressed = max(1.0, mean_contact_force(self.evaluate(contacts, position)) / self.mean_weight)
+            self.stressed = max(1.0, _mean_borne(self.evaluate(contacts, position)) / self.mean_weight)
 
     def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
         """Return the greatest force out of balance over the reference weight."""
@@ -200,10 +200,8 @@ class MovingModel:
 
     def weight(self, at: Evaluation) -> float:
         """Return the mean weight or load by which steps are measured [N/m]; without either the mean contact force."""
-        return self.mean_weight or mean_contact_force(at) or 1.0
+        return self.mean_weight or _mean_borne(at) or 1.0
 
 
-def mean_contact_force(at: Evaluation) -> float:
-    """Return the mean force of the contacts that bear any [N/m]."""
-    forces = np.hypot(at.pressure[at.bearing], at.shear[at.bearing])
-    return float(forces.mean()) if forces.size else 0.0
+def _mean_borne(at: Evaluation) -> float:
+    return mean_force(at.pressure[at.bearing], at.shear[at.bearing])

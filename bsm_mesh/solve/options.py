@@ -24,7 +24,8 @@ class Options:
         ``"continuation"``: joints slip and open, blocks move far, the verdict is found (Wang ch. 4 in purpose).
         ``"wang"``: the iteration of Wang Fig. 4.9, mended, to compare with the thesis only: slow where blocks slide.
     tolerance : float
-        Greatest force out of balance of a block that counts as equilibrium, over the reference weight.
+        Greatest force out of balance of a block that counts as equilibrium, over the reference weight: the greatest of
+        the blocks' mean weight, the mean load of a loaded one and the contacts' mean force at the start.
     max_steps : int
         Steps of the continuation, cycles of ``"wang"``, after which it gives up: `not_converged`.
     displacement_limit : float or None [m]

@@ -86,7 +86,7 @@ def follow_path(
     rough : float
         Root mean square out of balance, of a weight, to which the path is followed if not to its end.
     patient : bool
-        Go on where it has become slow.
+        Go on where it was lost or has become slow.
     """
     path, goal = _Path(step, position, smoothing, patient=patient), NEAR_END
     for _ in range(MOST_ITERATIONS):

@@ -25,7 +25,8 @@ NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors
 NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 FEW = 0.15  # of the greatest force: root mean square out of balance of which few blocks are the cause
-FEW_MOVE = 1e-2  # root mean square [reference weights] of what few blocks lack that move after an excavation
+FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation; where they jam,
+# of reference weights
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress

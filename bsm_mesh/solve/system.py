@@ -100,9 +100,7 @@ class LinearSystem:
         self.pattern = replace(pattern, place=pattern.place[: contacts.count])
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = max(
-            reference_weight(model, self.loads, self.bolts_at_start.forces), self._mean_force(*self.start)
-        )
+        self.reference = max(reference_weight(model, self.loads, self.bolts_at_start.forces), mean_force(*self.start))
 
     def free_parts(self, names: IntArray | None = None) -> list[FreePart]:
         """Return the parts that their supports leave free; `names` (n,) number blocks in sentences."""
@@ -216,12 +214,9 @@ class LinearSystem:
         Where displacements are prescribed they bring forces of their own, without any weight or load: then the
         mean contact force counts too.
         """
-        if not self.constraints.bars.value.any() or not self.contacts.count:
+        if not self.constraints.bars.value.any():
             return self.reference
-        return max(self.reference, self._mean_force(solution.normal_force, solution.shear_force))
-
-    def _mean_force(self, normal_force: FloatArray, shear_force: FloatArray) -> float:
-        return float(np.hypot(normal_force, shear_force).mean()) if self.contacts.count else 0.0
+        return max(self.reference, mean_force(solution.normal_force, solution.shear_force))
 
     def spring_forces(self, U: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the normal and shear force of every contact for displacements U (n, 3)."""
@@ -256,12 +251,13 @@ def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray) -
 
     Without weight and load it is the mean force of the bolts' pretension on a block that they pull at.
     """
-    reference = max(float(model.weights.mean()), _mean_size(loads))
-    return reference if reference > 0 else _mean_size(bolt_forces)
+    reference = max(float(model.weights.mean()), mean_force(*loads[:, :2].T))
+    return reference if reference > 0 else mean_force(*bolt_forces[:, :2].T)
 
 
-def _mean_size(forces: FloatArray) -> float:
-    size = np.hypot(forces[:, 0], forces[:, 1])
+def mean_force(first: FloatArray, second: FloatArray) -> float:
+    """Return the mean of forces, given by their two components (k,), that are not zero; 0 where all are [N/m]."""
+    size = np.hypot(first, second)
     acting = size[size > 0]
     return float(acting.mean()) if acting.size else 0.0
 
