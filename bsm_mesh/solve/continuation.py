@@ -124,8 +124,6 @@ class Continuation:
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
             lam = float(np.clip(lam * np.clip(greatest / d, slower, 4.0), self.least_lam, 1e3 / d))
-            if number == 0:
-                lam = max(lam, self._moving_lam(residual))
         return self._end(Status.NOT_CONVERGED, self._out_of("steps", residual, position), contacts, position)
 
     def _out_of(self, steps: str, residual: float, position: FloatArray) -> str:
@@ -174,7 +172,8 @@ class Continuation:
         inner = self._inner(residual)
         falls = self.least_lam > LEAST_LAM / self.moving.d  # which the first step found out where it led to
         failures = int(from_rest and falls)
-        lam = wanted = max(lam, self.least_lam)
+        moving_lam = self._moving_lam(residual)
+        lam = wanted = max(lam, self.least_lam, 0.0 if from_rest else moving_lam)
         while lam <= MOST_LAM / self.moving.d:
             step = Step(self.moving, self.factors, contacts, anchor, lam)
             found = self.movement.solve(step, inner, from_rest=from_rest, failures=failures)
@@ -186,8 +185,7 @@ class Continuation:
                 lam = wanted = max(lam, self.least_lam)
                 continue
             farther = lam * max(2.0, step.movement(found.position - anchor) / self.moving.d)
-            shorter = max(4 * lam, FIRST_LAM / self.moving.d, self._moving_lam(residual))
-            lam = farther if found.converged else shorter
+            lam = farther if found.converged else max(4 * lam, FIRST_LAM / self.moving.d, moving_lam)
             if failures == MOST_FAILURES and not from_rest:
                 lam = max(wanted, HELD_LAM / self.moving.d)
         return None

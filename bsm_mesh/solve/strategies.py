@@ -25,12 +25,13 @@ NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors
 NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
 SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
 FEW = 0.15  # of the greatest force: root mean square out of balance of which few blocks are the cause
-FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation; where they jam,
-# of reference weights
+FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation
+IDLE = 0.97  # of the 2-norm: where blocks solved apart left more, and a correction of all too, they would again
 STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
 MOST_MOVING = 6  # iterations of Newton's method in a moving step
 WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
-JAMMED = 1e-2  # tolerance of a step that begins with more than a weight out of balance, which no free block lacks
+JAMMED = 1e-2  # tolerance of a step that begins with more than a weight out of balance, which no free block lacks: so
+# blocks jam, and what they lack is measured by the reference weight
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
@@ -57,6 +58,7 @@ def softened_newton(
     `scattered`: root mean square out of balance, of a weight, with which it ends though few blocks lack more than the
     tolerance.
     """
+    before = step.balance_at(position).norm
     position = _settled(step, position, tolerance, inside=inside)
     norms = [np.inf, step.balance_at(position).norm]
     found = Found(position, step.evaluate(position), converged=False)
@@ -65,7 +67,9 @@ def softened_newton(
         found = newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
             break
-        position = _settled(step, found.position, tolerance, inside=inside)
+        idle, before, position = norms[-1] > IDLE * before, step.balance_at(found.position).norm, found.position
+        if not (idle and before > IDLE * norms[-1]):
+            position = _settled(step, position, tolerance, inside=inside)
         here = step.balance_at(position)
         if step.is_scattered(here, scattered):
             return Found(position, here.at, converged=True)
@@ -160,9 +164,9 @@ class MovingSteps:
             if found.converged:
                 return found
             here = step.balance_at(found.position)
-            stressed = step.moving.stressed if inner > JAMMED else 1.0
-            if self._excavated and not near_rest and step.is_scattered(here, SCATTERED * stressed):
-                taken = step.is_scattered(here, FEW_MOVE * stressed) and here.greatest < UNPOLISHED * stressed
+            weights = step.moving.stressed if inner > JAMMED else 1.0
+            if self._excavated and not near_rest and step.is_scattered(here, SCATTERED * weights):
+                taken = _leaves_little(step, here, weights)
                 if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
                     return replace(found, converged=taken)
             calmed = _calmed(step, found.position, contacts, inner) if near_rest else None
@@ -189,6 +193,16 @@ class MovingSteps:
             self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
         self._wait -= 1
         return _with_friction_held(step, step.anchor, inner)
+
+
+def _leaves_little(step: Step, here: Balance, weights: float) -> bool:
+    """Return whether a step may end with what few blocks lack, of some weights if it brought much into balance.
+
+    Jammed blocks that hardly come nearer to balance stay where they are, however many such steps are taken.
+    """
+    if here.norm > WORTHWHILE * step.balance_at(step.start).norm:
+        weights = 1.0
+    return step.is_scattered(here, FEW_MOVE * weights) and here.greatest < max(UNPOLISHED, NEAR_BALANCE * weights)
 
 
 def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float) -> Found | None:

@@ -93,6 +93,29 @@ def test_before_contacts_are_updated_few_blocks_may_lack_more_than_the_tolerance
     assert not softened_newton(step, pushed, TOLERANCE).converged
 
 
+@pytest.mark.parametrize(("alone", "together", "rounds"), [(1.0, 1.0, 1), (0.9, 1.0, 3), (1.0, 0.9, 3)])
+def test_blocks_are_not_solved_apart_again_where_nothing_has_changed(rest, monkeypatch, alone, together, rounds):
+    step, position = rest
+    asked = []
+
+    def nearer(position: np.ndarray, at: np.ndarray, part: float) -> np.ndarray:
+        return position + part * (at - position)
+
+    def apart(step: Step, at: np.ndarray, *_: float, **__: bool) -> np.ndarray:
+        asked.append(at)
+        return nearer(position, at, alone)
+
+    def corrected(step: Step, at: np.ndarray, *_: float, **__: bool) -> Found:
+        return Found(there := nearer(position, at, together), step.evaluate(there), converged=False)
+
+    monkeypatch.setattr(strategies, "_settled", apart)
+    monkeypatch.setattr(strategies, "newton", corrected)
+    pushed = position.copy()
+    pushed[BLOCK, :2] += 1e-9
+    softened_newton(step, pushed, TOLERANCE)
+    assert len(asked) == rounds
+
+
 def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
     step, position = rest
     pushed, other = position.copy(), BLOCK + 20 * BRICKS

@@ -70,38 +70,34 @@ def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monke
 
 
 @pytest.mark.parametrize(
-    ("excavated", "part", "failures", "stressed", "inner", "ends"),
+    ("excavated", "part", "failures", "stressed", "inner", "before", "ends"),
     [
-        (True, 0.1, 0, 1.0, 1e-2, "taken"),
-        (True, 0.1, strategies.MOST_FAILURES, 1.0, 1e-2, "taken"),
-        (True, 0.6, 0, 1.0, 1e-2, "shorter"),
-        (True, 0.6, strategies.MOST_FAILURES, 1.0, 1e-2, "held"),
-        (True, 6.0, 0, 50.0, 2e-2, "taken"),
-        (
-            True,
-            0.6,
-            0,
-            50.0,
-            1e-2,
-            "shorter",
-        ),  # when the step began no block lacked more than its weight: free ones fall
-        (False, 0.1, 0, 1.0, 1e-2, "from inside"),
+        (True, 0.1, 0, 1.0, 1e-2, 0.1, "taken"),
+        (True, 0.1, strategies.MOST_FAILURES, 1.0, 1e-2, 0.1, "taken"),
+        (True, 0.6, 0, 1.0, 1e-2, 1.0, "shorter"),
+        (True, 0.6, strategies.MOST_FAILURES, 1.0, 1e-2, 1.0, "held"),
+        (True, 4.0, 0, 50.0, 2e-2, 8.0, "taken"),
+        (True, 4.0, 0, 50.0, 2e-2, 5.0, "shorter"),  # they hardly come nearer to balance, and would not ever
+        (True, 6.0, 0, 50.0, 2e-2, 20.0, "shorter"),  # more than a tenth of what contacts bear
+        (True, 0.6, 0, 50.0, 1e-2, 1.0, "shorter"),  # it lacked no more than its weight: free blocks fall
+        (False, 0.1, 0, 1.0, 1e-2, 0.1, "from inside"),
     ],
 )
 def test_after_an_excavation_the_others_are_not_solved_again_for_what_few_blocks_lack(
-    monkeypatch, excavated, part, failures, stressed, inner, ends
+    monkeypatch, excavated, part, failures, stressed, inner, before, ends
 ):
     """One of 800 blocks lacks a part of its weight: it moves on from there, or a shorter step is tried at once.
 
-    In stressed rock it may lack some weights.
+    In stressed rock it may lack some weights, if it had lacked more.
     """
     step, tried = moving_step(), []
     step.moving.stressed = stressed
-    left = out_of_balance(step, [part] + 799 * [0.0])
-    monkeypatch.setattr(Step, "balance_at", lambda *_: left)
+    began, left = (out_of_balance(step, [lacks] + 799 * [0.0]) for lacks in (before, part))
+    there = step.start.copy()
+    monkeypatch.setattr(Step, "balance_at", lambda _, position: left if position is there else began)
 
     def fails(step: Step, *_: float, **__: bool) -> Found:
-        return Found(step.start, step.evaluate(step.start), converged=False)
+        return Found(there, step.evaluate(there), converged=False)
 
     def counted(name):
         return lambda step, *_, **__: tried.append(name) or Found(step.start, step.evaluate(step.start), converged=True)
@@ -119,7 +115,7 @@ def test_blocks_that_fall_from_a_roof_leave_the_others_at_rest():
     scene = benchmarks.blocky_rock(3000)
     stage = bsm.run(scene.model(1.0), CONTINUATION).stages[-1]
     assert stage.status == "unstable"
-    assert sum(step.factorizations for step in stage.steps) <= 15
+    assert sum(step.factorizations for step in stage.steps) <= 10
     middle = np.array([scene.polygons[block].mean(axis=0) for block in stage.unstable_blocks])
     assert 0 < len(middle) < 10
     assert (middle[:, 1] > 0.7 * np.hypot(*middle.T)).all()

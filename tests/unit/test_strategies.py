@@ -12,7 +12,7 @@ from step_scenes import CONTINUATION, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import first_step, strategies
-from bsm_mesh.solve.continuation import FIRST_LAM, Continuation, _Taken
+from bsm_mesh.solve.continuation import FIRST_LAM, LEAST_LAM, Continuation
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, elastic_position, newton
 from bsm_mesh.solve.step import LONGEST, Step
@@ -295,9 +295,14 @@ def test_after_an_excavation_what_few_blocks_lack_is_not_looked_for_from_inside(
     assert bool(asked) is inside
 
 
-@pytest.mark.parametrize(("intact", "expected"), [(True, FIRST_LAM), (False, 0.4)])
-def test_after_an_excavation_a_failed_step_lets_a_free_block_move_by_a_step_length(monkeypatch, intact, expected):
-    """All of its weight is out of balance, .4 of the mean of both blocks: ``lam d = .4``."""
+@pytest.mark.parametrize(
+    ("intact", "from_rest", "expected"),
+    [(False, False, [0.4, 1.6]), (True, False, [LEAST_LAM, FIRST_LAM]), (False, True, [LEAST_LAM, 0.4])],
+)
+def test_after_an_excavation_a_moving_step_lets_a_free_block_move_by_a_step_length(
+    monkeypatch, intact, from_rest, expected
+):
+    """All of its weight is out of balance, .4 of the mean of both blocks: ``lam d = .4``; a failed step is shorter."""
     run = begin_on_a_base()
     run.begin = replace(run.begin, intact=intact)
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
@@ -308,21 +313,5 @@ def test_after_an_excavation_a_failed_step_lets_a_free_block_move_by_a_step_leng
         return Found(step.start, step.evaluate(step.start), converged=len(tried) > 1)
 
     monkeypatch.setattr(run.movement, "solve", ends_the_second_time)
-    run._take(contacts, run.moving.start, run.least_lam, from_rest=False, quiet=True)
-    assert_allclose(tried[1], expected, rtol=1e-3)
-
-
-@pytest.mark.parametrize("intact", [True, False])
-def test_after_an_excavation_so_does_the_step_after_a_first_one_that_left_few_out_of_balance(monkeypatch, intact):
-    run = begin_on_a_base()
-    run.begin = replace(run.begin, intact=intact)
-    tried = []
-
-    def leaves_the_block(gather, position: np.ndarray) -> _Taken:
-        step = run._start(gather, position)
-        return _Taken(Found(position, step.evaluate(position), converged=True), step)
-
-    monkeypatch.setattr(run, "_first", leaves_the_block)
-    monkeypatch.setattr(run, "_take", lambda contacts, anchor, lam, **_: tried.append(lam * run.moving.d))
-    run.run()
-    assert (tried[0] > 0.39) is not intact
+    run._take(contacts, run.moving.start, run.least_lam, from_rest=from_rest, quiet=True)
+    assert_allclose(tried, expected, rtol=1e-3)
