@@ -35,7 +35,8 @@ REFINED = (3e-2, 1e-3, 1e-5)  # root mean square [weights]: contacts are looked 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
 MOST_SEARCHES = 12
-CALMED, CALMED_EVERY = 2.0, 0.25  # times the blocks across: cycles that calm what is nearly at rest, judged after each
+CALMED, CALMED_EVERY = 2.0, 0.25  # times the blocks across: cycles that calm what is nearly at rest, judged after each;
+PATIENTLY = 20.0  # the same, with patience: they go on while so many leave half as much
 
 
 def relax(step: Step, tolerance: float) -> Step | None:
@@ -73,25 +74,31 @@ def relax(step: Step, tolerance: float) -> Step | None:
     return relaxation.accepted() if step.is_scattered(relaxation.balance) else None
 
 
-def calm(step: Step, position: FloatArray, tolerance: float) -> Found | None:
+def calm(step: Step, position: FloatArray, tolerance: float, *, patient: bool = False) -> Found | None:
     """Return where blocks nearly at rest at a position (n, 3) come to rest to a tolerance; None if not in few cycles.
 
     Where thousands of contacts are at their strength, Newton's method lets some stick and others slide with every
-    correction, and none is the last. The step keeps what slipped and broke on the way.
+    correction, and none is the last. The step keeps what slipped and broke on the way. `patient`: cycles go on for as
+    long as they lead nearer to rest.
     """
     if len(step.moving.bolts.alive) or step.driven:
         return None
     across = float(np.sqrt(len(step.start)))
     relaxation = Relaxation(step, 1, CALMING, position)
-    while relaxation.done < CALMED * across:
+    window = (PATIENTLY if patient else CALMED) * across
+    before, until = relaxation.balance.norm, window
+    while True:
         relaxation.go_on(max(1, int(CALMED_EVERY * across)))
         balance = relaxation.balance
-        if not np.isfinite(balance.norm):
-            return None
         if balance.greatest < tolerance:
             step.contacts = relaxation.contacts
             return Found(balance.position, balance.at, converged=True)
-    return None
+        if not np.isfinite(balance.norm):
+            return None
+        if relaxation.done >= until:
+            if not patient or balance.norm > HALVED * before:
+                return None
+            before, until = balance.norm, until + window
 
 
 class Relaxation:
@@ -216,6 +223,7 @@ class Relaxation:
         mass[:, 1] = mass[:, 0]
         if not self._least_mass.any():
             least = mass.min(axis=0, where=mass > 0, initial=np.inf)
+            least = np.where(np.isfinite(least), least, 1.0)  # none touches another
             self._least_mass = np.where(mass > 0, mass, least)
         return np.maximum(mass, self._least_mass)
 

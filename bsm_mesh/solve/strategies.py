@@ -169,7 +169,7 @@ class MovingSteps:
                 taken = _leaves_little(step, here, weights)
                 if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
                     return replace(found, converged=taken)
-            calmed = _calmed(step, found.position, contacts, inner) if near_rest else None
+            calmed = _calmed(step, found.position, contacts, inner, patient=failures > 0) if near_rest else None
             if calmed is not None:
                 return calmed
             step.contacts = contacts
@@ -205,17 +205,18 @@ def _leaves_little(step: Step, here: Balance, weights: float) -> bool:
     return step.is_scattered(here, FEW_MOVE * weights) and here.greatest < max(UNPOLISHED, NEAR_BALANCE * weights)
 
 
-def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float) -> Found | None:
-    """Return where few cycles lead from a position if less is out of balance there, or from the start, or None.
+def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float, *, patient: bool) -> Found | None:
+    """Return where cycles lead from a position if less is out of balance there, or from the start, or None.
 
-    `contacts`: those that the start has.
+    `contacts`: those that the start has; `patient` as `calm` takes it, from the start, which is an equilibrium but for
+    little: whatever else is tried may lead to one that is farther away.
     """
     if step.balance_at(position).greatest < step.balance_at(step.start).greatest:
         found = calm(step, position, CALM_ENOUGH * inner)
         if found is not None:
             return found
     step.contacts = contacts
-    return calm(step, step.start, CALM_ENOUGH * inner)
+    return calm(step, step.start, CALM_ENOUGH * inner, patient=patient)
 
 
 def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found:

@@ -53,20 +53,30 @@ def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch,
 
     calmed = Found(step.start, step.evaluate(step.start), converged=True)
     monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "calm", lambda *_: calmed)
+    monkeypatch.setattr(strategies, "calm", lambda *_, **__: calmed)
     assert (
         strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=1) is calmed
     ) is is_calmed
 
 
 @pytest.mark.parametrize(("moved", "begins"), [(1e-9, ["there", "start"]), (1.0, ["start"])])
-def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monkeypatch, moved, begins):
+@pytest.mark.parametrize("failures", [0, 1])
+def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monkeypatch, moved, begins, failures):
+    """In a step that failed before they go on from the start, next to which an equilibrium lies."""
     step = moving_step()
     there, asked = step.start - np.array([0.0, moved, 0.0]), []
-    monkeypatch.setattr(strategies, "calm", lambda _, position, inner: asked.append((position, inner)))
-    assert strategies._calmed(step, there, step.contacts, 1e-6) is None
-    assert ["start" if position is step.start else "there" for position, _ in asked] == begins
-    assert {inner for _, inner in asked} == {strategies.CALM_ENOUGH * 1e-6}
+
+    def gives_up(_: Step, position: np.ndarray, inner: float, *, patient: bool = False) -> None:
+        asked.append(("start" if position is step.start else "there", inner, patient))
+
+    def fails(step: Step, *_: float, **__: bool) -> Found:
+        return Found(there, step.evaluate(there), converged=False)
+
+    monkeypatch.setattr(strategies, "calm", gives_up)
+    monkeypatch.setattr(strategies, "softened_newton", fails)
+    strategies.MovingSteps(excavated=False).solve(step, 1e-6, from_rest=False, failures=failures)
+    inner = strategies.CALM_ENOUGH * 1e-6
+    assert asked == [(begin, inner, failures > 0 and begin == "start") for begin in begins]
 
 
 @pytest.mark.parametrize(
@@ -135,7 +145,7 @@ def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, 
         return Found(position, step.evaluate(position), converged=True)
 
     monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "calm", lambda *_: None)
+    monkeypatch.setattr(strategies, "calm", lambda *_, **__: None)
     monkeypatch.setattr(strategies, "_with_friction_held", holds)
     strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=failures)
     assert bool(held) is is_held
@@ -170,6 +180,21 @@ def test_cycles_begin_where_they_are_told_to():
     assert again.balance_at(found.position).greatest < goal
     moved = [np.abs(found.position - position).max() for position in (there, again.start)]
     assert moved[0] < 0.5 * moved[1]
+
+
+@pytest.mark.parametrize("patient", [False, True])
+def test_with_patience_cycles_go_on_for_as_long_as_they_lead_nearer_to_rest(patient):
+    step = nearly_at_rest()
+    found = calm(step, step.start, 1e-3 * step.balance_at(step.start).greatest, patient=patient)
+    assert (found is not None) is patient
+
+
+def test_with_patience_they_end_where_they_do_not():
+    """A block that falls."""
+    step = begun(block_on_a_base())
+    step.contacts = replace(step.contacts, touching=np.zeros_like(step.contacts.touching))
+    up = step.start + np.array([[0.0, 0.0, 0.0], [0.0, 0.01, 0.0]])
+    assert calm(step, up, 1e-6, patient=True) is None
 
 
 def test_what_does_not_is_left_as_it_is():
