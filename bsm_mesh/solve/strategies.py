@@ -67,7 +67,8 @@ def softened_newton(
         found = newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
             break
-        idle, before, position = norms[-1] > IDLE * before, step.balance_at(found.position).norm, found.position
+        idle, position = norms[-1] > IDLE * before, found.position
+        before = step.balance_at(position).norm
         if not (idle and before > IDLE * norms[-1]):
             position = _settled(step, position, tolerance, inside=inside)
         here = step.balance_at(position)
