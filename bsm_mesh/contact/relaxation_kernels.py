@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 BROKEN = np.float32(-1.0)  # instead of a tensile strength
 
@@ -24,6 +24,7 @@ def relax_cycles(
     spring: FloatArray,
     tension: FloatArray,
     stuck: FloatArray,
+    bore: BoolArray,
     unbalanced: FloatArray,
     missing: FloatArray,
     inverse_mass: FloatArray,
@@ -51,6 +52,8 @@ def relax_cycles(
         Tensile strength; negative, in place, where a contact breaks.
     stuck : (m,) float32 [N/m]
         By what the shear force would have changed had blocks not moved along the edge; it changes in place with slip.
+    bore : (m,) bool
+        Becomes true, in place, where a contact bears in any of the cycles.
     unbalanced, missing : (n, 3) float64 [N/m, N/m, N]
         Forces out of balance where nothing has moved, and what of the loads is brought on little by little.
     inverse_mass : (n, 3) float64
@@ -85,6 +88,7 @@ def relax_cycles(
                 if tension[k] > nothing:
                     tension[k] = BROKEN
             else:
+                bore[k] = True
                 shear = stuck[k] + spring[k, 1] * along
                 most, least = spring[k, 3] + spring[k, 5] * pressure, -spring[k, 4] - spring[k, 5] * pressure
                 if most < least:

@@ -9,7 +9,8 @@ The step, numbered as in the loop:
 1. contacts near the accepted position, with their history;
 2. the step's equations, at the start with the least lam first: by Newton's method, and where too many contacts
    change for it, along a path of smoothed laws, or by dynamic relaxation where that is slow; near rest by few cycles of
-   it as well; while blocks move, by the interior point method, in the end with the shear strengths held;
+   it as well; while blocks move, by the interior point method, in the end by cycles that follow the blocks, or with
+   the shear strengths held;
 3. a step that is not solved or moves too far is taken again with a greater lam;
 4. accepted: history and bolts are committed; lam is adapted to the movement;
 5. verdict.
@@ -37,6 +38,7 @@ from bsm_mesh.solve.moving import Evaluation, MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.sliding import can_slide
 from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
 
@@ -99,17 +101,17 @@ class Continuation:
         """Return where the blocks come to rest, or how they come down."""
         moving, d = self.moving, self.moving.d
         position, history = self.begin.position, self.begin.history
-        lam, quiet, rejected_before = FIRST_LAM / d, 0, False
+        lam, quiet, rejected_before, velocity = FIRST_LAM / d, 0, False, None
         for number in range(self.options.max_steps):
             began, count = time.perf_counter(), self.factors.count
             gather = partial(moving.gather, history, position, first=number == 0 and self.begin.intact)  # (1)
             taken = self._first(gather, position) if number == 0 else None
-            taken = taken or self._take(gather(), position, lam, from_rest=number == 0, quiet=quiet > 0)
+            taken = taken or self._take(gather(), position, lam, velocity, from_rest=number == 0, quiet=quiet > 0)
             if taken is None:
                 return self._end(Status.NOT_CONVERGED, "a step cannot be solved at any length", gather(), position)
             found, contacts, lam, rejected = taken.found, taken.step.contacts, taken.step.lam, taken.rejected
             greatest = float(np.abs((found.position - position) / moving.scale).max())
-            position, at = found.position, found.at
+            position, at, velocity = found.position, found.at, found.velocity
             history, changed = commit(contacts, at, position, moving.outlines.size)  # (4)
             moving.bolts = moving.bolts.commit(moving.bolts.evaluate(position))
             residual = moving.static_residual(contacts, position)
@@ -118,7 +120,8 @@ class Continuation:
             quiet = quiet + 1 if at_rest else 0
             if quiet >= 2:  # (5)
                 return self._end(Status.STABLE, "static equilibrium", contacts, position)
-            reason, blocks = self.falling.look(contacts, at, position)
+            bore = at.bearing if found.bore is None else found.bore
+            reason, blocks = self.falling.look(contacts, bore, position)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
@@ -137,22 +140,19 @@ class Continuation:
     def _first(self, gather: Callable[[], MovingContacts], position: FloatArray) -> _Taken | None:
         """Return the first step with the least lam, or None where it is not solved; (2).
 
-        Where a path is slow, or nothing else leads to rest, blocks come to it by damped motion, or the path goes on.
+        Where a path is slow, or nothing else leads to rest, blocks come to it by damped motion.
 
         Its contacts are updated on the way. So nobody else keeps those that it began with: of a million blocks they
         would take 1 GB, and are gathered again in a second.
         """
         excavated = not self.begin.intact
-        step, found = first_step(self._start(gather, position), self.tolerance, excavated=excavated, patient=False)
+        step, found = first_step(self._start(gather, position), self.tolerance, excavated=excavated)
         if not found.converged and not excavated:
-            slow = found.slow
             del step, found
-            again = relaxed_step(self._start(gather, position), self.tolerance)
-            if again is None and slow:
-                again = first_step(self._start(gather, position), self.tolerance, excavated=excavated)
-            if again is None:
+            relaxed = relaxed_step(self._start(gather, position), self.tolerance)
+            if relaxed is None:
                 return None
-            step, found = again
+            step, found = relaxed
         return _Taken(found, step) if self._holds(found, step) else None
 
     def _start(self, gather: Callable[[], MovingContacts], position: FloatArray) -> Step:
@@ -165,17 +165,26 @@ class Continuation:
         self.start_residual = self.moving.static_residual(contacts, position)
 
     def _take(
-        self, contacts: MovingContacts, anchor: FloatArray, lam: float, *, from_rest: bool, quiet: bool
+        self,
+        contacts: MovingContacts,
+        anchor: FloatArray,
+        lam: float,
+        velocity: FloatArray | None,
+        *,
+        from_rest: bool,
+        quiet: bool,
     ) -> _Taken | None:
         """Return the step as it was taken, with a greater lam where it needs one; (2) and (3)."""
         residual = self.moving.static_residual(contacts, anchor)
         inner = self._inner(residual)
         falls = self.least_lam > LEAST_LAM / self.moving.d  # which the first step found out where it led to
         failures = int(from_rest and falls)
-        moving_lam = self._moving_lam(residual)
+        moves = velocity is not None or not self.begin.intact
+        moving_lam = self._moving_lam(residual) if moves else 0.0
         lam = wanted = max(lam, self.least_lam, 0.0 if from_rest else moving_lam)
         while lam <= MOST_LAM / self.moving.d:
             step = Step(self.moving, self.factors, contacts, anchor, lam)
+            step.velocity = velocity
             found = self.movement.solve(step, inner, from_rest=from_rest, failures=failures)
             least = self.least_lam
             if self._holds(found, step, quiet=quiet):
@@ -185,14 +194,16 @@ class Continuation:
                 lam = wanted = max(lam, self.least_lam)
                 continue
             farther = lam * max(2.0, step.movement(found.position - anchor) / self.moving.d)
+            if from_rest and can_slide(step):
+                moving_lam = self._moving_lam(residual)
             lam = farther if found.converged else max(4 * lam, FIRST_LAM / self.moving.d, moving_lam)
             if failures == MOST_FAILURES and not from_rest:
                 lam = max(wanted, HELD_LAM / self.moving.d)
         return None
 
     def _moving_lam(self, residual: float) -> float:
-        """Return the lam with which a free block that lacks a residual moves by a step length; 0 but after a change."""
-        return 0.0 if self.begin.intact else min(residual * self.moving.stressed, 1.0) / self.moving.d
+        """Return the lam with which a free block that lacks a residual moves by a step length."""
+        return min(residual * self.moving.stressed, 1.0) / self.moving.d
 
     def _inner(self, residual: float) -> float:
         """Return the tolerance of a step that begins with a residual, over the mean weight."""

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.solve.bolt_state import holding_pairs
-from bsm_mesh.solve.moving import Evaluation, MovingContacts
+from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 
 FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
@@ -34,10 +34,13 @@ class Falling:
         self.loose = np.zeros(len(position), dtype=bool)  # blocks without either after the last step
         self.recent: list[FloatArray] = [position]
 
-    def look(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> tuple[str, IntArray]:
-        """Return why and which blocks come down after an accepted step; an empty reason if none does."""
+    def look(self, contacts: MovingContacts, bore: BoolArray, position: FloatArray) -> tuple[str, IntArray]:
+        """Return why and which blocks come down after an accepted step; an empty reason if none does.
+
+        `bore`: contacts (m,) that bear at its end, or bore on the way there.
+        """
         self.recent = [*self.recent[-RECENT_STEPS:], position]
-        moving, supported = self.moving, self._supported(contacts, at, position)
+        moving, supported = self.moving, self._supported(contacts, bore, position)
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.begin)[:, :2].T)
         fallen = np.hypot(*(position - self.parted)[:, :2].T)
@@ -55,11 +58,11 @@ class Falling:
         lately = np.abs((self.recent[-1] - self.recent[since]) / moving.scale).max(axis=1) * ~moving.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
 
-    def _supported(self, contacts: MovingContacts, at: Evaluation, position: FloatArray) -> BoolArray:
+    def _supported(self, contacts: MovingContacts, bore: BoolArray, position: FloatArray) -> BoolArray:
         """Return which blocks a chain of bearing contacts and bolts joins to a support, (n,); others fall."""
         c, n, bolts = contacts.candidates, self.moving.model.blocks.count, self.moving.bolts
         near, far = holding_pairs(bolts, bolts.evaluate(position))
-        ends = (np.concatenate([c.block_a[at.bearing], near]), np.concatenate([c.block_b[at.bearing], far]))
+        ends = (np.concatenate([c.block_a[bore], near]), np.concatenate([c.block_b[bore], far]))
         _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
         held: BoolArray = np.isin(part, part[self.moving.bars.block])
         return held

@@ -32,7 +32,7 @@ ROUGHER, LEAST_ROUGH = 0.1, 1e-3  # and part of what an update leaves before the
 BARRIERS = (1.0, 10.0)  # what the interior point method begins with after an excavation, one after the other
 
 
-def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool = True) -> tuple[Step, Found]:
+def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, Found]:
     """Return the equilibrium next to the start, and the step with the contacts that it was found with.
 
     Nothing is committed between updates: what slides still remembers where it began to, so that Newton's method need
@@ -48,15 +48,13 @@ def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool =
         Greatest force out of balance over the mean weight that counts as rest.
     excavated : bool
         The start was at rest until something was changed.
-    patient : bool
-        Follow a path to its end though it was lost or has become slow.
     """
     inner = 0.5 * tolerance
     rest = newton(step, step.start, inner, most=0)
     if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
         return step, rest
     del rest  # forces in all contacts, which nobody asks for again
-    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated, patient=patient)
+    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated)
     rough = ROUGH
     for update in range(MOST_UPDATES):
         step.make_room(found.position)
@@ -69,10 +67,8 @@ def first_step(step: Step, tolerance: float, *, excavated: bool, patient: bool =
             return updated, _polished(updated, Found(left.position, left.at, converged=True))
         most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
         enough = max(inner, min(most, UPDATED * left.greatest))
-        keys = {"excavated": excavated, "was_solved": found.converged, "patient": patient}
-        again = solve_updated(updated, found.position, enough, **keys)
+        again = solve_updated(updated, found.position, enough, excavated=excavated, was_solved=found.converged)
         if not again.converged and not _is_nearly(updated, again, FEW_MOVE if excavated else FEW_LEFT):
-            found = replace(found, slow=again.slow)
             break
         step, found, rough = updated, again, FEW_LEFT
     if not found.converged and _is_nearly(step, found, FEW_MOVE if excavated else SCATTERED):
@@ -101,12 +97,12 @@ def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
     return relaxed, replace(found, converged=True)
 
 
-def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, patient: bool = True) -> Found:
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
     """Return the equilibrium next to the start with the contacts as they are there, or what is known of it.
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
     where moving steps come to rest, so none is followed; and what a few blocks lack, which then move, is not looked for
-    with all others. `patient` as `first_step` takes it.
+    with all others.
     """
     elastic = elastic_position(step)
     step.make_room(elastic)
@@ -124,7 +120,7 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, pati
     weight = step.moving.weight(step.evaluate(elastic))
     rough = ROUGH if step.movement(elastic - step.start) > step.moving.d else 0.0
     smoothing = typical_smoothing(contacts, elastic, weight)
-    return _along_path(step, step.start, smoothing, tolerance, rough, patient=patient)
+    return _along_path(step, step.start, smoothing, tolerance, rough)
 
 
 def solve_updated(
@@ -134,11 +130,10 @@ def solve_updated(
     *,
     excavated: bool = False,
     was_solved: bool = True,
-    patient: bool = True,
 ) -> Found:
     """Return the equilibrium next to a position at which the step's contacts were updated.
 
-    `excavated` and `patient` as `first_step` takes them; `was_solved`: it was one before the update, not only a part of
+    `excavated` as `first_step` takes it; `was_solved`: it was one before the update, not only a part of
     the way.
     """
     left = step.balance_at(position)
@@ -152,16 +147,14 @@ def solve_updated(
     rough = min(SCATTERED, ROUGHER * left.norm / (left.weight * float(np.sqrt(len(position)))))
     rough = rough if rough > LEAST_ROUGH else 0.0
     smoothing = fitting_smoothing(step, left.position)
-    return _along_path(step, left.position, smoothing, tolerance, rough, patient=patient)
+    return _along_path(step, left.position, smoothing, tolerance, rough)
 
 
-def _along_path(
-    step: Step, position: FloatArray, smoothing: float, tolerance: float, rough: float, *, patient: bool
-) -> Found:
+def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: float, rough: float) -> Found:
     """Return what is found along the path that begins at a position with a smoothing [N], and from its end."""
-    found = follow_path(step, position, smoothing, tolerance, rough=rough, patient=patient)
+    found = follow_path(step, position, smoothing, tolerance, rough=rough)
     end = step.balance_at(found.position)
-    if found.converged or found.slow or end.greatest > NEARLY or step.is_scattered(end, rough):
+    if found.converged or end.greatest > NEARLY or step.is_scattered(end, rough):
         return found
     contacts = step.contacts
     better = softened_newton(step, found.position, tolerance)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.brittle import break_caught
 from bsm_mesh.solve.moving import Evaluation, first_tangent
 from bsm_mesh.solve.step import Balance, Step, moved_by
@@ -20,12 +20,17 @@ SOFTEST = 0.1  # of their stiffness: what open and slipping contacts keep in a s
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Found:
-    """A position, its contact forces, and whether they solve the step's equations; `slow`: a path was left for that."""
+    """A position, its contact forces, and whether they solve the step's equations, or may end it.
+
+    Where cycles follow the blocks, `velocity` (n, 3) [m, m, rad] is how far they move in one, and `bore` (m,) tells
+    which contacts bore at any time of the step.
+    """
 
     position: FloatArray
     at: Evaluation
     converged: bool
-    slow: bool = False
+    velocity: FloatArray | None = None
+    bore: BoolArray | None = None
 
 
 def newton(

@@ -20,6 +20,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.local_phase import relax_locally
 from bsm_mesh.solve.newton import Found, newton
+from bsm_mesh.solve.relaxation import can_relax
 from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
 from bsm_mesh.solve.step import Balance, Step, moved_by
 
@@ -66,7 +67,6 @@ def follow_path(
     tolerance: float,
     *,
     rough: float = 0.0,
-    patient: bool = True,
 ) -> Found:
     """Return the solution at the path's end by Newton's method, or how near to it the path led.
 
@@ -85,15 +85,13 @@ def follow_path(
         Greatest force out of balance by the exact laws, over the mean weight.
     rough : float
         Root mean square out of balance, of a weight, to which the path is followed if not to its end.
-    patient : bool
-        Go on where it was lost or has become slow.
     """
-    path, goal = _Path(step, position, smoothing, patient=patient), NEAR_END
+    path, goal = _Path(step, position, smoothing), NEAR_END
     for _ in range(MOST_ITERATIONS):
         if path.is_held_up or step.is_scattered(path.exact, rough):
             break
         if path.is_given_up:
-            return Found(path.exact.position, path.exact.at, converged=False, slow=True)
+            break
         if path.exact.greatest < goal:
             contacts = step.contacts
             found = newton(step, path.here.position, tolerance, contraction=CONTRACTION)
@@ -126,8 +124,8 @@ class _Path:
         What is out of balance by the smoothed laws and by the exact ones.
     """
 
-    def __init__(self, step: Step, position: FloatArray, smoothing: float, *, patient: bool) -> None:
-        self.step, self._smoothing, self._patient = step, smoothing, patient
+    def __init__(self, step: Step, position: FloatArray, smoothing: float) -> None:
+        self.step, self._smoothing, self._patient = step, smoothing, not can_relax(step)
         self._smoothed = step.smoothed(smoothing)
         self.here, self.exact = self._smoothed.balance_at(position), step.balance_at(position)
         self._wanted, self._least, self._raised, self._slow = FIRST, LEAST, 0, 0
@@ -146,7 +144,7 @@ class _Path:
 
     @property
     def is_given_up(self) -> bool:
-        """Whether many blocks are out of balance on a path that was lost, or became slow, and nobody is patient."""
+        """Whether many blocks are out of balance on a path that was lost, or became slow, and cycles can be used."""
         hopeless = self._was_lost or (self._was_quick and self._slow >= PATIENCE)
         return hopeless and not self._patient and not self.step.is_scattered(self.exact, FEW_LEFT)
 

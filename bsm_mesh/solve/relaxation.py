@@ -39,11 +39,20 @@ CALMED, CALMED_EVERY = 2.0, 0.25  # times the blocks across: cycles that calm wh
 PATIENTLY = 20.0  # the same, with patience: they go on while so many leave half as much
 
 
+def can_relax(step: Step) -> bool:
+    """Return whether cycles can be used: bolts are stiff, and known to them only from before them."""
+    return not len(step.moving.bolts.alive)
+
+
+def cycles_at_once(step: Step) -> int:
+    """Return how many cycles go by until contacts are worked out again."""
+    return max(LEAST_CYCLES, int(REFRESHED * float(np.sqrt(len(step.start)))))
+
+
 def relax(step: Step, tolerance: float) -> Step | None:
     """Return the step from where blocks come to rest, all but few of them; None where they do not.
 
-    What slipped and broke on the way is accepted: the step begins there, with contacts as they are there. Bolts are
-    stiff, and known to explicit cycles only from before them; where there are any the answer is None.
+    What slipped and broke on the way is accepted: the step begins there, with contacts as they are there.
 
     Parameters
     ----------
@@ -52,10 +61,10 @@ def relax(step: Step, tolerance: float) -> Step | None:
     tolerance : float
         Greatest force out of balance, over the mean weight, below which nothing is left to do.
     """
-    if len(step.moving.bolts.alive):
+    if not can_relax(step):
         return None
-    across = float(np.sqrt(len(step.start)))
-    ramp, window, at_once = int(RAMP * across), int(WINDOW * across), max(LEAST_CYCLES, int(REFRESHED * across))
+    across, at_once = float(np.sqrt(len(step.start))), cycles_at_once(step)
+    ramp, window = int(RAMP * across), int(WINDOW * across)
     relaxation, refined = Relaxation(step, ramp, DAMPING), list(REFINED)
     before, until = np.inf, ramp + window
     while refined and relaxation.searches < MOST_SEARCHES:
@@ -81,7 +90,7 @@ def calm(step: Step, position: FloatArray, tolerance: float, *, patient: bool = 
     correction, and none is the last. The step keeps what slipped and broke on the way. `patient`: cycles go on for as
     long as they lead nearer to rest.
     """
-    if len(step.moving.bolts.alive) or step.driven:
+    if step.driven or not can_relax(step):
         return None
     across = float(np.sqrt(len(step.start)))
     relaxation = Relaxation(step, 1, CALMING, position)
@@ -109,30 +118,41 @@ class Relaxation:
     step : Step
         The equations where it begins.
     ramp : int
-        Cycles in which what is out of balance there is brought on.
+        Cycles in which what is out of balance there is brought on; 0: it acts at once.
     damping : float
         Part of the force out of balance that acts against the velocity.
     position : (n, 3) float64, optional
         Where it begins instead of at the step's start.
+    lightest : float
+        Part of the mean mass that no block's is less than.
 
     Attributes
     ----------
     balance : Balance
         Where blocks are, and what is out of balance there.
+    bore : (m,) bool
+        Contacts that bore at any time since they were looked for.
+    velocity : (n, 3) float64 [m, m, rad]
+        Movement in a cycle; at first what the step begins with.
+    least_mass : (n, 3) float64
+        Masses over the square of a cycle when cycles began; 0 before.
     done : int
         Cycles so far.
     searches : int
         How often contacts were looked for again.
     """
 
-    def __init__(self, step: Step, ramp: int, damping: float, position: FloatArray | None = None) -> None:
-        self._step, self._ramp, self._damping = copy(step), ramp, damping
+    def __init__(
+        self, step: Step, ramp: int, damping: float, position: FloatArray | None = None, lightest: float = 0.0
+    ) -> None:
+        self._step, self._ramp, self._damping, self._lightest = copy(step), ramp, damping, lightest
         self._searched = step.start if position is None else position
         self.done, self.searches = 0, 0
         self.balance = step.balance_at(self._searched)
+        self.bore = self.balance.at.bearing.copy()
         self._missing = self.balance.forces
-        self._velocity = np.zeros_like(step.start)
-        self._least_mass = np.zeros_like(step.start)
+        self.velocity = np.zeros_like(step.start) if step.velocity is None else step.velocity.copy()
+        self.least_mass = np.zeros_like(step.start)
 
     @property
     def contacts(self) -> MovingContacts:
@@ -162,34 +182,41 @@ class Relaxation:
         history, _ = commit(step.contacts, self.balance.at, position, step.moving.outlines.size)
         step.contacts = step.moving.gather(history, position, first=False)
         self.balance, self._searched, self.searches = step.balance_at(position), position, self.searches + 1
+        self.bore = self.balance.at.bearing.copy()
 
-    def go_on(self, cycles: int) -> None:
-        """Go on by some cycles, and keep what slips and breaks in them."""
+    def go_on(self, cycles: int, margin: float = 0.0) -> None:
+        """Go on by some cycles, and keep what slips and breaks in them.
+
+        `margin`: how far blocks may come nearer to each other [m] beyond what their velocity leads to.
+        """
         step, at, position = self._step, self.balance.at, self.balance.position
-        rows = _within_reach(step.contacts, at, 2 * cycles * step.movement(self._velocity))
+        rows = _within_reach(step.contacts, at, margin + 2 * cycles * step.movement(self.velocity))
         block_a, block_b = step.contacts.candidates.block_a[rows], step.contacts.candidates.block_b[rows]
         frame, arms = _frames(step.contacts, at, rows)
         spring = _springs(step.contacts, at, rows, step.moving.catalogue.laws)
         mass = self._mass(block_a, block_b, spring, arms)
         moved = np.zeros_like(position)
+        bore = self.bore[rows]
         changed = relax_cycles(
-            _lacking(np.arange(self.done, self.done + cycles) / self._ramp),
+            _lacking(np.arange(self.done, self.done + cycles), self._ramp),
             block_a,
             block_b,
             frame,
             spring,
             step.contacts.tension[rows].astype(np.float32),
             np.zeros(len(rows), np.float32),
+            bore,
             self.balance.forces,
             self._missing,
             1 / mass,
             step.supports.block,
             _projectors(step.supports, mass),
             self._damping,
-            self._velocity,
+            self.velocity,
             moved,
         )
         self.done += cycles
+        self.bore[rows] = bore
         self._keep(position + moved, rows, at.shear[rows] + changed)
 
     def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray) -> None:
@@ -215,17 +242,18 @@ class Relaxation:
         Of contacts it is at most four times the sum of theirs: the square of a difference of two movements, each of a
         translation and a turn. No mass is less than when cycles began, nor that of a block that touches none.
         """
-        n, stiffness = len(self._velocity), (1 + self._damping) * spring[:, :2].max(axis=1).astype(float)
+        n, stiffness = len(self.velocity), (1 + self._damping) * spring[:, :2].max(axis=1).astype(float)
         mass = np.zeros((n, 3))
         for block, arm in ((block_a, arms[:, 0]), (block_b, arms[:, 1])):
             mass[:, 0] += np.bincount(block, weights=stiffness, minlength=n)
             mass[:, 2] += np.bincount(block, weights=stiffness * arm**2, minlength=n)
         mass[:, 1] = mass[:, 0]
-        if not self._least_mass.any():
+        if not self.least_mass.any():
             least = mass.min(axis=0, where=mass > 0, initial=np.inf)
             least = np.where(np.isfinite(least), least, 1.0)  # none touches another
-            self._least_mass = np.where(mass > 0, mass, least)
-        return np.maximum(mass, self._least_mass)
+            mean = mass.mean(axis=0, where=mass > 0) if (mass > 0).any() else least
+            self.least_mass = np.maximum(np.where(mass > 0, mass, least), self._lightest * mean)
+        return np.maximum(mass, self.least_mass)
 
 
 def _within_reach(contacts: MovingContacts, at: Evaluation, distance: float) -> IntArray:
@@ -269,7 +297,7 @@ def _projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
     return projectors
 
 
-def _lacking(time: FloatArray) -> FloatArray:
-    """Return the part of the loads that does not act yet, (k,), at times (k,) over that of the ramp."""
-    lacking: FloatArray = 0.5 + 0.5 * np.cos(np.pi * np.minimum(time, 1.0))
+def _lacking(cycle: IntArray, ramp: int) -> FloatArray:
+    """Return the part of the loads that does not act yet in cycles (k,) of a ramp, (k,)."""
+    lacking: FloatArray = 0.5 + 0.5 * np.cos(np.pi * np.minimum(cycle / ramp, 1.0)) if ramp else np.zeros(len(cycle))
     return lacking

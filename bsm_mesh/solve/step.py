@@ -90,6 +90,8 @@ class Step:
         Pressures at which the contacts' shear strengths are held; None: they follow the pressures.
     smoothing : float [N]
         Of the contacts' laws; 0: the laws themselves.
+    velocity : (n, 3) float64 or None [m, m, rad]
+        Of blocks that are followed by cycles, where the step begins; None: they are not.
     """
 
     def __init__(
@@ -98,6 +100,7 @@ class Step:
         self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
         self.friction_pressure: FloatArray | None = None
         self.smoothing = 0.0
+        self.velocity: FloatArray | None = None
         self.still = anchor
         self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
         self.supports = moving.constraints_at(anchor)

@@ -16,6 +16,7 @@ from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.relaxation import calm
+from bsm_mesh.solve.sliding import can_slide, slide, slides
 from bsm_mesh.solve.step import SCATTERED, Balance, Step
 
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
@@ -35,7 +36,8 @@ JAMMED = 1e-2  # tolerance of a step that begins with more than a weight out of 
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
-LONGEST_PAUSE = 32  # moving steps for which they are held after failures
+LONGEST_PAUSE = 32  # moving steps for which they are held after failures,
+LONGEST_FOLLOWED = 4  # and for which slow blocks are followed by cycles
 CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
 CALM_ENOUGH = 1.9  # of a step's tolerance, at least half of what counts as rest: what explicit cycles may leave
 NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
@@ -127,8 +129,10 @@ class MovingSteps:
     """Solves the steps in which blocks move, one after the other, and learns from them.
 
     With Coulomb's coupling of pressure and friction a step may have no solution close by: a contact that slides
-    would stick, and sticking it would slide. With shear strengths held it is a convex problem, and has one. That is
-    the last resort, because friction then lags by a step: where shorter steps fail as well, and for some steps after.
+    would stick, and sticking it would slide. Then cycles follow the blocks (`sliding.py`), for some steps and for as
+    long as they are fast. Where bolts or moving supports forbid that, shear strengths are held: the step is a convex
+    problem then, and has a solution. That is the last resort, because friction lags by a step: where shorter steps fail
+    as well, and for some steps after.
 
     After an excavation few blocks move, and the others need not be solved again for what those lack: a step ends though
     they lack a part of their weight.
@@ -160,40 +164,78 @@ class MovingSteps:
             How often this step failed with other regularisations.
         """
         near_rest, contacts = inner < NEAR_REST, step.contacts
+        followed = step.velocity is not None
+        if slides(step) or (followed and self._wait > 0):
+            self._wait = max(0, self._wait - 1)
+            return slide(step, inner)
         if not from_rest:
-            found = softened_newton(step, step.start, inner, inside=True)
-            if found.converged:
+            found = self._next_to_start(step, inner, failures, near_rest=near_rest)
+            if found is not None:
+                self._pause = 1 if followed else self._pause
                 return found
-            here = step.balance_at(found.position)
-            weights = step.moving.stressed if inner > JAMMED else 1.0
-            if self._excavated and not near_rest and step.is_scattered(here, SCATTERED * weights):
-                taken = _leaves_little(step, here, weights)
-                if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
-                    return replace(found, converged=taken)
-            calmed = _calmed(step, found.position, contacts, inner, patient=failures > 0) if near_rest else None
-            if calmed is not None:
-                return calmed
             step.contacts = contacts
-            if near_rest and failures:
-                found = _with_friction_held(step, step.anchor, inner)
-                if found.converged:
-                    return found
-                step.contacts = contacts
         if from_rest or near_rest:
             most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
             found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
             if found.converged:
                 return found
             step.contacts = contacts
-        crawls = step.lam * step.moving.d > CRAWLING
-        if near_rest or (not crawls if from_rest else self._wait == 0 and failures < MOST_FAILURES):
+        if near_rest and not (followed or (failures and self._may_slide(step))):
             return from_inside(step, step.start, inner, MOST_MOVING)
         if from_rest:
+            return self._from_rest(step, inner, failures)
+        return self._in_motion(step, inner, failures)
+
+    def _next_to_start(self, step: Step, inner: float, failures: int, *, near_rest: bool) -> Found | None:
+        """Return the end of a step by what serves where blocks had come to some balance before; None if none does."""
+        contacts = step.contacts
+        found = softened_newton(step, step.start, inner, inside=True)
+        if found.converged:
+            return found
+        here = step.balance_at(found.position)
+        weights = step.moving.stressed if inner > JAMMED else 1.0
+        if self._excavated and not near_rest and step.is_scattered(here, SCATTERED * weights):
+            taken = _leaves_little(step, here, weights)
+            if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
+                return replace(found, converged=taken)
+        if not near_rest:
+            return None
+        calmed = _calmed(step, found.position, contacts, inner, patient=failures > 0)
+        if calmed is not None:
+            return calmed
+        step.contacts = contacts
+        holds = failures > 0 and not self._may_slide(step)
+        held = _with_friction_held(step, step.anchor, inner) if holds else None
+        return held if held is not None and held.converged else None
+
+    def _from_rest(self, step: Step, inner: float, failures: int) -> Found:
+        """Return the end of a first step that Newton's method does not find.
+
+        With the least regularisation there is mostly none, and where one that lets a free block move by a step length
+        does not help either, blocks slide.
+        """
+        if self._may_slide(step) and failures != 1:
+            return slide(step, inner) if failures else Found(step.start, step.evaluate(step.start), converged=False)
+        if step.lam * step.moving.d > CRAWLING:
             return _with_friction_held(step, elastic_position(step), inner)
+        return from_inside(step, step.start, inner, MOST_MOVING)
+
+    def _in_motion(self, step: Step, inner: float, failures: int) -> Found:
+        """Return the end of a moving step that Newton's method does not find: by cycles, or with strengths held."""
+        may_slide = self._may_slide(step)
+        followed = may_slide and step.velocity is not None
+        if self._wait == 0 and not followed and failures < (1 if may_slide else MOST_FAILURES):
+            return from_inside(step, step.start, inner, MOST_MOVING)
         if self._wait == 0:
-            self._wait, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
+            self._wait = self._pause
+            self._pause = min(2 * self._pause, LONGEST_FOLLOWED if may_slide else LONGEST_PAUSE)
+        if may_slide:
+            return slide(step, inner)
         self._wait -= 1
         return _with_friction_held(step, step.anchor, inner)
+
+    def _may_slide(self, step: Step) -> bool:
+        return can_slide(step) and not self._excavated
 
 
 def _leaves_little(step: Step, here: Balance, weights: float) -> bool:

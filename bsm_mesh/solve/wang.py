@@ -69,7 +69,7 @@ class WangIteration(Continuation):
             quiet = quiet + 1 if at_rest else 0
             if quiet == QUIET_CYCLES:
                 return self._at_rest(contacts, position, at)
-            reason, blocks = self.falling.look(contacts, at, position)
+            reason, blocks = self.falling.look(contacts, at.bearing, position)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
         return self._end(Status.NOT_CONVERGED, self._out_of("cycles", residual, position), contacts, position)

@@ -22,7 +22,7 @@ def watch(heights, limit=100.0, **given):
     for height in heights:
         above, position = (np.array([(0, 0, 0), (0, at, 0)]) for at in (max(height, 0.0), height))
         contacts = moving.gather(History.none(), above, first=False)
-        said.append(falling.look(contacts, moving.evaluate(contacts, position), position))
+        said.append(falling.look(contacts, moving.evaluate(contacts, position).bearing, position))
     return said
 
 
@@ -66,7 +66,7 @@ def test_what_only_settles_in_the_first_step_does_not_come_down():
     for height in (-1e-5, FAR, 2 * FAR):
         position = np.array([(0, 0, 0), (0.3, height, 0), (0.3, -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
-        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position), position)
+        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position).bearing, position)
     assert reason
     assert_array_equal(blocks, [1])
 
@@ -78,6 +78,6 @@ def test_what_settles_in_the_first_half_of_few_steps_does_not_come_down():
     for height, settled in ((-1e-5, 0.3), (-1e-5, 0.6), (FAR, 0.6), (2 * FAR, 0.6)):
         position = np.array([(0, 0, 0), (0, height, 0), (settled, -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
-        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position), position)
+        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position).bearing, position)
     assert reason
     assert_array_equal(blocks, [1])

@@ -147,6 +147,7 @@ def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, 
     monkeypatch.setattr(strategies, "softened_newton", fails)
     monkeypatch.setattr(strategies, "calm", lambda *_, **__: None)
     monkeypatch.setattr(strategies, "_with_friction_held", holds)
+    monkeypatch.setattr(strategies, "can_slide", lambda _: False)
     strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=failures)
     assert bool(held) is is_held
 

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_equal
 from step_scenes import CONTINUATION, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import first_step, strategies
+from bsm_mesh.solve import first_step, sliding, strategies
 from bsm_mesh.solve.continuation import FIRST_LAM, LEAST_LAM, Continuation
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, elastic_position, newton
@@ -70,7 +70,8 @@ def without_newton(*, coupled_only: bool):
 def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, coupled_only, within):
     """Of a sliding block: ``sin(tilt) - tan(friction) p / W = lam u``, the pressure p that at the end or the beginning.
 
-    With strengths held Newton's method may fail as well: then what it should polish is taken as it is.
+    So it is where bolts forbid cycles. With strengths held Newton's method may fail as well: then what it should polish
+    is taken as it is.
     """
     tilt, part = 40.0, 0.5
     step = sliding_step(tilt, part)
@@ -81,6 +82,7 @@ def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, 
         return float((found.position - step.anchor)[1, 0] * step.lam)
 
     slope = np.tan(np.radians(FRICTION))
+    monkeypatch.setattr(strategies, "can_slide", lambda _: False)
     moving = MovingSteps(excavated=False)
     coupled = moving.solve(step, 1e-7, from_rest=False, failures=MOST_FAILURES)
     assert_allclose(coupled.at.pressure.sum() / 26e3, down, rtol=1e-3)  # it has settled less, by lam
@@ -99,6 +101,7 @@ def test_a_first_step_that_would_take_blocks_nowhere_has_the_friction_of_closed_
     step = sliding_step(tilt, 0.0)
     step.lam = 2 * strategies.CRAWLING / step.moving.d
     monkeypatch.setattr(strategies, "newton", without_newton(coupled_only=True))
+    monkeypatch.setattr(strategies, "can_slide", lambda _: False)
     found = MovingSteps(excavated=False).solve(step, 1e-3, from_rest=True, failures=0)
     assert found.converged
     closed = step.evaluate(elastic_position(step)).pressure.sum() / 26e3
@@ -296,22 +299,29 @@ def test_after_an_excavation_what_few_blocks_lack_is_not_looked_for_from_inside(
 
 
 @pytest.mark.parametrize(
-    ("intact", "from_rest", "expected"),
-    [(False, False, [0.4, 1.6]), (True, False, [LEAST_LAM, FIRST_LAM]), (False, True, [LEAST_LAM, 0.4])],
+    ("intact", "from_rest", "slid", "expected"),
+    [
+        (False, False, False, [0.4, 1.6]),
+        (True, False, False, [LEAST_LAM, FIRST_LAM]),
+        (True, False, True, [0.4, 1.6]),
+        (True, True, False, [LEAST_LAM, 0.4]),
+        (False, True, False, [LEAST_LAM, 0.4]),
+    ],
 )
-def test_after_an_excavation_a_moving_step_lets_a_free_block_move_by_a_step_length(
-    monkeypatch, intact, from_rest, expected
-):
+def test_where_blocks_move_a_step_lets_a_free_one_move_by_a_step_length(monkeypatch, intact, from_rest, slid, expected):
     """All of its weight is out of balance, .4 of the mean of both blocks: ``lam d = .4``; a failed step is shorter."""
+    monkeypatch.setattr(sliding, "MANY", 0)
     run = begin_on_a_base()
     run.begin = replace(run.begin, intact=intact)
     contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
+    velocity = np.zeros_like(run.moving.start) if slid else None
     tried = []
 
     def ends_the_second_time(step: Step, inner: float, **_: object) -> Found:
+        assert step.velocity is velocity
         tried.append(step.lam * run.moving.d)
         return Found(step.start, step.evaluate(step.start), converged=len(tried) > 1)
 
     monkeypatch.setattr(run.movement, "solve", ends_the_second_time)
-    run._take(contacts, run.moving.start, run.least_lam, from_rest=from_rest, quiet=True)
+    run._take(contacts, run.moving.start, run.least_lam, velocity, from_rest=from_rest, quiet=True)
     assert_allclose(tried, expected, rtol=1e-3)

@@ -1,0 +1,202 @@
+"""Blocks that slide far are followed by cycles: they keep their velocity, and what bears on the way is known."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
+
+import bsm_mesh as bsm
+from bsm_mesh.solve import sliding, strategies
+from bsm_mesh.solve.falling import FREE_MOVE, Falling
+from bsm_mesh.solve.newton import Found
+from bsm_mesh.solve.relaxation import DAMPING, Relaxation
+from bsm_mesh.solve.sliding import can_slide, slide, slides
+from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.strategies import LONGEST_FOLLOWED, MovingSteps
+
+benchmarks = pytest.importorskip("benchmarks.scenes")
+TILT, FRICTION = 50.0, 35.0
+
+
+@pytest.fixture(autouse=True)
+def few_are_many(monkeypatch):
+    """Let cycles follow few blocks as well: their motion is known in closed form."""
+    monkeypatch.setattr(sliding, "MANY", 0)
+
+
+def after(step: Step, found: Found) -> Step:
+    """Return the next step, from where one has led."""
+    there = Step(step.moving, step.factors, step.contacts, found.position, step.lam)
+    there.velocity = found.velocity
+    return there
+
+
+def test_a_block_gains_the_velocity_that_friction_and_damping_leave_it(monkeypatch):
+    """``v^2 = 2 s (1 - damping) (sin - cos tan(friction)) W / m``, over steps that each end after a step length."""
+    masses = []
+    monkeypatch.setattr(
+        Relaxation, "_mass", lambda *given, mass=Relaxation._mass: masses.append(mass(*given)) or masses[-1]
+    )
+    monkeypatch.setattr(sliding, "LONGEST_SLIDE", 1e4)
+    step = begun(block_on_a_base(TILT))
+    for _ in range(4):
+        before, found = step.start, slide(step, 1e-6)
+        assert found.converged
+        assert found.bore.sum() == 2
+        assert 1.0 <= step.movement(found.position - before) / step.moving.d < 1.0 + 3 * sliding.AT_ONCE
+        step = after(step, found)
+        assert slides(step)
+    angle = np.radians(TILT)
+    pull = (1 - DAMPING) * (np.sin(angle) - np.cos(angle) * np.tan(np.radians(FRICTION))) * WEIGHT
+    gone, velocity = step.start[1, 0], step.velocity[1, 0]
+    assert_allclose(velocity**2, 2 * gone * pull / masses[-1][1, 0], rtol=0.05)
+
+
+def test_a_step_of_slow_blocks_ends_after_some_cycles_and_one_at_rest_with_none(monkeypatch):
+    step, gone = begun(block_on_a_base(TILT)), []
+    go_on = Relaxation.go_on
+    monkeypatch.setattr(
+        Relaxation, "go_on", lambda self, count, **keys: gone.append(count) or go_on(self, count, **keys)
+    )
+    found = slide(step, 1e-6)
+    assert sum(gone) >= sliding.LONGEST_SLIDE * np.sqrt(2)
+    assert step.movement(found.position - step.start) < step.moving.d
+    assert not slides(after(step, found))
+    gone.clear()
+    slide(after(step, found), 1e9)
+    assert not gone
+
+
+def test_what_was_out_of_balance_is_brought_on_slowly_once(monkeypatch):
+    ramps, begin = [], Relaxation.__init__
+    monkeypatch.setattr(
+        Relaxation,
+        "__init__",
+        lambda self, step, ramp, damping, **keys: ramps.append(ramp) or begin(self, step, ramp, damping, **keys),
+    )
+    step = begun(block_on_a_base(TILT))
+    slide(after(step, slide(step, 1e-6)), 1e-6)
+    assert ramps == [int(sliding.RAMP * np.sqrt(2)), 0]
+
+
+def test_cycles_that_burst_are_no_step(monkeypatch):
+    step = begun(block_on_a_base(TILT))
+
+    def bursts(self, *_, **__):
+        self.balance = step.balance_at(np.full_like(step.start, np.nan))
+
+    monkeypatch.setattr(Relaxation, "go_on", bursts)
+    assert not slide(step, 1e-6).converged
+
+
+@pytest.mark.parametrize("gap", [0.006, 0.015])
+def test_a_block_is_met_however_it_is_accelerated(gap):
+    """It begins to fall so far above another that it would be there within a hundred cycles."""
+    base, lower = [(0, 0), (4, 0), (4, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]
+    upper = [(x, y + 1 + gap) for x, y in lower]
+    step = begun(block_on_a_base(blocks=bsm.Blocks.from_polygons([base, lower, upper], rock="r")))
+    for _ in range(6):
+        found = slide(step, 1e-6)
+        step = after(step, found)
+    assert (found.position[2, 1] - found.position[1, 1]) == pytest.approx(-gap, abs=1e-3)
+
+
+def test_neither_bolts_nor_driven_supports_allow_it():
+    wall = benchmarks.bolted_wall(100)
+    assert not can_slide(begun(wall.model()))
+    step = begun(block_on_a_base(TILT))
+    assert can_slide(step)
+    step.driven = True
+    assert not can_slide(step)
+
+
+def test_few_blocks_are_not_followed(monkeypatch):
+    step = begun(block_on_a_base(TILT))
+    monkeypatch.setattr(sliding, "MANY", len(step.start))
+    assert can_slide(step)
+    monkeypatch.setattr(sliding, "MANY", len(step.start) + 1)
+    assert not can_slide(step)
+
+
+def test_a_block_that_bore_on_the_way_does_not_fall():
+    """It hops: without contact at the end of every step, but not on the way."""
+    step = begun(block_on_a_base())
+    up = FREE_MOVE * np.arange(1, 5)[:, None, None] * np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0]])
+    for held, falls in ((True, False), (False, True)):
+        falling = Falling(step.moving, step.start, 10.0)
+        bore = np.full(step.contacts.count, held)
+        reasons = [falling.look(step.contacts, bore, step.start + movement)[0] for movement in up]
+        assert bool(any(reasons)) is falls
+
+
+def no_solution(step: Step, *_: object, **__: object) -> Found:
+    return Found(step.start, step.evaluate(step.start), converged=False)
+
+
+@pytest.mark.parametrize(
+    ("from_rest", "inner", "failures", "excavated", "ends"),
+    [
+        (True, 1e-2, 0, False, "unsolved"),  # with the least regularisation there is mostly no solution
+        (True, 1e-2, 1, False, "from inside"),
+        (True, 1e-2, 2, False, "slides"),
+        (True, 1e-2, 2, True, "from inside"),
+        (False, 1e-2, 0, False, "from inside"),
+        (False, 1e-2, 1, False, "slides"),
+        (False, 1e-2, 2, True, "held"),
+        (False, 1e-4, 0, False, "from inside"),
+        (False, 1e-4, 1, False, "slides"),
+        (False, 1e-4, 1, True, "from inside"),
+    ],
+)
+def test_what_newtons_method_does_not_end_slides(monkeypatch, from_rest, inner, failures, excavated, ends):
+    step, tried = begun(block_on_a_base()), []
+    step.start = step.start + np.array([[0.0], [1.0]])  # nothing that few blocks lack
+
+    def counted(name):
+        return lambda step, *_, **__: tried.append(name) or no_solution(step)
+
+    for name in ("softened_newton", "newton"):
+        monkeypatch.setattr(strategies, name, no_solution)
+    monkeypatch.setattr(strategies, "calm", lambda *_, **__: None)
+    for name, called in (("from_inside", "from inside"), ("slide", "slides"), ("_with_friction_held", "held")):
+        monkeypatch.setattr(strategies, name, counted(called))
+    MovingSteps(excavated=excavated).solve(step, inner, from_rest=from_rest, failures=failures)
+    assert (tried[-1:] or ["unsolved"]) == [ends]
+
+
+def test_slow_blocks_are_followed_for_more_and_more_steps_until_newtons_method_succeeds(monkeypatch):
+    step, tried = begun(block_on_a_base()), []
+    step.velocity = np.zeros_like(step.start)
+    solves = [False] * 4 + [True] + [False]
+
+    def newtons(step, *_, **__):
+        tried.append("newton")
+        return Found(step.start, step.evaluate(step.start), converged=solves.pop(0))
+
+    monkeypatch.setattr(strategies, "softened_newton", newtons)
+    monkeypatch.setattr(strategies, "slide", lambda step, _: tried.append("slide") or no_solution(step))
+    moving = MovingSteps(excavated=False)
+    while solves:
+        moving.solve(step, 1e-2, from_rest=False, failures=0)
+    lengths = [len(run) for run in "".join(name[0] for name in tried).split("n")]
+    assert lengths == [0, 2, 3, 1 + LONGEST_FOLLOWED, 1 + LONGEST_FOLLOWED, 0, 1]
+
+
+def test_fast_blocks_are_followed_without_a_factorization(monkeypatch):
+    step = begun(block_on_a_base(TILT))
+    step.velocity = np.full_like(step.start, step.moving.d)
+    monkeypatch.setattr(strategies, "slide", lambda *_: "slid")
+    assert MovingSteps(excavated=False).solve(step, 1e-2, from_rest=False, failures=0) == "slid"
+    assert step.factors.count == 0
+
+
+def test_a_slope_slides_to_its_verdict_with_few_factorizations():
+    """Its set at 40 degrees daylights, with 25 degrees of friction; implicit steps took 2000 factorizations."""
+    slope = benchmarks.jointed_slope(400, 25.0, dips=(50.0, -40.0))
+    stage = bsm.run(slope.model(), CONTINUATION).stages[-1]
+    assert stage.status == "unstable"
+    assert "lost all contact" in stage.reason
+    assert sum(step.factorizations for step in stage.steps) < 200
+    middle = np.array([slope.polygons[block].mean(axis=0) for block in stage.unstable_blocks])
+    assert 0 < len(middle) < 60
+    assert (middle[:, 1] > 0).all()  # above the toe
