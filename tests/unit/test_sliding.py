@@ -7,6 +7,7 @@ from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import sliding, strategies
+from bsm_mesh.solve.continuation import Continuation, _Taken
 from bsm_mesh.solve.falling import FREE_MOVE, Falling
 from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.relaxation import DAMPING, Relaxation
@@ -127,6 +128,25 @@ def test_a_block_that_bore_on_the_way_does_not_fall():
         bore = np.full(step.contacts.count, held)
         reasons = [falling.look(step.contacts, bore, step.start + movement)[0] for movement in up]
         assert bool(any(reasons)) is falls
+
+
+@pytest.mark.parametrize("slid", [True, False])
+def test_what_bore_in_a_step_decides_who_falls(monkeypatch, slid):
+    run = Continuation(block_on_a_base(), CONTINUATION, lambda *_: None)
+    looked = []
+
+    def takes(contacts, anchor, lam, *_, **__):
+        step = Step(run.moving, run.factors, contacts, anchor, lam)
+        bore = np.ones(contacts.count, dtype=bool)
+        return _Taken(Found(anchor, step.evaluate(anchor), converged=True, bore=bore if slid else None), step)
+
+    monkeypatch.setattr(run, "_first", lambda *_: None)
+    monkeypatch.setattr(run, "_take", takes)
+    monkeypatch.setattr(
+        run.falling, "look", lambda _, bore, __: looked.append(bore) or ("seen", np.zeros(0, dtype=np.int32))
+    )
+    assert run.run().reason == "seen"
+    assert looked[0].all() == slid  # where it was given the block touches, and bears nothing yet
 
 
 def no_solution(step: Step, *_: object, **__: object) -> Found:
