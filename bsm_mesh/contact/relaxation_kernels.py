@@ -25,6 +25,7 @@ def relax_cycles(
     tension: FloatArray,
     stuck: FloatArray,
     bore: BoolArray,
+    slipped: BoolArray,
     unbalanced: FloatArray,
     missing: FloatArray,
     inverse_mass: FloatArray,
@@ -52,8 +53,8 @@ def relax_cycles(
         Tensile strength; negative, in place, where a contact breaks.
     stuck : (m,) float32 [N/m]
         By what the shear force would have changed had blocks not moved along the edge; it changes in place with slip.
-    bore : (m,) bool
-        Becomes true, in place, where a contact bears in any of the cycles.
+    bore, slipped : (m,) bool
+        Become true, in place, where a contact bears, and slips, in any of the cycles.
     unbalanced, missing : (n, 3) float64 [N/m, N/m, N]
         Forces out of balance where nothing has moved, and what of the loads is brought on little by little.
     inverse_mass : (n, 3) float64
@@ -93,7 +94,9 @@ def relax_cycles(
                 most, least = spring[k, 3] + spring[k, 5] * pressure, -spring[k, 4] - spring[k, 5] * pressure
                 if most < least:
                     most = least = np.float32(0.5) * (most + least)
-                shear = min(max(shear, least), most)
+                held = min(max(shear, least), most)
+                slipped[k] |= held != shear
+                shear = held
             stuck[k] = shear - spring[k, 1] * along
             if last:
                 changed[k] = shear

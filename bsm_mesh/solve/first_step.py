@@ -133,8 +133,7 @@ def solve_updated(
 ) -> Found:
     """Return the equilibrium next to a position at which the step's contacts were updated.
 
-    `excavated` as `first_step` takes it; `was_solved`: it was one before the update, not only a part of
-    the way.
+    `excavated` as `first_step` takes it; `was_solved`: it was one before the update, not only a part of the way.
     """
     left = step.balance_at(position)
     if excavated or was_solved:

@@ -25,7 +25,7 @@ from bsm_mesh.contact.interior_kernels import (
     smoothed_shear,
 )
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent
-from bsm_mesh.solve.moving import may_bear, strength_of
+from bsm_mesh.solve.moving import may_bear, slipping
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import Step, moved_by
 
@@ -131,7 +131,8 @@ class _Problem:
     def _set_strength(self, state: FloatArray) -> None:
         held = self.step.friction_pressure
         pressure = state[0] if held is None else held
-        self.now[2], self.now[3] = strength_of(self.step.contacts, self.laws, pressure)
+        answer = slipping(self.step.contacts, self.laws, pressure)
+        self.now[2], self.now[3] = answer.strength, answer.by_pressure
         if held is not None:
             self.now[3] = 0.0
 

@@ -199,12 +199,9 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
     return (slice(k, k + AT_ONCE) for k in range(0, count, AT_ONCE))
 
 
-def strength_of(
-    contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return shear strength and its derivative by the pressure, (m,), at pressures (m,)."""
-    answer = respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
-    return answer.strength, answer.by_pressure
+def slipping(contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
+    """Return the response where every contact slips at pressures (m,): its strength, and whether it fails by that."""
+    return respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
 
 
 def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:

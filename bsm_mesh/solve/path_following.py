@@ -20,7 +20,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.local_phase import relax_locally
 from bsm_mesh.solve.newton import Found, newton
-from bsm_mesh.solve.relaxation import can_relax
+from bsm_mesh.solve.sliding import can_slide
 from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
 from bsm_mesh.solve.step import Balance, Step, moved_by
 
@@ -125,7 +125,7 @@ class _Path:
     """
 
     def __init__(self, step: Step, position: FloatArray, smoothing: float) -> None:
-        self.step, self._smoothing, self._patient = step, smoothing, not can_relax(step)
+        self.step, self._smoothing, self._patient = step, smoothing, not can_slide(step)
         self._smoothed = step.smoothed(smoothing)
         self.here, self.exact = self._smoothed.balance_at(position), step.balance_at(position)
         self._wanted, self._least, self._raised, self._slow = FIRST, LEAST, 0, 0
@@ -144,7 +144,7 @@ class _Path:
 
     @property
     def is_given_up(self) -> bool:
-        """Whether many blocks are out of balance on a path that was lost, or became slow, and cycles can be used."""
+        """Whether many blocks are out of balance on a path that was lost, or is slow, and cycles can follow them."""
         hopeless = self._was_lost or (self._was_quick and self._slow >= PATIENCE)
         return hopeless and not self._patient and not self.step.is_scattered(self.exact, FEW_LEFT)
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.relaxation_kernels import relax_cycles
-from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.history import commit
-from bsm_mesh.solve.moving import Evaluation, MovingContacts, strength_of
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, slipping
 from bsm_mesh.solve.newton import Found
 from bsm_mesh.solve.step import Step
 
@@ -44,9 +44,14 @@ def can_relax(step: Step) -> bool:
     return not len(step.moving.bolts.alive)
 
 
+def blocks_across(step: Step) -> float:
+    """Return how many blocks the model has across: waves cross it in about as many cycles."""
+    return float(np.sqrt(len(step.start)))
+
+
 def cycles_at_once(step: Step) -> int:
     """Return how many cycles go by until contacts are worked out again."""
-    return max(LEAST_CYCLES, int(REFRESHED * float(np.sqrt(len(step.start)))))
+    return max(LEAST_CYCLES, int(REFRESHED * blocks_across(step)))
 
 
 def relax(step: Step, tolerance: float) -> Step | None:
@@ -63,7 +68,7 @@ def relax(step: Step, tolerance: float) -> Step | None:
     """
     if not can_relax(step):
         return None
-    across, at_once = float(np.sqrt(len(step.start))), cycles_at_once(step)
+    across, at_once = blocks_across(step), cycles_at_once(step)
     ramp, window = int(RAMP * across), int(WINDOW * across)
     relaxation, refined = Relaxation(step, ramp, DAMPING), list(REFINED)
     before, until = np.inf, ramp + window
@@ -92,7 +97,7 @@ def calm(step: Step, position: FloatArray, tolerance: float, *, patient: bool = 
     """
     if step.driven or not can_relax(step):
         return None
-    across = float(np.sqrt(len(step.start)))
+    across = blocks_across(step)
     relaxation = Relaxation(step, 1, CALMING, position)
     window = (PATIENTLY if patient else CALMED) * across
     before, until = relaxation.balance.norm, window
@@ -118,7 +123,7 @@ class Relaxation:
     step : Step
         The equations where it begins.
     ramp : int
-        Cycles in which what is out of balance there is brought on; 0: it acts at once.
+        Cycles in which what is out of balance there is brought on; 1: it acts at once.
     damping : float
         Part of the force out of balance that acts against the velocity.
     position : (n, 3) float64, optional
@@ -133,7 +138,7 @@ class Relaxation:
     bore : (m,) bool
         Contacts that bore at any time since they were looked for.
     velocity : (n, 3) float64 [m, m, rad]
-        Movement in a cycle; at first what the step begins with.
+        Movement in a cycle.
     least_mass : (n, 3) float64
         Masses over the square of a cycle when cycles began; 0 before.
     done : int
@@ -151,7 +156,7 @@ class Relaxation:
         self.balance = step.balance_at(self._searched)
         self.bore = self.balance.at.bearing.copy()
         self._missing = self.balance.forces
-        self.velocity = np.zeros_like(step.start) if step.velocity is None else step.velocity.copy()
+        self.velocity = np.zeros_like(step.start)
         self.least_mass = np.zeros_like(step.start)
 
     @property
@@ -193,12 +198,14 @@ class Relaxation:
         rows = _within_reach(step.contacts, at, margin + 2 * cycles * step.movement(self.velocity))
         block_a, block_b = step.contacts.candidates.block_a[rows], step.contacts.candidates.block_b[rows]
         frame, arms = _frames(step.contacts, at, rows)
-        spring = _springs(step.contacts, at, rows, step.moving.catalogue.laws)
+        pressure = np.maximum(at.pressure, np.finfo(float).tiny)
+        answer = slipping(step.contacts, step.moving.catalogue.laws, pressure)
+        spring = _springs(step.contacts, at, answer, rows)
         mass = self._mass(block_a, block_b, spring, arms)
         moved = np.zeros_like(position)
-        bore = self.bore[rows]
+        bore, slipped = self.bore[rows], np.zeros(len(rows), dtype=bool)
         changed = relax_cycles(
-            _lacking(np.arange(self.done, self.done + cycles), self._ramp),
+            _lacking(np.arange(self.done + 1, self.done + cycles + 1) / self._ramp),
             block_a,
             block_b,
             frame,
@@ -206,6 +213,7 @@ class Relaxation:
             step.contacts.tension[rows].astype(np.float32),
             np.zeros(len(rows), np.float32),
             bore,
+            slipped,
             self.balance.forces,
             self._missing,
             1 / mass,
@@ -217,15 +225,16 @@ class Relaxation:
         )
         self.done += cycles
         self.bore[rows] = bore
-        self._keep(position + moved, rows, at.shear[rows] + changed)
+        self._keep(position + moved, rows, at.shear[rows] + changed, rows[slipped & answer.failed[rows]])
 
-    def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray) -> None:
-        """Keep where blocks are, what slipped and what broke; who has opened bears nothing and forgets its shear."""
+    def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray, failed: IntArray) -> None:
+        """Keep where blocks are, what slipped, broke and failed; who has opened bears nothing and forgets its shear."""
         step, contacts = self._step, self._step.contacts
         at = step.evaluate(position)
         kept = np.zeros(contacts.count)
         kept[rows] = shear
         broken = at.failed | ((contacts.tension > 0) & ~at.bearing)
+        broken[failed] = True
         step.contacts = replace(
             contacts,
             old_shear=np.where(at.bearing, kept, 0.0),
@@ -240,7 +249,8 @@ class Relaxation:
 
         Cycles bear a stiffness of four times the mass, in which a force against the velocity counts 1 + damping times.
         Of contacts it is at most four times the sum of theirs: the square of a difference of two movements, each of a
-        translation and a turn. No mass is less than when cycles began, nor that of a block that touches none.
+        translation and a turn. No mass is less than when cycles began, nor that of a block that touches none, nor than
+        the lightest that is wanted.
         """
         n, stiffness = len(self.velocity), (1 + self._damping) * spring[:, :2].max(axis=1).astype(float)
         mass = np.zeros((n, 3))
@@ -251,8 +261,8 @@ class Relaxation:
         if not self.least_mass.any():
             least = mass.min(axis=0, where=mass > 0, initial=np.inf)
             least = np.where(np.isfinite(least), least, 1.0)  # none touches another
-            mean = mass.mean(axis=0, where=mass > 0) if (mass > 0).any() else least
-            self.least_mass = np.maximum(np.where(mass > 0, mass, least), self._lightest * mean)
+            begun = np.where(mass > 0, mass, least)
+            self.least_mass = np.maximum(begun, self._lightest * begun.mean(axis=0))
         return np.maximum(mass, self.least_mass)
 
 
@@ -273,17 +283,19 @@ def _frames(contacts: MovingContacts, at: Evaluation, rows: IntArray) -> tuple[F
     return np.column_stack([t, *moments]).astype(np.float32), lengths
 
 
-def _springs(contacts: MovingContacts, at: Evaluation, rows: IntArray, laws: tuple[JointLaw, ...]) -> FloatArray:
-    """Return springs and strengths (k, 6) of contacts as `relax_cycles` takes them; strengths by their tangents."""
-    strength, slope = strength_of(contacts, laws, np.maximum(at.pressure, np.finfo(float).tiny))
-    strength = np.minimum(strength, UNLIMITED)
+def _springs(contacts: MovingContacts, at: Evaluation, answer: JointResponse, rows: IntArray) -> FloatArray:
+    """Return springs and strengths (k, 6) of contacts as `relax_cycles` takes them; strengths by their tangents.
+
+    `answer`: how contacts respond where they slip.
+    """
+    strength = np.minimum(answer.strength, UNLIMITED)
     columns = (
         contacts.normal_stiffness,
         contacts.shear_stiffness,
         np.where(at.bearing, at.pressure, contacts.normal_stiffness * (contacts.offset - at.gap)),
         strength - at.shear,
         strength + at.shear,
-        slope,
+        answer.by_pressure,
     )
     return np.column_stack([column[rows] for column in columns]).astype(np.float32)
 
@@ -297,7 +309,7 @@ def _projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
     return projectors
 
 
-def _lacking(cycle: IntArray, ramp: int) -> FloatArray:
-    """Return the part of the loads that does not act yet in cycles (k,) of a ramp, (k,)."""
-    lacking: FloatArray = 0.5 + 0.5 * np.cos(np.pi * np.minimum(cycle / ramp, 1.0)) if ramp else np.zeros(len(cycle))
+def _lacking(time: FloatArray) -> FloatArray:
+    """Return the part of the loads that does not act yet, (k,), at times (k,) over that of the ramp."""
+    lacking: FloatArray = 0.5 + 0.5 * np.cos(np.pi * np.minimum(time, 1.0))
     return lacking

@@ -13,7 +13,7 @@ from copy import copy
 import numpy as np
 
 from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.relaxation import DAMPING, RAMP, Relaxation, can_relax, cycles_at_once
+from bsm_mesh.solve.relaxation import DAMPING, RAMP, Relaxation, blocks_across, can_relax, cycles_at_once
 from bsm_mesh.solve.step import Step
 
 MANY = 100  # blocks
@@ -51,8 +51,10 @@ def slide(step: Step, tolerance: float) -> Found:
     """
     free, d = copy(step), step.moving.d
     free.lam = 0.0  # cycles need no regularisation
-    ramp = int(RAMP * _across(step)) if step.velocity is None else 0
+    ramp = int(RAMP * blocks_across(step)) if step.velocity is None else 1
     relaxation = Relaxation(free, ramp, DAMPING, lightest=LIGHTEST)
+    if step.velocity is not None:
+        relaxation.velocity[:] = step.velocity
     at_once, most = cycles_at_once(step), _most_cycles(step)
     while relaxation.done < most and relaxation.balance.greatest >= tolerance:
         cycles = np.clip(_cycles_within(AT_ONCE * d, relaxation, step), LEAST_AT_ONCE, at_once)
@@ -75,8 +77,4 @@ def _cycles_within(distance: float, relaxation: Relaxation, step: Step) -> float
 
 
 def _most_cycles(step: Step) -> int:
-    return int(LONGEST_SLIDE * _across(step))
-
-
-def _across(step: Step) -> float:
-    return float(np.sqrt(len(step.start)))
+    return int(LONGEST_SLIDE * blocks_across(step))

@@ -15,7 +15,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent
 from bsm_mesh.contact.smooth_kernels import smooth_pressures, smooth_shears
 from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.solve.moving import Evaluation, MovingContacts, may_bear, strength_of
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, may_bear, slipping
 
 LEAST_STIFFNESS = 1e-3  # of its own, in the tangent: what a touching contact keeps, or blocks that bear nothing fly off
 BEARING = 1e-6  # of the mean weight: less is rounding where blocks have not moved yet
@@ -64,9 +64,11 @@ def evaluate_smoothed(
     if len(contacts.rivals) or len(contacts.leaning):
         bearing &= may_bear(contacts, position, gap, frames[0])
     pressure[~bearing] = 0.0
-    strength, by_pressure = strength_of(contacts, laws, pressure)
+    answer = slipping(contacts, laws, pressure)
     trial = contacts.old_shear + shearing * (along - contacts.old_along)
-    shear, rates = smooth_shears(bearing, pressure, trial, strength, by_pressure, normal, shearing, tension, smoothing)
+    shear, rates = smooth_shears(
+        bearing, pressure, trial, answer.strength, answer.by_pressure, normal, shearing, tension, smoothing
+    )
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, shear, forces)
     return Smoothed(
@@ -76,9 +78,9 @@ def evaluate_smoothed(
         pressure=pressure,
         shear=shear,
         bearing=bearing,
-        sticking=bearing & (np.abs(shear) < strength),
-        strength=strength,
-        by_pressure=by_pressure,
+        sticking=bearing & (np.abs(shear) < answer.strength),
+        strength=answer.strength,
+        by_pressure=answer.by_pressure,
         failed=contacts.failed,
         forces=forces,
         rates=rates,

@@ -164,8 +164,9 @@ class MovingSteps:
             How often this step failed with other regularisations.
         """
         near_rest, contacts = inner < NEAR_REST, step.contacts
-        followed = step.velocity is not None
-        if slides(step) or (followed and self._wait > 0):
+        # at rest a slide would end without a cycle, and confirm nothing
+        followed = step.velocity is not None and step.balance_at(step.start).greatest >= inner
+        if followed and failures == 0 and (slides(step) or self._wait > 0):
             self._wait = max(0, self._wait - 1)
             return slide(step, inner)
         if not from_rest:

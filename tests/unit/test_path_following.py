@@ -121,8 +121,8 @@ def test_a_lost_path_is_taken_up_with_a_greater_smoothing(monkeypatch):
     elastic = elastic_position(step)
     step.make_room(elastic)
     little = 1e-3 * smoothing_of(step, elastic)
-    assert not follow_path(step, step.start, little, 5e-7).converged, "it is given up where cycles can be used"
-    monkeypatch.setattr(path_following, "can_relax", lambda _: False)
+    assert not follow_path(step, step.start, little, 5e-7).converged, "it is given up where cycles can follow"
+    monkeypatch.setattr(path_following, "can_slide", lambda _: False)
     assert follow_path(step, step.start, little, 5e-7).converged
     monkeypatch.setattr(path_following, "MOST_RAISED", 0)
     assert not follow_path(step, step.start, little, 5e-7).converged
@@ -144,7 +144,7 @@ def test_blocks_that_a_correction_throws_off_come_back_before_it_is_judged(monke
     step = first_step(benchmarks.leaning_slope(1000, 30.0).model())
     elastic = elastic_position(step)
     smoothing = smoothing_of(step, elastic)
-    monkeypatch.setattr(path_following, "can_relax", lambda _: False)
+    monkeypatch.setattr(path_following, "can_slide", lambda _: False)
 
     def factorizations():
         before = step.factors.count

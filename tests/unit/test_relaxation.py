@@ -127,7 +127,7 @@ class DrivenContact:
         self.frame = np.array([[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]], np.float32)  # n is up: out of b, which is below
         self.spring = np.array([[10.0, 10.0, pressure, strength, strength, 0.0]], np.float32)
         self.tension, self.stuck = np.full(1, tension, np.float32), np.zeros(1, np.float32)
-        self.bore = np.zeros(1, bool)
+        self.bore, self.slipped = np.zeros(1, bool), np.zeros(1, bool)
 
     def drive(self, *movements: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
         """Move a by each of some movements in a cycle; return the changes of its shear force and of forces on it."""
@@ -138,7 +138,8 @@ class DrivenContact:
             velocity = np.array([[u, v, 0.0], [0.0, 0.0, 0.0]])
             before = np.array([[1.0, 1.0, 1.0], [0.0, 0.0, 0.0]])
             moved += velocity
-            given = self.frame, self.spring, self.tension, self.stuck, self.bore, none, none, before, *free, 0.0
+            kept = self.tension, self.stuck, self.bore, self.slipped
+            given = self.frame, self.spring, *kept, none, none, before, *free, 0.0
             push = np.zeros((2, 3))
             shears.append(float(relax_cycles(np.zeros(1), *sides, *given, push, moved.copy())[0]))
             forces.append(push[0])
@@ -151,6 +152,15 @@ def test_slip_is_kept_in_every_cycle():
     shears, _ = contact.drive((0.1, 0.0), (0.4, 0.0), (-0.1, 0.0), (-0.4, 0.0))
     assert_allclose(np.abs(shears), [1.0, 2.0, 1.0, 2.0], rtol=1e-6)
     assert_allclose(np.sign(shears), np.sign(shears[0]) * np.array([1, 1, 1, -1]))
+
+
+def test_contacts_that_slipped_at_any_time_are_known():
+    """It slips in the second cycle, and sticks in the last."""
+    contact = DrivenContact(pressure=5.0, strength=2.0)
+    contact.drive((0.1, 0.0))
+    assert not contact.slipped.any()
+    contact.drive((0.4, 0.0), (-0.1, 0.0))
+    assert contact.slipped.all()
 
 
 def test_a_contact_pushes_as_far_as_it_is_closed_and_pulls_until_it_breaks():

@@ -77,7 +77,7 @@ def test_what_was_out_of_balance_is_brought_on_slowly_once(monkeypatch):
     )
     step = begun(block_on_a_base(TILT))
     slide(after(step, slide(step, 1e-6)), 1e-6)
-    assert ramps == [int(sliding.RAMP * np.sqrt(2)), 0]
+    assert ramps == [int(sliding.RAMP * np.sqrt(2)), 1]
 
 
 def test_cycles_that_burst_are_no_step(monkeypatch):
@@ -208,6 +208,28 @@ def test_fast_blocks_are_followed_without_a_factorization(monkeypatch):
     monkeypatch.setattr(strategies, "slide", lambda *_: "slid")
     assert MovingSteps(excavated=False).solve(step, 1e-2, from_rest=False, failures=0) == "slid"
     assert step.factors.count == 0
+
+
+def test_a_slide_that_burst_is_not_repeated(monkeypatch):
+    step, tried = begun(block_on_a_base(TILT)), []
+    step.velocity = np.full_like(step.start, step.moving.d)
+    monkeypatch.setattr(strategies, "slide", lambda step, _: tried.append("slide") or no_solution(step))
+    monkeypatch.setattr(
+        strategies,
+        "softened_newton",
+        lambda step, *_, **__: tried.append("newton") or Found(step.start, step.evaluate(step.start), converged=True),
+    )
+    moving = MovingSteps(excavated=False)
+    for failures in (0, 1):
+        moving.solve(step, 1e-2, from_rest=False, failures=failures)
+    assert tried == ["slide", "newton"]
+
+
+def test_blocks_that_came_to_rest_while_they_were_followed_are_confirmed_by_newtons_method(monkeypatch):
+    step = begun(block_on_a_base())
+    step.velocity = np.full_like(step.start, step.moving.d)
+    monkeypatch.setattr(strategies, "slide", no_solution)
+    assert MovingSteps(excavated=False).solve(step, 10.0, from_rest=False, failures=0).converged
 
 
 def test_a_slope_slides_to_its_verdict_with_few_factorizations():
