@@ -157,10 +157,10 @@ class Continuation:
 
     def _start(self, gather: Callable[[], MovingContacts], position: FloatArray) -> Step:
         contacts = gather()
-        self._begin(contacts, position)
+        self._starts_from(contacts, position)
         return Step(self.moving, self.factors, contacts, position, self.least_lam)
 
-    def _begin(self, contacts: MovingContacts, position: FloatArray) -> None:
+    def _starts_from(self, contacts: MovingContacts, position: FloatArray) -> None:
         self.moving.starts_from(contacts, position)
         self.start_residual = self.moving.static_residual(contacts, position)
 

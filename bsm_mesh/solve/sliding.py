@@ -12,8 +12,9 @@ from copy import copy
 
 import numpy as np
 
+from bsm_mesh.solve.damped_motion import DampedMotion, blocks_across, cycles_at_once
 from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.relaxation import DAMPING, RAMP, Relaxation, blocks_across, can_relax, cycles_at_once
+from bsm_mesh.solve.relaxation import DAMPING, RAMP, can_relax
 from bsm_mesh.solve.step import Step
 
 MANY = 100  # blocks
@@ -52,27 +53,27 @@ def slide(step: Step, tolerance: float) -> Found:
     free, d = copy(step), step.moving.d
     free.lam = 0.0  # cycles need no regularisation
     ramp = int(RAMP * blocks_across(step)) if step.velocity is None else 1
-    relaxation = Relaxation(free, ramp, DAMPING, lightest=LIGHTEST)
+    motion = DampedMotion(free, ramp, DAMPING, lightest=LIGHTEST)
     if step.velocity is not None:
-        relaxation.velocity[:] = step.velocity
+        motion.velocity[:] = step.velocity
     at_once, most = cycles_at_once(step), _most_cycles(step)
-    while relaxation.done < most and relaxation.balance.greatest >= tolerance:
-        cycles = np.clip(_cycles_within(AT_ONCE * d, relaxation, step), LEAST_AT_ONCE, at_once)
-        relaxation.go_on(int(cycles), margin=2 * AT_ONCE * d)
-        if not np.isfinite(relaxation.balance.norm):
+    while motion.done < most and motion.balance.greatest >= tolerance:
+        cycles = np.clip(_cycles_within(AT_ONCE * d, motion, step), LEAST_AT_ONCE, at_once)
+        motion.go_on(int(cycles), margin=2 * AT_ONCE * d)
+        if not np.isfinite(motion.balance.norm):
             return Found(step.start, step.evaluate(step.start), converged=False)
-        if max(relaxation.passed, step.movement(relaxation.balance.position - step.start)) > d:
+        if max(motion.passed, step.movement(motion.balance.position - step.start)) > d:
             break
-    step.contacts, here = relaxation.contacts, relaxation.balance
-    return Found(here.position, here.at, converged=True, velocity=relaxation.velocity, bore=relaxation.bore)
+    step.contacts, here = motion.contacts, motion.balance
+    return Found(here.position, here.at, converged=True, velocity=motion.velocity, bore=motion.bore)
 
 
-def _cycles_within(distance: float, relaxation: Relaxation, step: Step) -> float:
+def _cycles_within(distance: float, motion: DampedMotion, step: Step) -> float:
     """Return after how many cycles a block may have gone a distance [m], by its velocity and by falling."""
-    if not relaxation.least_mass.any():
+    if not motion.least_mass.any():
         return 0.0
-    velocity = step.movement(relaxation.velocity)
-    fall = float((step.moving.mass / relaxation.least_mass)[:, :2].max())
+    velocity = step.movement(motion.velocity)
+    fall = float((step.moving.mass / motion.least_mass)[:, :2].max())
     return 2 * distance / (velocity + float(np.sqrt(velocity**2 + 2 * fall * distance)) + np.finfo(float).tiny)
 
 

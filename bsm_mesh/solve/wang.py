@@ -46,7 +46,7 @@ class WangIteration(Continuation):
         """Return where the blocks come to rest, or how they come down."""
         position, quiet = self.begin.position, 0
         contacts = self.moving.gather(self.begin.history, position, first=self.begin.intact)
-        self._begin(contacts, position)
+        self._starts_from(contacts, position)
         closed, sliding = contacts.touching, np.zeros(contacts.count, dtype=bool)
         for number in range(self.options.max_steps):
             began = time.perf_counter()

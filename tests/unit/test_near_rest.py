@@ -9,8 +9,9 @@ from step_scenes import CONTINUATION, STIFFNESS, WEIGHT, begun, block_on_a_base
 import bsm_mesh as bsm
 from bsm_mesh.solve import strategies
 from bsm_mesh.solve.continuation import Continuation
+from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.relaxation import CALMED, PATIENTLY, Relaxation, calm, relax
+from bsm_mesh.solve.relaxation import CALMED, PATIENTLY, calm, relax
 from bsm_mesh.solve.step import Balance, Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
@@ -196,8 +197,8 @@ def test_cycles_end_where_they_do_not_lead_nearer_to_rest(monkeypatch, patient, 
     step = begun(block_on_a_base())
     step.contacts = replace(step.contacts, touching=np.zeros_like(step.contacts.touching))
     up = step.start + np.array([[0.0, 0.0, 0.0], [0.0, 0.01, 0.0]])
-    cycles, go_on = [], Relaxation.go_on
-    monkeypatch.setattr(Relaxation, "go_on", lambda self, count: cycles.append(count) or go_on(self, count))
+    cycles, go_on = [], DampedMotion.go_on
+    monkeypatch.setattr(DampedMotion, "go_on", lambda self, count: cycles.append(count) or go_on(self, count))
     assert calm(step, up, 1e-6, patient=patient) is None
     assert sum(cycles) == np.ceil(most * np.sqrt(2))
 
@@ -212,14 +213,14 @@ def test_what_does_not_is_left_as_it_is():
 @pytest.mark.filterwarnings("error")
 def test_cycles_that_burst_end_at_once(monkeypatch):
     step = nearly_at_rest()
-    went_on, go_on = [], Relaxation.go_on
+    went_on, go_on = [], DampedMotion.go_on
 
     def bursts(cycles, count):
         went_on.append(count)
         go_on(cycles, count)
         cycles.balance = replace(cycles.balance, norm=np.inf, greatest=np.nan)
 
-    monkeypatch.setattr(Relaxation, "go_on", bursts)
+    monkeypatch.setattr(DampedMotion, "go_on", bursts)
     assert calm(step, step.start, 1e-15) is None
     assert len(went_on) == 1
 

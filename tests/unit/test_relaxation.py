@@ -11,8 +11,9 @@ from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 import bsm_mesh as bsm
 from bsm_mesh.contact.relaxation_kernels import relax_cycles
 from bsm_mesh.solve import continuation, first_step, path_following, relaxation
+from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.newton import Found, newton
-from bsm_mesh.solve.relaxation import Relaxation, calm, relax
+from bsm_mesh.solve.relaxation import calm, relax
 from bsm_mesh.solve.step import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
@@ -212,10 +213,10 @@ def test_cohesion_is_gone_where_blocks_slipped():
 def test_cycles_bear_less_mass_than_they_are_given(monkeypatch):
     """With nine tenths of them blocks still come to rest; with a third waves grow."""
     model = benchmarks.leaning_slope(300).model()
-    masses = Relaxation._mass
-    monkeypatch.setattr(Relaxation, "_mass", lambda *given: 0.9 * masses(*given))
+    masses = DampedMotion._mass
+    monkeypatch.setattr(DampedMotion, "_mass", lambda *given: 0.9 * masses(*given))
     assert relax(begun(model), 1e-6) is not None
-    monkeypatch.setattr(Relaxation, "_mass", lambda *given: masses(*given) / 3)
+    monkeypatch.setattr(DampedMotion, "_mass", lambda *given: masses(*given) / 3)
     assert relax(begun(model), 1e-6) is None
 
 
@@ -274,7 +275,7 @@ def test_no_block_is_lighter_than_is_asked():
     step = begun(benchmarks.tilted_wall(100, tilt=0.0).model())
     masses = {}
     for lightest in (0.0, 0.5):
-        relaxation = Relaxation(step, 1, 0.5, lightest=lightest)
+        relaxation = DampedMotion(step, 1, 0.5, lightest=lightest)
         relaxation.go_on(1)
         masses[lightest] = relaxation.least_mass
     floor = 0.5 * masses[0.0].mean(axis=0)

@@ -8,9 +8,10 @@ from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 import bsm_mesh as bsm
 from bsm_mesh.solve import sliding, strategies
 from bsm_mesh.solve.continuation import Continuation, _Taken
+from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.falling import FREE_MOVE, Falling
 from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.relaxation import DAMPING, Relaxation
+from bsm_mesh.solve.relaxation import DAMPING
 from bsm_mesh.solve.sliding import can_slide, slide, slides
 from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import LONGEST_FOLLOWED, MovingSteps
@@ -36,7 +37,7 @@ def test_a_block_gains_the_velocity_that_friction_and_damping_leave_it(monkeypat
     """``v^2 = 2 s (1 - damping) (sin - cos tan(friction)) W / m``, over steps that each end after a step length."""
     masses = []
     monkeypatch.setattr(
-        Relaxation, "_mass", lambda *given, mass=Relaxation._mass: masses.append(mass(*given)) or masses[-1]
+        DampedMotion, "_mass", lambda *given, mass=DampedMotion._mass: masses.append(mass(*given)) or masses[-1]
     )
     monkeypatch.setattr(sliding, "LONGEST_SLIDE", 1e4)
     step = begun(block_on_a_base(TILT))
@@ -55,9 +56,9 @@ def test_a_block_gains_the_velocity_that_friction_and_damping_leave_it(monkeypat
 
 def test_a_step_of_slow_blocks_ends_after_some_cycles_and_one_at_rest_with_none(monkeypatch):
     step, gone = begun(block_on_a_base(TILT)), []
-    go_on = Relaxation.go_on
+    go_on = DampedMotion.go_on
     monkeypatch.setattr(
-        Relaxation, "go_on", lambda self, count, **keys: gone.append(count) or go_on(self, count, **keys)
+        DampedMotion, "go_on", lambda self, count, **keys: gone.append(count) or go_on(self, count, **keys)
     )
     found = slide(step, 1e-6)
     assert sum(gone) >= sliding.LONGEST_SLIDE * np.sqrt(2)
@@ -69,9 +70,9 @@ def test_a_step_of_slow_blocks_ends_after_some_cycles_and_one_at_rest_with_none(
 
 
 def test_what_was_out_of_balance_is_brought_on_slowly_once(monkeypatch):
-    ramps, begin = [], Relaxation.__init__
+    ramps, begin = [], DampedMotion.__init__
     monkeypatch.setattr(
-        Relaxation,
+        DampedMotion,
         "__init__",
         lambda self, step, ramp, damping, **keys: ramps.append(ramp) or begin(self, step, ramp, damping, **keys),
     )
@@ -86,7 +87,7 @@ def test_cycles_that_burst_are_no_step(monkeypatch):
     def bursts(self, *_, **__):
         self.balance = step.balance_at(np.full_like(step.start, np.nan))
 
-    monkeypatch.setattr(Relaxation, "go_on", bursts)
+    monkeypatch.setattr(DampedMotion, "go_on", bursts)
     assert not slide(step, 1e-6).converged
 
 

@@ -1,0 +1,234 @@
+"""Blocks in damped motion: explicit cycles of unit time, with masses as small as stability allows.
+
+What relaxation and slides have in common: forces by the changes since contacts were last worked out, masses
+(Underwood 1983), damping by a part of the force against the velocity (Cundall 1987), which takes no force from what
+stands still.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.relaxation_kernels import relax_cycles
+from bsm_mesh.model.joint_laws import JointResponse
+from bsm_mesh.solve.constraints import Constraints
+from bsm_mesh.solve.history import commit
+from bsm_mesh.solve.moving import Evaluation, MovingContacts, slipping
+from bsm_mesh.solve.step import Step
+
+REFRESHED, LEAST_CYCLES = 1.0, 100  # times the blocks across: cycles after which contacts are worked out again; least
+UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
+
+
+def blocks_across(step: Step) -> float:
+    """Return how many blocks the model has across: waves cross it in about as many cycles."""
+    return float(np.sqrt(len(step.start)))
+
+
+def cycles_at_once(step: Step) -> int:
+    """Return how many cycles go by until contacts are worked out again."""
+    return max(LEAST_CYCLES, int(REFRESHED * blocks_across(step)))
+
+
+class DampedMotion:
+    """Blocks in damped motion.
+
+    Parameters
+    ----------
+    step : Step
+        The equations where it begins.
+    ramp : int
+        Cycles in which what is out of balance there is brought on; 1: it acts at once.
+    damping : float
+        Part of the force out of balance that acts against the velocity.
+    position : (n, 3) float64, optional
+        Where it begins instead of at the step's start.
+    lightest : float
+        Part of the mean mass that no block's is less than.
+
+    Attributes
+    ----------
+    balance : Balance
+        Where blocks are, and what is out of balance there.
+    bore : (m,) bool
+        Contacts that bore at any time since they were looked for.
+    velocity : (n, 3) float64 [m, m, rad]
+        Movement in a cycle.
+    least_mass : (n, 3) float64
+        Masses over the square of a cycle when cycles began; 0 before.
+    done : int
+        Cycles so far.
+    searches : int
+        How often contacts were looked for again.
+    """
+
+    def __init__(
+        self, step: Step, ramp: int, damping: float, position: FloatArray | None = None, lightest: float = 0.0
+    ) -> None:
+        self._step, self._ramp, self._damping, self._lightest = copy(step), ramp, damping, lightest
+        self._searched = step.start if position is None else position
+        self.done, self.searches = 0, 0
+        self.balance = step.balance_at(self._searched)
+        self.bore = self.balance.at.bearing.copy()
+        self._missing = self.balance.forces
+        self.velocity = np.zeros_like(step.start)
+        self.least_mass = np.zeros_like(step.start)
+
+    @property
+    def contacts(self) -> MovingContacts:
+        """The contacts, with what slipped and broke so far."""
+        return self._step.contacts
+
+    @property
+    def passed(self) -> float:
+        """How far blocks have passed each other since contacts were looked for [m]."""
+        return self._step.past_each_other(self.balance.position - self._searched)
+
+    def is_calm(self, most: float, tolerance: float) -> bool:
+        """Return whether, with all loads on, less than `most` (root mean square) or `tolerance` is out of balance."""
+        rests = self.balance.greatest < tolerance or self._step.is_scattered(self.balance, most)
+        return rests and self.done >= self._ramp
+
+    def accepted(self) -> Step:
+        """Return the step that begins here."""
+        if self._searched is not self.balance.position:
+            self.search()
+        step = self._step
+        return Step(step.moving, step.factors, step.contacts, self.balance.position, step.lam)
+
+    def search(self) -> None:
+        """Accept what slipped and broke, and look for contacts again."""
+        step, position = self._step, self.balance.position
+        history, _ = commit(step.contacts, self.balance.at, position, step.moving.outlines.size)
+        step.contacts = step.moving.gather(history, position, first=False)
+        self.balance, self._searched, self.searches = step.balance_at(position), position, self.searches + 1
+        self.bore = self.balance.at.bearing.copy()
+
+    def go_on(self, cycles: int, margin: float = 0.0) -> None:
+        """Go on by some cycles, and keep what slips and breaks in them.
+
+        `margin`: how far blocks may come nearer to each other [m] beyond what their velocity leads to.
+        """
+        step, at, position = self._step, self.balance.at, self.balance.position
+        rows = _within_reach(step.contacts, at, margin + 2 * cycles * step.movement(self.velocity))
+        block_a, block_b = step.contacts.candidates.block_a[rows], step.contacts.candidates.block_b[rows]
+        frame, arms = _frames(step.contacts, at, rows)
+        pressure = np.maximum(at.pressure, np.finfo(float).tiny)
+        answer = slipping(step.contacts, step.moving.catalogue.laws, pressure)
+        spring = _springs(step.contacts, at, answer, rows)
+        mass = self._mass(block_a, block_b, spring, arms)
+        moved = np.zeros_like(position)
+        bore, slipped = self.bore[rows], np.zeros(len(rows), dtype=bool)
+        changed = relax_cycles(
+            _lacking(np.arange(self.done + 1, self.done + cycles + 1) / self._ramp),
+            block_a,
+            block_b,
+            frame,
+            spring,
+            step.contacts.tension[rows].astype(np.float32),
+            np.zeros(len(rows), np.float32),
+            bore,
+            slipped,
+            self.balance.forces,
+            self._missing,
+            1 / mass,
+            step.supports.block,
+            _projectors(step.supports, mass),
+            self._damping,
+            self.velocity,
+            moved,
+        )
+        self.done += cycles
+        self.bore[rows] = bore
+        self._keep(position + moved, rows, at.shear[rows] + changed, rows[slipped & answer.failed[rows]])
+
+    def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray, failed: IntArray) -> None:
+        """Keep where blocks are, what slipped, broke and failed; who has opened bears nothing and forgets its shear."""
+        step, contacts = self._step, self._step.contacts
+        at = step.evaluate(position)
+        kept = np.zeros(contacts.count)
+        kept[rows] = shear
+        broken = at.failed | ((contacts.tension > 0) & ~at.bearing)
+        broken[failed] = True
+        step.contacts = replace(
+            contacts,
+            old_shear=np.where(at.bearing, kept, 0.0),
+            old_along=np.where(at.bearing | ~np.isnan(contacts.old_along), at.along, np.nan),
+            failed=broken,
+            tension=np.where(broken, 0.0, contacts.tension),
+        )
+        self.balance = step.balance_at(position)
+
+    def _mass(self, block_a: IntArray, block_b: IntArray, spring: FloatArray, arms: FloatArray) -> FloatArray:
+        """Return masses (n, 3), over the square of a cycle, with which no wave grows.
+
+        Cycles bear a stiffness of four times the mass, in which a force against the velocity counts 1 + damping times.
+        Of contacts it is at most four times the sum of theirs: the square of a difference of two movements, each of a
+        translation and a turn. No mass is less than when cycles began, nor that of a block that touches none, nor than
+        the lightest that is wanted.
+        """
+        n, stiffness = len(self.velocity), (1 + self._damping) * spring[:, :2].max(axis=1).astype(float)
+        mass = np.zeros((n, 3))
+        for block, arm in ((block_a, arms[:, 0]), (block_b, arms[:, 1])):
+            mass[:, 0] += np.bincount(block, weights=stiffness, minlength=n)
+            mass[:, 2] += np.bincount(block, weights=stiffness * arm**2, minlength=n)
+        mass[:, 1] = mass[:, 0]
+        if not self.least_mass.any():
+            least = mass.min(axis=0, where=mass > 0, initial=np.inf)
+            least = np.where(np.isfinite(least), least, 1.0)  # none touches another
+            begun = np.where(mass > 0, mass, least)
+            self.least_mass = np.maximum(begun, self._lightest * begun.mean(axis=0))
+        return np.maximum(mass, self.least_mass)
+
+
+def _within_reach(contacts: MovingContacts, at: Evaluation, distance: float) -> IntArray:
+    """Return the contacts (k,) that bear, and those that would if blocks came nearer by a distance [m]."""
+    over = (at.along >= -contacts.reach) & (at.along <= contacts.candidates.edge_length + contacts.reach)
+    gap = at.gap - contacts.offset
+    closes = over & (gap >= 0) & (contacts.touching | (gap <= distance))
+    return np.flatnonzero(at.bearing | closes)
+
+
+def _frames(contacts: MovingContacts, at: Evaluation, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the frames (k, 6) of contacts as `relax_cycles` takes them, and the lengths of both arms (k, 2) [m]."""
+    t, arm_a, arm_b = (vectors[rows] for vectors in contacts.frames(at.position))
+    n = np.stack([t[:, 1], -t[:, 0]], axis=1)
+    moments = [arm[:, 0] * axis[:, 1] - arm[:, 1] * axis[:, 0] for axis in (n, t) for arm in (arm_a, arm_b)]
+    lengths = np.stack([np.hypot(*arm.T) for arm in (arm_a, arm_b)], axis=1)
+    return np.column_stack([t, *moments]).astype(np.float32), lengths
+
+
+def _springs(contacts: MovingContacts, at: Evaluation, answer: JointResponse, rows: IntArray) -> FloatArray:
+    """Return springs and strengths (k, 6) of contacts as `relax_cycles` takes them; strengths by their tangents.
+
+    `answer`: how contacts respond where they slip.
+    """
+    strength = np.minimum(answer.strength, UNLIMITED)
+    columns = (
+        contacts.normal_stiffness,
+        contacts.shear_stiffness,
+        np.where(at.bearing, at.pressure, contacts.normal_stiffness * (contacts.offset - at.gap)),
+        strength - at.shear,
+        strength + at.shear,
+        answer.by_pressure,
+    )
+    return np.column_stack([column[rows] for column in columns]).astype(np.float32)
+
+
+def _projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
+    """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
+    own = mass[supports.block]
+    free = np.where(np.arange(3) < supports.held[:, None], 0.0, 1.0)[:, None, :] * supports.basis
+    inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
+    projectors: FloatArray = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
+    return projectors
+
+
+def _lacking(time: FloatArray) -> FloatArray:
+    """Return the part of the loads that does not act yet, (k,), at times (k,) over that of the ramp."""
+    lacking: FloatArray = 0.5 + 0.5 * np.cos(np.pi * np.minimum(time, 1.0))
+    return lacking
