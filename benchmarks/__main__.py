@@ -58,7 +58,7 @@ def parser() -> argparse.ArgumentParser:
 
 def run_case(name: str, given: argparse.Namespace) -> dict[str, list[Row]]:
     """Print the table of a case as it comes, draw it, and return its rows by program."""
-    case = CASES[name]
+    case = CASES[name].at_friction(given.friction)
     labels = {program: program for program in case.programs if not given.programs or program in given.programs}
     if given.peer and case.build is not None:
         labels[PEER] = given.peer.partition("=")[0]

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
+from inspect import signature
 
 from benchmarks import linear, meshes, scenes
 from benchmarks.measure import PARTS
@@ -41,6 +42,13 @@ class Case:
     programs: dict[str, Callable[[int, Namespace], Row]]
     parts: tuple[str, ...] = PARTS
     build: Callable[..., scenes.Scene] | None = field(default=None)
+
+    def at_friction(self, friction: float | None) -> Case:
+        """Return the case with an angle of friction [degrees] in its title; None: that of its scene."""
+        if self.build is None:
+            return self
+        degrees = signature(self.build).parameters["friction"].default if friction is None else friction
+        return replace(self, title=f"{self.title}, friction {degrees:g} degrees")
 
 
 def at_rest(build: Callable[..., scenes.Scene], name: str = "bsm", k0: float | None = None) -> dict:
@@ -77,13 +85,13 @@ CASES = {
         parts=("model", *PARTS),
     ),
     "wall": Case(
-        title="Half-bond wall tilted by 5 degrees, friction 35 degrees",
+        title="Half-bond wall tilted by 5 degrees",
         sizes=(100, 1000, 10_000, 100_000),
         programs=at_rest(scenes.tilted_wall) | peers(scenes.tilted_wall, *BOTH),
         build=scenes.tilted_wall,
     ),
     "slope": Case(
-        title="Slope with two joint sets, friction 35 degrees; in-situ start, and gravity switched on",
+        title="Slope with two joint sets; in-situ start, and gravity switched on",
         sizes=(1000, 10_000),
         programs=from_both_starts(scenes.jointed_slope),
         build=scenes.jointed_slope,
@@ -95,13 +103,13 @@ CASES = {
         build=scenes.leaning_slope,
     ),
     "rock": Case(
-        title="Tunnel excavated in Voronoi rock under in-situ stress, friction 35 degrees, cohesion 0.5 MPa",
+        title="Tunnel excavated in Voronoi rock under in-situ stress, cohesion 0.5 MPa",
         sizes=(1000, 10_000),
         programs=at_rest(scenes.blocky_rock, k0=1.0),
         build=scenes.blocky_rock,
     ),
     "layers": Case(
-        title="Layers at 40 degrees that slide a metre to a toe, friction 25 degrees (Wang's Example 3 in kind)",
+        title="Layers at 40 degrees that slide a metre to a toe (Wang's Example 3 in kind)",
         sizes=(100, 1000, 10_000),
         programs=at_rest(scenes.sliding_layers) | peers(scenes.sliding_layers, *BOTH),
         build=scenes.sliding_layers,

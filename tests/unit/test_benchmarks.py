@@ -81,3 +81,10 @@ def test_scenes():
     for name in ("tilted_wall", "jointed_slope", "leaning_slope", "blocky_rock", "sliding_layers"):
         model = getattr(scenes, name)(200).model()
         assert 150 < model.blocks.count < 350, name
+
+
+@pytest.mark.parametrize(("given", "degrees"), [(None, "35"), (30.0, "30")])
+def test_titles_name_the_friction(given, degrees):
+    cases = module("cases").CASES
+    assert cases["slope"].at_friction(given).title.endswith(f"friction {degrees} degrees")
+    assert cases["linear"].at_friction(given) is cases["linear"]
