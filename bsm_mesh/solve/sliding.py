@@ -14,10 +14,11 @@ import numpy as np
 
 from bsm_mesh.solve.damped_motion import DampedMotion, blocks_across, cycles_at_once
 from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.relaxation import DAMPING, RAMP, can_relax
+from bsm_mesh.solve.relaxation import RAMP, can_relax
 from bsm_mesh.solve.step import Step
 
 MANY = 100  # blocks
+DAMPING = 0.05 * np.pi  # of the force out of balance: 5 % of critical, as rock in motion has (FLAC3D manual)
 LONGEST_SLIDE = 60.0  # times the blocks across: cycles of a step at most
 LIGHTEST = 0.5  # of the mean mass: what is lighter would fall too fast
 AT_ONCE, LEAST_AT_ONCE = 0.125, 10  # of the step length: how far blocks go until contacts are worked out again; cycles

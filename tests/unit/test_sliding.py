@@ -11,8 +11,7 @@ from bsm_mesh.solve.continuation import Continuation, _Taken
 from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.falling import FREE_MOVE, Falling
 from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.relaxation import DAMPING
-from bsm_mesh.solve.sliding import can_slide, slide, slides
+from bsm_mesh.solve.sliding import DAMPING, can_slide, slide, slides
 from bsm_mesh.solve.step import Step
 from bsm_mesh.solve.strategies import LONGEST_FOLLOWED, MovingSteps
 

@@ -79,6 +79,17 @@ def test_what_rests_is_found_in_two_steps(turn, scale):
     assert sum(step.factorizations for step in results.stages[0].steps) < 25
 
 
+@pytest.mark.parametrize(("dips", "frictions"), [((80.0, -25.0), (24.9, 25.1)), ((60.0, -30.0), (31.0, 32.0))])
+def test_a_slope_of_more_blocks_moves_where_statics_knows_no_rest_and_only_there(dips, frictions):
+    """To either side of the limit, in slopes whose blocks are followed by cycles of damped motion."""
+    scenes = pytest.importorskip("benchmarks.scenes")
+    for friction in frictions:
+        model = scenes.jointed_slope(200, friction, dips=dips).model(None)
+        results = bsm.run(model, bsm.Options(scheme="continuation"))
+        assert results.status in ("unstable", "stable")
+        assert bsm.limit_analysis(model).admissible == (results.stages[0].max_displacement < 0.01)
+
+
 @pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 def test_a_run_is_the_same_to_the_last_digit_whatever_the_threads():
     """Thousands of contacts slip: what differs in a correction's last digit would be another way, and another end."""
