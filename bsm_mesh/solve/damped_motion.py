@@ -93,12 +93,14 @@ class DampedMotion:
         rests = self.balance.greatest < tolerance or self._step.is_scattered(self.balance, most)
         return rests and self.done >= self._ramp
 
-    def accepted(self) -> Step:
-        """Return the step that begins here."""
+    def accepted(self, *, at_rest: bool) -> Step:
+        """Return the step that begins here; with the blocks' velocity unless they are at rest."""
         if self._searched is not self.balance.position:
             self.search()
         step = self._step
-        return Step(step.moving, step.factors, step.contacts, self.balance.position, step.lam)
+        begun = Step(step.moving, step.factors, step.contacts, self.balance.position, step.lam)
+        begun.velocity = None if at_rest else self.velocity
+        return begun
 
     def search(self) -> None:
         """Accept what slipped and broke, and look for contacts again."""

@@ -19,6 +19,7 @@ from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
 from bsm_mesh.solve.relaxation import relax
+from bsm_mesh.solve.sliding import can_slide
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.step import SCATTERED, Step
 from bsm_mesh.solve.strategies import FEW_MOVE, NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
@@ -79,13 +80,17 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
 def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
     """Return the step from where blocks come to rest by damped motion, and its equilibrium; None where they do not.
 
-    Where Newton's method does not find that from so near, what few blocks lack is for the steps to come.
+    Where Newton's method does not find that from so near, what few blocks lack is for the steps to come. Blocks that
+    slide on are followed by cycles in those, with the velocity that they have come to.
     """
     inner = 0.5 * tolerance
     relaxed = relax(step, inner)
     if relaxed is None:
         return None
     contacts, left = relaxed.contacts, relaxed.balance_at(relaxed.start)
+    if relaxed.velocity is not None:
+        on = Found(relaxed.start, left.at, converged=True, velocity=relaxed.velocity)
+        return (relaxed, on) if can_slide(relaxed) else None
     found = softened_newton(relaxed, relaxed.start, inner)
     if found.converged:
         return relaxed, _polished(relaxed, found)

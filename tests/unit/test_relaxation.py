@@ -10,7 +10,7 @@ from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.relaxation_kernels import relax_cycles
-from bsm_mesh.solve import continuation, first_step, path_following, relaxation
+from bsm_mesh.solve import continuation, first_step, path_following, relaxation, sliding, strategies
 from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.relaxation import calm, relax
@@ -35,8 +35,34 @@ def test_a_block_that_sticks_comes_to_rest_where_its_springs_balance_its_weight(
     assert_allclose(np.abs(at.shear).sum(), WEIGHT * along, rtol=1e-6)
 
 
-def test_a_block_that_slides_on_does_not():
-    assert relax(begun(block_on_a_base(40.0)), 1e-6) is None
+def test_a_block_that_slides_on_keeps_its_velocity():
+    """Its movement in another cycle; contacts are as they are where it has come to."""
+    step = begun(block_on_a_base(40.0))
+    on = relax(step, 1e-6)
+    velocity, gone = on.velocity[1, 0], on.start[1, 0] - step.start[1, 0]
+    assert 0 < 50 * velocity < gone
+    assert abs(on.velocity[1, 1]) < 1e-6 * velocity
+    assert on.contacts.old_along == pytest.approx(on.evaluate(on.start).along, abs=1e-12)
+    assert step.velocity is None
+
+
+def test_many_blocks_that_slide_on_are_followed_with_the_velocity_that_they_have_come_to(monkeypatch):
+    """No ramp is run through again. Of few blocks implicit steps tell what becomes of them."""
+    model = benchmarks.jointed_slope(300, friction=25.0).model()
+    begun_with, slid = [], sliding.slide
+    monkeypatch.setattr(
+        strategies, "slide", lambda step, *given: begun_with.append(step.velocity) or slid(step, *given)
+    )
+    assert bsm.run(model, CONTINUATION).status == "unstable"
+    assert begun_with
+    assert not any(velocity is None for velocity in begun_with)
+    step = begun(model)
+    sliding_on, found = first_step.relaxed_step(step, 1e-6)
+    assert found.converged
+    assert found.velocity is sliding_on.velocity
+    assert found.position is sliding_on.start
+    monkeypatch.setattr(sliding, "MANY", len(step.start) + 1)
+    assert first_step.relaxed_step(step, 1e-6) is None
 
 
 def test_blocks_rest_within_their_strength_and_in_balance():
@@ -187,7 +213,7 @@ def test_what_broke_stays_broken():
     hanging = relax(begun(block_on_a_base(blocks=ceiling, law=glue, tension=2 * WEIGHT)), 1e-9)
     at = hanging.evaluate(hanging.start)
     assert_allclose(at.pressure.sum(), -WEIGHT, rtol=1e-6)
-    assert relax(begun(block_on_a_base(blocks=ceiling, law=glue, tension=0.5 * WEIGHT)), 1e-9) is None
+    assert relax(begun(block_on_a_base(blocks=ceiling, law=glue, tension=0.5 * WEIGHT)), 1e-9).velocity is not None
 
 
 def test_cohesion_that_failed_is_gone():
@@ -196,7 +222,7 @@ def test_cohesion_that_failed_is_gone():
     for part, rests in ((6.0, True), (0.8, False)):
         law = bsm.MohrCoulomb(friction=25, cohesion=part * holds)
         rest = relax(begun(block_on_a_base(30.0, law=law)), 1e-6)
-        assert (rest is not None and rest.balance_at(rest.start).greatest < 1e-6) is rests
+        assert (rest.velocity is None and rest.balance_at(rest.start).greatest < 1e-6) is rests
 
 
 def test_cohesion_is_gone_where_blocks_slipped():
