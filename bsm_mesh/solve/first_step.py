@@ -4,7 +4,8 @@ Newton's method with the contacts as they are at the start; where too many of th
 smoothed laws. Contacts change with the movement: corners pass edges' ends, shared lengths grow and shrink. So they are
 updated to where that led, and the same is done again from there, until an update changes nothing any more. Where blocks
 settle by more than a step length the path is not followed to its end with contacts that are not theirs: each of them
-leads a part of the way. Where it is slow, dynamic relaxation leads to where the step begins anew.
+leads a part of the way. Where it is slow, dynamic relaxation leads to where the step begins anew, or to where blocks
+slide on.
 """
 
 from __future__ import annotations
@@ -78,10 +79,10 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
 
 
 def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
-    """Return the step from where blocks come to rest by damped motion, and its equilibrium; None where they do not.
+    """Return the step from where damped motion leads blocks, and its equilibrium; None where it leads nowhere.
 
     Where Newton's method does not find that from so near, what few blocks lack is for the steps to come. Blocks that
-    slide on are followed by cycles in those, with the velocity that they have come to.
+    slide on are followed by cycles in those, with the velocity that they have come to; too few for cycles are not.
     """
     inner = 0.5 * tolerance
     relaxed = relax(step, inner)
