@@ -24,7 +24,7 @@ DAMPING, CALMING = 0.5, 0.95  # of the force out of balance, against the velocit
 RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
 WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
 REFINED = (3e-2, 1e-3, 1e-5)  # root mean square [weights]: contacts are looked for again at each; the last ends it
-FALLING = 1.0  # the same: blocks that fall freely lack their weight; more, and waves or overlaps have thrown them
+FALLING = 1.0  # the same, of blocks that fall: with more, some may have been thrown, and a slide begins anew
 PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
 MOST_SEARCHES = 12
 CALMED, CALMED_EVERY = 2.0, 0.25  # times the blocks across: cycles that calm what is nearly at rest, judged after each;
@@ -40,7 +40,7 @@ def relax(step: Step, tolerance: float) -> Step | None:
     """Return the step from where blocks come to rest, all but few of them; from where they do not, with their velocity.
 
     What slipped and broke on the way is accepted: the step begins there, with contacts as they are there. None where
-    cycles cannot be used, and where more is out of balance than blocks that slide or fall can lack.
+    cycles cannot be used, and where so much is out of balance that waves or overlaps may have thrown blocks.
 
     Parameters
     ----------
