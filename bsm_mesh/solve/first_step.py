@@ -22,8 +22,9 @@ from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_pa
 from bsm_mesh.solve.relaxation import relax
 from bsm_mesh.solve.sliding import can_slide
 from bsm_mesh.solve.smoothing import typical_smoothing
+from bsm_mesh.solve.softened import NEARLY, SHRINKING, WORTHWHILE, softened_newton
 from bsm_mesh.solve.step import SCATTERED, Step
-from bsm_mesh.solve.strategies import FEW_MOVE, NEARLY, SHRINKING, WORTHWHILE, from_inside, softened_newton
+from bsm_mesh.solve.strategies import FEW_MOVE, from_inside
 
 MOST_UPDATES = 6  # of the contacts
 FIRST_TOLERANCE, FIRST_SCATTERED = 1e-3, 1e-3  # before they are updated: greatest force, or root mean square

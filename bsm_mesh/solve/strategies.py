@@ -12,25 +12,15 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
-from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
 from bsm_mesh.solve.moving import MovingContacts
-from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
+from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, elastic_position, newton
 from bsm_mesh.solve.relaxation import calm
 from bsm_mesh.solve.sliding import can_slide, slide, slides
+from bsm_mesh.solve.softened import NEAR_BALANCE, WORTHWHILE, softened_newton
 from bsm_mesh.solve.step import SCATTERED, Balance, Step
 
-SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations
-MOST_SOFTENED = 30  # of them at most
-MOST_ROUNDS, HALVED = 6, 0.5  # of what needs no factorization, and the part of the 2-norm to which a round brings it
-NEAR_BALANCE = 0.1  # greatest force out of balance up to which the last factors may serve all blocks
-NEARLY = 0.3  # and up to which it is given time, and all is tried for the worst blocks: with these,
-SPREAD = 10.0  # the 2-norm may grow to this before the last factors have served the blocks around them,
-FEW = 0.15  # of the greatest force: root mean square out of balance of which few blocks are the cause
 FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation
-IDLE = 0.97  # of the 2-norm: where blocks solved apart left more, and a correction of all too, they would again
-STUCK, MOST_RINGS = 0.9, 4 * RINGS  # and if it hardly shrinks, more blocks around them move
-MOST_MOVING = 6  # iterations of Newton's method in a moving step
-WORTHWHILE = 0.7  # and while it shrinks the 2-norm to this; softened, too, where nearly in balance or from zero stress
+MOST_MOVING = 6  # iterations of Newton's method in a moving step, while it is worthwhile
 JAMMED = 1e-2  # tolerance of a step that begins with more than a weight out of balance, which no free block lacks: so
 # blocks jam, and what they lack is measured by the reference weight
 UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
@@ -42,87 +32,6 @@ CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
 CALM_ENOUGH = 1.9  # of a step's tolerance, at least half of what counts as rest: what explicit cycles may leave
 NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
 HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
-
-
-def softened_newton(
-    step: Step,
-    position: FloatArray,
-    tolerance: float,
-    *,
-    inside: bool = False,
-    shrinking: float = SHRINKING,
-    scattered: float = 0.0,
-) -> Found:
-    """Return where Newton's method with softened tangents ends, before and after each of them settled (`_settled`).
-
-    `inside`: the worst blocks by the interior point method too, which may take them to an equilibrium farther away.
-    `shrinking`: the part to which two factorizations must shrink the 2-norm while blocks are far out of balance.
-    `scattered`: root mean square out of balance, of a weight, with which it ends though few blocks lack more than the
-    tolerance.
-    """
-    before = step.balance_at(position).norm
-    position = _settled(step, position, tolerance, inside=inside)
-    norms = [np.inf, step.balance_at(position).norm]
-    found = Found(position, step.evaluate(position), converged=False)
-    for _ in range(MOST_SOFTENED):
-        contacts = step.contacts
-        found = newton(step, position, tolerance, softened=True, most=1)
-        if found.converged:
-            break
-        idle, position = norms[-1] > IDLE * before, found.position
-        before = step.balance_at(position).norm
-        if not (idle and before > IDLE * norms[-1]):
-            position = _settled(step, position, tolerance, inside=inside)
-        here = step.balance_at(position)
-        if step.is_scattered(here, scattered):
-            return Found(position, here.at, converged=True)
-        norms.append(here.norm)
-        if step.contacts is not contacts:  # some broke: with them gone it is another problem
-            norms = [np.inf, norms[-1]]
-        elif norms[-1] > (WORTHWHILE if here.greatest < NEARLY else shrinking) * norms[-3]:
-            break
-    return found
-
-
-def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool) -> FloatArray:
-    """Return a position from which whatever needs no factorization of the whole is done.
-
-    The worst blocks are solved apart, then what that leaves out of balance around them is spread with the last factors
-    of the whole; in turns, while it halves the 2-norm. Where many blocks are far out of balance the last factors lead
-    astray, and are left alone. Where few are, a round that is stuck is tried with more blocks around the worst.
-    """
-    here, rings = step.balance_at(position), RINGS
-    for _ in range(MOST_ROUNDS):
-        if here.greatest < tolerance:
-            break
-        near, contacts = here.greatest < NEARLY and step.factors.ready, step.contacts
-        worse = SPREAD if near else WORSE
-        relaxed = relax_locally(
-            step,
-            here.position,
-            tolerance,
-            inside=inside or near,
-            rings=rings,
-            worse=worse,
-            fewer=_is_of_few(step, here),
-        )
-        if step.factors.ready and (relaxed is not here.position or here.greatest < NEAR_BALANCE):
-            relaxed = chord_method(step, relaxed, tolerance)
-        there = step.balance_at(relaxed)
-        gained = there.norm / here.norm
-        if gained > WORSE:
-            step.contacts = contacts  # what broke on a way that is not taken
-        else:
-            here = there
-        if gained > HALVED and not (near and gained > STUCK and rings < MOST_RINGS):
-            break
-        rings = 2 * rings if gained > STUCK else rings
-    return here.position
-
-
-def _is_of_few(step: Step, here: Balance) -> bool:
-    """Return whether few blocks are the cause of what is out of balance."""
-    return step.is_scattered(here, max(SCATTERED, min(NEARLY, FEW * here.greatest)))
 
 
 class MovingSteps:

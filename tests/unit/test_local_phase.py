@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import local_phase, strategies
+from bsm_mesh.solve import local_phase, softened
 from bsm_mesh.solve.balance import fall_rate
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.first_step import solve_at_once
@@ -17,8 +17,8 @@ from bsm_mesh.solve.local_phase import RINGS, relax_locally
 from bsm_mesh.solve.local_step import LocalStep
 from bsm_mesh.solve.moving import tangent_stiffness
 from bsm_mesh.solve.newton import Found, chord_method
+from bsm_mesh.solve.softened import softened_newton
 from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import softened_newton
 
 COURSES, BRICKS, TOLERANCE = 24, 40, 5e-7
 BLOCK = 100  # which is pushed
@@ -85,8 +85,8 @@ def test_before_contacts_are_updated_few_blocks_may_lack_more_than_the_tolerance
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 1e-9
-    monkeypatch.setattr(strategies, "_settled", lambda step, position, *_, **__: position)
-    monkeypatch.setattr(strategies, "newton", lambda step, at, *_, **__: Found(at, step.evaluate(at), converged=False))
+    monkeypatch.setattr(softened, "_settled", lambda step, position, *_, **__: position)
+    monkeypatch.setattr(softened, "newton", lambda step, at, *_, **__: Found(at, step.evaluate(at), converged=False))
     assert TOLERANCE < step.balance_at(pushed).greatest < 3e-3
     assert softened_newton(step, pushed, TOLERANCE, scattered=1e-4).converged
     assert not softened_newton(step, pushed, TOLERANCE, scattered=1e-6).converged
@@ -108,8 +108,8 @@ def test_blocks_are_not_solved_apart_again_where_nothing_has_changed(rest, monke
     def corrected(step: Step, at: np.ndarray, *_: float, **__: bool) -> Found:
         return Found(there := nearer(position, at, together), step.evaluate(there), converged=False)
 
-    monkeypatch.setattr(strategies, "_settled", apart)
-    monkeypatch.setattr(strategies, "newton", corrected)
+    monkeypatch.setattr(softened, "_settled", apart)
+    monkeypatch.setattr(softened, "newton", corrected)
     pushed = position.copy()
     pushed[BLOCK, :2] += 1e-9
     softened_newton(step, pushed, TOLERANCE)
@@ -157,7 +157,7 @@ def test_a_cluster_may_spread_what_it_had_where_that_is_said(rest, monkeypatch):
     spread[BLOCK, :2] += 1e-7
     monkeypatch.setattr(local_phase, "_relaxed", lambda local, *_: spread[local.blocks])
     assert relax_locally(step, pushed, TOLERANCE) is pushed
-    assert_allclose(relax_locally(step, pushed, TOLERANCE, worse=strategies.SPREAD), spread, rtol=0, atol=0)
+    assert_allclose(relax_locally(step, pushed, TOLERANCE, worse=softened.SPREAD), spread, rtol=0, atol=0)
 
 
 def test_a_round_is_judged_when_the_last_factors_have_served_all_blocks(rest, monkeypatch):
@@ -172,10 +172,10 @@ def test_a_round_is_judged_when_the_last_factors_have_served_all_blocks(rest, mo
         given.append(keys)
         return spread
 
-    monkeypatch.setattr(strategies, "relax_locally", spreads)
-    settled = strategies._settled(step, pushed, TOLERANCE, inside=False)
+    monkeypatch.setattr(softened, "relax_locally", spreads)
+    settled = softened._settled(step, pushed, TOLERANCE, inside=False)
     assert sizes(step, settled).max() < TOLERANCE
-    assert given == [{"inside": True, "rings": RINGS, "worse": strategies.SPREAD, "fewer": True}]
+    assert given == [{"inside": True, "rings": RINGS, "worse": softened.SPREAD, "fewer": True}]
 
 
 def test_a_round_that_is_stuck_is_tried_with_more_rings_and_leads_nowhere_unless_it_gains(rest, monkeypatch):
@@ -189,9 +189,9 @@ def test_a_round_that_is_stuck_is_tried_with_more_rings_and_leads_nowhere_unless
         step.break_contacts(np.array([0]))
         return position + 1e-4 * np.random.default_rng(0).normal(size=position.shape)
 
-    monkeypatch.setattr(strategies, "relax_locally", spoils)
-    monkeypatch.setattr(strategies, "chord_method", lambda step, position, tolerance: position)
-    assert strategies._settled(step, pushed, TOLERANCE, inside=False) is pushed
+    monkeypatch.setattr(softened, "relax_locally", spoils)
+    monkeypatch.setattr(softened, "chord_method", lambda step, position, tolerance: position)
+    assert softened._settled(step, pushed, TOLERANCE, inside=False) is pushed
     assert rings == [RINGS, 2 * RINGS, 4 * RINGS]
     assert step.contacts is contacts  # what broke on the way has not
 
@@ -255,7 +255,7 @@ def test_a_block_out_of_place_near_rest_takes_no_factorization_of_the_whole(rest
     found = softened_newton(step, pushed, TOLERANCE)
     assert found.converged
     assert step.factors.count == before
-    monkeypatch.setattr(strategies, "MOST_ROUNDS", 0)
+    monkeypatch.setattr(softened, "MOST_ROUNDS", 0)
     found = softened_newton(step, pushed, TOLERANCE)
     assert found.converged
     assert step.factors.count > before

@@ -7,7 +7,7 @@ import pytest
 from step_scenes import CONTINUATION, STIFFNESS, WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import strategies
+from bsm_mesh.solve import softened, strategies
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.newton import Found
@@ -42,7 +42,7 @@ def out_of_balance(step: Step, forces: list[float]) -> Balance:
 )
 def test_few_blocks_are_the_cause_where_little_is_out_of_balance_beside_the_greatest(forces, few):
     step = begun(block_on_a_base())
-    assert strategies._is_of_few(step, out_of_balance(step, forces)) is few
+    assert softened._is_of_few(step, out_of_balance(step, forces)) is few
 
 
 @pytest.mark.parametrize(("inner", "is_calmed"), [(1e-4, True), (1e-2, False)])

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_equal
 from step_scenes import CONTINUATION, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import first_step, sliding, strategies
+from bsm_mesh.solve import first_step, sliding, softened, strategies
 from bsm_mesh.solve.continuation import FIRST_LAM, LEAST_LAM, Continuation
 from bsm_mesh.solve.history import commit, recall
 from bsm_mesh.solve.newton import Found, elastic_position, newton
@@ -87,7 +87,8 @@ def test_a_moving_step_that_fails_has_friction_that_lags_by_a_step(monkeypatch, 
     coupled = moving.solve(step, 1e-7, from_rest=False, failures=MOST_FAILURES)
     assert_allclose(coupled.at.pressure.sum() / 26e3, down, rtol=1e-3)  # it has settled less, by lam
     assert_allclose(moved(coupled), aside - slope * coupled.at.pressure.sum() / 26e3, atol=1e-6)
-    monkeypatch.setattr(strategies, "newton", without_newton(coupled_only=coupled_only))
+    for module in (strategies, softened):
+        monkeypatch.setattr(module, "newton", without_newton(coupled_only=coupled_only))
     assert not moving.solve(step, 1e-3, from_rest=False, failures=MOST_FAILURES - 1).converged, "shorter steps first"
     for failures in (MOST_FAILURES, MOST_FAILURES, 0):  # the second failure holds the strengths for two steps
         held = moving.solve(step, 1e-3, from_rest=False, failures=failures)
@@ -279,7 +280,7 @@ def test_newtons_method_is_given_time_from_zero_stress_and_few_blocks_until_cont
 
     monkeypatch.setattr(first_step, "softened_newton", newton_ends)
     first_step.solve_at_once(step, tolerance)
-    assert given == [(strategies.SHRINKING if stressed else strategies.WORTHWHILE, scattered)]
+    assert given == [(softened.SHRINKING if stressed else softened.WORTHWHILE, scattered)]
 
 
 @pytest.mark.parametrize(("few", "inside"), [(10.0, False), (0.0, True)])
