@@ -13,36 +13,56 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 
 @nb.njit(cache=True)
-def relative_positions(
-    position: FloatArray,
+def given_geometry(
     block_a: IntArray,
     block_b: IntArray,
     corner: IntArray,
     edge: IntArray,
-    between: FloatArray,
+    centroid: FloatArray,
     corners: FloatArray,
     directions: FloatArray,
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return the geometry of contacts where blocks were given, (m, 8) [m], as `relative_positions` takes it.
+
+    `centroid` (n, 2), `corners` (n_vertices, 2) and `directions` of their edges are as in `Outlines`.
+    """
+    given = np.empty((block_a.size, 8))
+    for k in range(block_a.size):
+        for axis in range(2):
+            given[k, axis] = centroid[block_a[k], axis] - centroid[block_b[k], axis]
+            given[k, 2 + axis] = corners[corner[k], axis]
+            given[k, 4 + axis] = corners[edge[k], axis]
+            given[k, 6 + axis] = directions[edge[k], axis]
+    return given
+
+
+@nb.njit(cache=True)
+def relative_positions(
+    position: FloatArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    given: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2).
 
-    Positions are movements from where blocks were given, where `between` (m, 2) led from b's centroid to a's: rounding
-    is then that of movements, not of coordinates. `corners` (n_vertices, 2) and `directions` of their edges are in the
-    frame of their blocks, as in `Outlines`.
+    Positions are movements from where blocks were given; rounding is then that of movements, not of coordinates.
+    `given` (m, 8) is the geometry there, read in one stream (see `given_geometry`): from b's centroid to a's, from a's
+    to the corner, from b's to where the edge starts, and the edge's direction.
     """
     m = block_a.size
     gap, coordinate = np.empty(m), np.empty(m)
     tangent, arm_a, arm_b = np.empty((m, 2)), np.empty((m, 2)), np.empty((m, 2))
     cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
     for k in range(m):
-        a, b, v, e = block_a[k], block_b[k], corner[k], edge[k]
-        ax = cosine[a] * corners[v, 0] - sine[a] * corners[v, 1]
-        ay = sine[a] * corners[v, 0] + cosine[a] * corners[v, 1]
-        tx = cosine[b] * directions[e, 0] - sine[b] * directions[e, 1]
-        ty = sine[b] * directions[e, 0] + cosine[b] * directions[e, 1]
-        rx = between[k, 0] + (position[a, 0] - position[b, 0]) + ax
-        ry = between[k, 1] + (position[a, 1] - position[b, 1]) + ay
-        dx = rx - (cosine[b] * corners[e, 0] - sine[b] * corners[e, 1])
-        dy = ry - (sine[b] * corners[e, 0] + cosine[b] * corners[e, 1])
+        a, b = block_a[k], block_b[k]
+        ax = cosine[a] * given[k, 2] - sine[a] * given[k, 3]
+        ay = sine[a] * given[k, 2] + cosine[a] * given[k, 3]
+        tx = cosine[b] * given[k, 6] - sine[b] * given[k, 7]
+        ty = sine[b] * given[k, 6] + cosine[b] * given[k, 7]
+        rx = given[k, 0] + (position[a, 0] - position[b, 0]) + ax
+        ry = given[k, 1] + (position[a, 1] - position[b, 1]) + ay
+        dx = rx - (cosine[b] * given[k, 4] - sine[b] * given[k, 5])
+        dy = ry - (sine[b] * given[k, 4] + cosine[b] * given[k, 5])
         gap[k] = dx * ty - dy * tx
         coordinate[k] = dx * tx + dy * ty
         tangent[k, 0], tangent[k, 1] = tx, ty

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.moving_kernels import given_geometry
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
@@ -51,7 +52,7 @@ def gather_contacts(
         candidates=found.sides,
         joint=properties.joint,
         law=properties.law,
-        between=outlines.centroid[found.block_a] - outlines.centroid[found.block_b],
+        given=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,
         tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),

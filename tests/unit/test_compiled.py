@@ -21,8 +21,8 @@ from bsm_mesh.contact.compiled import is_compiled
 from bsm_mesh.contact.moving_kernels import relative_positions as kernel
 print(is_compiled(kernel))
 if sys.argv[1] == "call":
-    one, i = np.zeros((1, 2)), np.zeros(1, np.int32)
-    kernel(np.zeros((1, 3)), i, i, i, i, one, one, one)
+    i = np.zeros(1, np.int32)
+    kernel(np.zeros((1, 3)), i, i, np.zeros((1, 8)))
     print(is_compiled(kernel))
 """
 

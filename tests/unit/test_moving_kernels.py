@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, relative_positions
+from bsm_mesh.contact.moving_kernels import add_moving_forces, fill_tangent, given_geometry, relative_positions
 from bsm_mesh.solve.pattern import constrain, whole_pattern
 
 N, M = 5, 14
@@ -32,7 +32,8 @@ class Scene:
 
     def relative(self, position):
         numbers = self.a, self.b, self.corner, self.edge
-        return relative_positions(position, *numbers, np.zeros((M, 2)), self.corners, self.directions)
+        given = given_geometry(*numbers, np.zeros((N, 2)), self.corners, self.directions)
+        return relative_positions(position, self.a, self.b, given)
 
     def respond(self, position):
         gap, coordinate, *_ = self.relative(position)
@@ -117,12 +118,11 @@ def test_forces_and_moments_about_any_point_sum_to_zero(seed, state):
 
 def test_gap_and_coordinate_by_hand():
     """Edge of b from (1, 0) along y turned by 90 degrees about (0, 0): from (0, 1) along -x, outward normal +y."""
-    position, between = np.array([(0.0, 1.0, np.pi), (0.0, 0.0, np.pi / 2)]), np.array([(0.0, 2.0)])
+    position, centroid = np.array([(0.0, 1.0, np.pi), (0.0, 0.0, np.pi / 2)]), np.array([(5.0, 3.0), (5.0, 1.0)])
     one, zero = np.array([0], np.int32), np.array([1], np.int32)
     corners, directions = np.array([(0.5, 0.75), (1.0, 0.0)]), np.array([(1.0, 0.0), (0.0, 1.0)])
-    gap, coordinate, tangent, arm_a, arm_b = relative_positions(
-        position, one, zero, np.array([0], np.int32), np.array([1], np.int32), between, corners, directions
-    )
+    given = given_geometry(one, zero, np.array([0], np.int32), np.array([1], np.int32), centroid, corners, directions)
+    gap, coordinate, tangent, arm_a, arm_b = relative_positions(position, one, zero, given)
     assert_allclose(gap, 1.25)
     assert_allclose(coordinate, 0.5)
     assert_allclose(tangent, [(-1, 0)], atol=1e-15)
