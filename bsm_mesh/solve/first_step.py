@@ -17,6 +17,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.history import commit, recall
+from bsm_mesh.solve.local_phase import are_few
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
 from bsm_mesh.solve.relaxation import relax
@@ -71,12 +72,15 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
         most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
         enough = max(inner, min(most, UPDATED * left.greatest))
         again = solve_updated(updated, found.position, enough, excavated=excavated, was_solved=found.converged)
-        if not again.converged and not _is_nearly(updated, again, FEW_MOVE if excavated else FEW_LEFT):
-            break
+        if not again.converged:
+            rests = _is_for_steps_to_come(updated, again, enough) if excavated else _is_nearly(updated, again, FEW_LEFT)
+            if not rests:
+                break
         step, found, rough = updated, again, FEW_LEFT
-    if not found.converged and _is_nearly(step, found, FEW_MOVE if excavated else SCATTERED):
-        return step, Found(found.position, found.at, converged=True)
-    return step, _polished(step, found)
+    if found.converged:
+        return step, _polished(step, found)
+    rests = _is_for_steps_to_come(step, found, inner) if excavated else _is_nearly(step, found, SCATTERED)
+    return step, replace(found, converged=rests)
 
 
 def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
@@ -117,9 +121,9 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> F
     from_nothing = not (contacts.candidates.history >= 0).any()  # no stress before: no path to keep to
     shrinking = WORTHWHILE if from_nothing else SHRINKING
     scattered = FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0
-    found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered)
     after_stress = excavated and not from_nothing
-    if found.converged or (after_stress and _is_nearly(step, found, FEW_MOVE)):
+    found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered, locally=after_stress)
+    if found.converged or (after_stress and _is_for_steps_to_come(step, found, tolerance)):
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
     if after_stress:
@@ -145,7 +149,7 @@ def solve_updated(
     left = step.balance_at(position)
     if excavated or was_solved:
         contacts = step.contacts
-        found = softened_newton(step, position, tolerance)
+        found = softened_newton(step, position, tolerance, locally=excavated)
         if found.converged or excavated:
             return found
         step.contacts, here = contacts, step.balance_at(found.position)
@@ -173,6 +177,16 @@ def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: f
 def _is_nearly(step: Step, found: Found, most: float) -> bool:
     """Return whether a step may end where it led with less than `most` out of balance (root mean square) [weights]."""
     return step.takes(found.position) and step.is_scattered(step.balance_at(found.position), most)
+
+
+def _is_for_steps_to_come(step: Step, found: Found, tolerance: float) -> bool:
+    """Return whether what is out of balance after an excavation is for the steps in which few blocks move.
+
+    Of many blocks more may be: it is for them, and those around them, to find another balance.
+    """
+    if _is_nearly(step, found, FEW_MOVE):
+        return True
+    return _is_nearly(step, found, SCATTERED) and are_few(step, found.position, tolerance)
 
 
 def _updated(step: Step, found: Found) -> Step:

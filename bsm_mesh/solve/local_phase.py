@@ -11,16 +11,16 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.solve.brittle import break_caught
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_step import LocalStep
-from bsm_mesh.solve.newton import MOST_HALVINGS, STALLED, newton, softness_at
+from bsm_mesh.solve.newton import MOST_HALVINGS, STALLED, Found, newton, softness_at
 from bsm_mesh.solve.pattern import BlockPattern
 from bsm_mesh.solve.step import Balance, Step, moved_by
 
 FLAGGED = 3e-3  # of the greatest force out of balance: blocks above this are solved on their own
-RINGS = 5  # of blocks around them that move with them
+RINGS, AROUND = 5, 25  # of blocks around them that move with them until they rest, and in a correction
 MOST_BLOCKS = 0.25  # of all blocks: beyond, solving them apart saves nothing;
 RAISED = 3.0  # times the force above which blocks are flagged, until they are fewer
 MOST_ITERATIONS = 12
@@ -62,7 +62,7 @@ def relax_locally(
         Where those are too many, the worst of them.
     """
     sizes, weight = _out_of_balance(step, position)
-    threshold = max(flagged * sizes.max(), min(3 * tolerance, sizes.max() / 3))
+    threshold = _threshold(sizes, tolerance, flagged)
     most = MOST_BLOCKS * len(sizes)
     if not fewer and (sizes > threshold).sum() > most:
         return position
@@ -80,6 +80,48 @@ def relax_locally(
     return _taken(step, local, position, relaxed, sizes, worse)
 
 
+def correct_locally(step: Step, position: FloatArray, tolerance: float) -> Found | None:
+    """Return where a softened correction leads that only the blocks far around the worst ones make, or None.
+
+    What those lack is hardly felt farther away, so a correction of all blocks would lead to much the same, and take ten
+    times as long. None where too many blocks would move, or none.
+    """
+    moves = far_around_worst(step, position, tolerance)
+    if not 0 < moves.sum() <= MOST_BLOCKS * len(moves):
+        return None
+    local = LocalStep(step, moves, position)
+    try:
+        found = newton(local, local.start, tolerance, softened=True, most=1)
+    finally:
+        local.close()
+    step.break_contacts(_broken(step, local))
+    there = step.balance_at(local.whole(found.position))
+    return Found(there.position, there.at, converged=there.greatest < tolerance)
+
+
+def are_few(step: Step, position: FloatArray, tolerance: float) -> bool:
+    """Return whether the blocks worst out of balance, with those far around them, are few of all."""
+    moves = far_around_worst(step, position, tolerance)
+    return bool(moves.sum() <= MOST_BLOCKS * len(moves))
+
+
+def far_around_worst(step: Step, position: FloatArray, tolerance: float) -> BoolArray:
+    """Return the blocks that are worst out of balance and those far around them, (n,)."""
+    sizes = _out_of_balance(step, position)[0]
+    return _grown(step.pattern, sizes > _threshold(sizes, tolerance, FLAGGED), step.moving.driven, AROUND)
+
+
+def _threshold(sizes: FloatArray, tolerance: float, flagged: float) -> float:
+    """Return above which force out of balance, of all blocks' (n,), a block is one of the worst."""
+    greatest = float(sizes.max())
+    return max(flagged * greatest, min(3 * tolerance, greatest / 3))
+
+
+def _broken(step: Step, local: LocalStep) -> IntArray:
+    """Return the step's contacts that broke while some blocks were solved on their own."""
+    return local.rows[local.contacts.failed & ~step.contacts.failed[local.rows]]
+
+
 def _taken(
     step: Step, local: LocalStep, position: FloatArray, relaxed: FloatArray, before: FloatArray, worse: float
 ) -> FloatArray:
@@ -87,14 +129,14 @@ def _taken(
 
     `before`: what every block had out of balance at the position, (n,).
     """
-    contacts = step.contacts
-    broken = local.contacts.failed & ~contacts.failed[local.rows]
-    step.break_contacts(local.rows[broken])
+    contacts, broken = step.contacts, _broken(step, local)
+    step.break_contacts(broken)
     after = _out_of_balance(step, relaxed)[0]
     helped = local.by_cluster(after**2) <= worse**2 * local.by_cluster(before**2)
     if not helped.all():
         step.contacts = contacts
-        step.break_contacts(local.rows[broken & helped[local.cluster_of_row]])
+        where = local.cluster_of_row[np.searchsorted(local.rows, broken)]
+        step.break_contacts(broken[helped[where]])
         stay, relaxed = local.blocks[local.block[~helped[local.cluster]]], relaxed.copy()
         relaxed[stay] = position[stay]
         after = _out_of_balance(step, relaxed)[0]

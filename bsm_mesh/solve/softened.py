@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.local_phase import RINGS, WORSE, relax_locally
+from bsm_mesh.solve.local_phase import RINGS, WORSE, correct_locally, relax_locally
 from bsm_mesh.solve.newton import Found, chord_method, newton
 from bsm_mesh.solve.step import SCATTERED, Balance, Step
 
@@ -33,6 +33,7 @@ def softened_newton(
     inside: bool = False,
     shrinking: float = SHRINKING,
     scattered: float = 0.0,
+    locally: bool = False,
 ) -> Found:
     """Return where Newton's method with softened tangents ends, before and after each of them settled (`_settled`).
 
@@ -40,6 +41,7 @@ def softened_newton(
     `shrinking`: the part to which two factorizations must shrink the 2-norm while blocks are far out of balance.
     `scattered`: root mean square out of balance, of a weight, with which it ends though few blocks lack more than the
     tolerance.
+    `locally`: where few blocks are worst out of balance, corrections move those around them alone.
     """
     before = step.balance_at(position).norm
     position = _settled(step, position, tolerance, inside=inside)
@@ -47,7 +49,8 @@ def softened_newton(
     found = Found(position, step.evaluate(position), converged=False)
     for _ in range(MOST_SOFTENED):
         contacts = step.contacts
-        found = newton(step, position, tolerance, softened=True, most=1)
+        corrected = correct_locally(step, position, tolerance) if locally else None
+        found = corrected or newton(step, position, tolerance, softened=True, most=1)
         if found.converged:
             break
         idle, position = norms[-1] > IDLE * before, found.position

@@ -99,7 +99,7 @@ class MovingSteps:
     def _next_to_start(self, step: Step, inner: float, failures: int, *, near_rest: bool) -> Found | None:
         """Return the end of a step by what serves where blocks had come to some balance before; None if none does."""
         contacts = step.contacts
-        found = softened_newton(step, step.start, inner, inside=True)
+        found = softened_newton(step, step.start, inner, inside=True, locally=self._excavated)
         if found.converged:
             return found
         here = step.balance_at(found.position)

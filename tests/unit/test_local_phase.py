@@ -1,17 +1,13 @@
 """Blocks far out of balance are solved apart: they come to rest, and no others move."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
+from step_scenes import BRICKS, wall_at_rest
 
-import bsm_mesh as bsm
 from bsm_mesh.solve import local_phase, softened
 from bsm_mesh.solve.balance import fall_rate
-from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.first_step import solve_at_once
 from bsm_mesh.solve.history import History
 from bsm_mesh.solve.local_phase import RINGS, relax_locally
 from bsm_mesh.solve.local_step import LocalStep
@@ -20,32 +16,13 @@ from bsm_mesh.solve.newton import Found, chord_method
 from bsm_mesh.solve.softened import softened_newton
 from bsm_mesh.solve.step import Step
 
-COURSES, BRICKS, TOLERANCE = 24, 40, 5e-7
+TOLERANCE = 5e-7
 BLOCK = 100  # which is pushed
 
 
 @pytest.fixture(scope="module")
 def rest() -> tuple[Step, np.ndarray]:
-    """Return the step of a tilted wall and where it is at rest."""
-    polygons = [[(-1, -0.5), (BRICKS + 1, -0.5), (BRICKS + 1, 0), (-1, 0)]]
-    for c in range(COURSES):
-        joints = np.arange(BRICKS + 1.0) if c % 2 == 0 else np.concatenate([[0], np.arange(BRICKS) + 0.5, [BRICKS]])
-        polygons += [[(a, c / 2), (b, c / 2), (b, c / 2 + 0.5), (a, c / 2 + 0.5)] for a, b in pairwise(joints)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=2500 * 9.81)],
-        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=35.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=-85.0,
-    )
-    run = Continuation(model, bsm.Options(), lambda *_: None)
-    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
-    step = Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
-    found = solve_at_once(step, TOLERANCE)
-    assert found.converged
-    assert step.factorize(step.tangent(found.at, 1e-3), found.position)
-    return step, found.position
+    return wall_at_rest(TOLERANCE)
 
 
 def sizes(step: Step, position: np.ndarray) -> np.ndarray:

@@ -1,0 +1,136 @@
+"""Corrections after an excavation move the blocks around the worst ones alone, where those are few of all."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from step_scenes import BRICKS, begun, block_on_a_base, wall_at_rest
+
+from bsm_mesh.solve import first_step, local_phase, softened, strategies
+from bsm_mesh.solve.local_phase import are_few, correct_locally
+from bsm_mesh.solve.newton import Found, newton
+from bsm_mesh.solve.softened import softened_newton
+from bsm_mesh.solve.step import SCATTERED, Step
+
+TOLERANCE, BLOCK, RINGS = 5e-7, 10 * BRICKS, 5
+
+
+@pytest.fixture(scope="module")
+def rest() -> tuple[Step, np.ndarray]:
+    return wall_at_rest(TOLERANCE)
+
+
+@pytest.fixture
+def near(monkeypatch) -> None:
+    """Let fewer blocks around the worst count as far around: those of a small wall are few of all then."""
+    monkeypatch.setattr(local_phase, "AROUND", RINGS)
+
+
+def pushed_from(position: np.ndarray) -> np.ndarray:
+    pushed = position.copy()
+    pushed[BLOCK, :2] += 2e-6
+    return pushed
+
+
+def test_a_correction_moves_only_blocks_around_the_worst(rest, near):
+    step, position = rest
+    pushed, factorized = pushed_from(position), step.factors.count
+    found = correct_locally(step, pushed, TOLERANCE)
+    assert found is not None
+    moved = np.flatnonzero((found.position != pushed).any(axis=1))
+    away = np.hypot(*(step.moving.outlines.centroid - step.moving.outlines.centroid[BLOCK]).T)
+    assert away[moved].max() < 1.2 * (RINGS + 2)
+    assert step.factors.count == factorized
+    whole = newton(step, pushed, TOLERANCE, softened=True, most=1).position
+    lack, together = (step.balance_at(there).norm for there in (found.position, whole))
+    assert lack == pytest.approx(together, rel=0.1)
+    assert lack < 0.5 * step.balance_at(pushed).norm
+    assert np.abs(found.position - whole).max() < 0.05 * np.abs(whole - pushed).max()
+
+
+def test_a_correction_ends_where_that_is_at_rest(rest, near):
+    step, position = rest
+    found, pushed = correct_locally(step, position, TOLERANCE), position.copy()
+    assert found is None, "no block is to move"
+    pushed[BLOCK, :2] += 2e-8
+    found = correct_locally(step, pushed, 0.1)
+    assert found is not None
+    assert found.converged
+
+
+def test_where_blocks_around_the_worst_are_not_few_all_are_corrected(rest, monkeypatch):
+    step, position = rest
+    pushed, factorized = pushed_from(position), step.factors.count
+    monkeypatch.setattr(local_phase, "AROUND", 4 * RINGS)
+    monkeypatch.setattr(softened, "_settled", lambda step, position, *_, **__: position)
+    assert correct_locally(step, pushed, TOLERANCE) is None
+    assert not are_few(step, pushed, TOLERANCE)
+    softened_newton(step, pushed, TOLERANCE, locally=True)
+    assert step.factors.count > factorized
+
+
+@pytest.mark.parametrize("locally", [False, True])
+def test_corrections_are_of_all_blocks_unless_that_is_said(rest, near, monkeypatch, locally):
+    step, position = rest
+    asked = []
+
+    def corrected(step: Step, at: np.ndarray, *_: float, **__: bool) -> Found:
+        asked.append(len(at) < len(position))
+        return Found(at, step.evaluate(at), converged=True)
+
+    monkeypatch.setattr(softened, "_settled", lambda step, position, *_, **__: position)
+    monkeypatch.setattr(softened, "newton", corrected)
+    monkeypatch.setattr(local_phase, "newton", corrected)
+    softened_newton(step, pushed_from(position), TOLERANCE, locally=locally)
+    assert asked[0] is locally
+
+
+def test_what_breaks_in_a_correction_is_broken_in_the_step(rest, near, monkeypatch):
+    step, position = rest
+    contacts, broken = step.contacts, []
+
+    def breaks(local: Step, at: np.ndarray, *_: float, **__: bool) -> Found:
+        local.break_contacts(np.array([3]))
+        broken.append(local.rows[3])
+        return Found(at, local.evaluate(at), converged=False)
+
+    monkeypatch.setattr(local_phase, "newton", breaks)
+    correct_locally(step, pushed_from(position), TOLERANCE)
+    assert np.flatnonzero(step.contacts.failed & ~contacts.failed).tolist() == broken
+    step.contacts = contacts
+
+
+@pytest.mark.parametrize("excavated", [False, True])
+def test_after_an_excavation_few_blocks_are_corrected_alone(monkeypatch, excavated):
+    """In the first step as in those to come."""
+    step, given = begun(block_on_a_base()), []
+    rows = np.zeros(step.contacts.count, np.int32)  # stressed before
+    step.contacts = replace(step.contacts, candidates=replace(step.contacts.candidates, history=rows))
+
+    def ends(step: Step, position: np.ndarray, *_: float, **keys: bool) -> Found:
+        given.append(keys["locally"])
+        return Found(position, step.evaluate(position), converged=True)
+
+    monkeypatch.setattr(first_step, "softened_newton", ends)
+    monkeypatch.setattr(strategies, "softened_newton", ends)
+    first_step.solve_at_once(step, TOLERANCE, excavated=excavated)
+    first_step.solve_updated(step, step.start, TOLERANCE, excavated=excavated)
+    strategies.MovingSteps(excavated=excavated).solve(step, 1e-2, from_rest=False, failures=0)
+    assert given == 3 * [excavated]
+
+
+@pytest.mark.parametrize(
+    ("lifted", "around", "taken"), [(0.5, RINGS, True), (0.5, 4 * RINGS, False), (2.0, RINGS, False)]
+)
+def test_what_few_of_many_lack_after_an_excavation_is_for_steps_to_come(rest, monkeypatch, lifted, around, taken):
+    """A block out of place, and its neighbours, lack a part of what may be scattered, or more."""
+    step, position = rest
+    unit = pushed_from(position) - position
+    scattered = step.balance_at(position + unit)
+    part = SCATTERED * scattered.weight * np.sqrt(len(position)) / scattered.norm
+    there = position + lifted * part * unit
+    monkeypatch.setattr(local_phase, "AROUND", around)
+    monkeypatch.setattr(first_step, "FEW_MOVE", 0.0)
+    found = Found(there, step.evaluate(there), converged=False)
+    monkeypatch.setattr(first_step, "solve_at_once", lambda *_, **__: found)
+    assert first_step.first_step(step, TOLERANCE, excavated=True)[1].converged is taken
