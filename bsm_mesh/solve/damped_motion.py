@@ -223,10 +223,12 @@ def _springs(contacts: MovingContacts, at: Evaluation, answer: JointResponse, ro
 
 def _projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
     """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
-    own = mass[supports.block]
-    free = np.where(np.arange(3) < supports.held[:, None], 0.0, 1.0)[:, None, :] * supports.basis
+    projectors = np.zeros((len(supports.block), 3, 3))
+    moves = np.flatnonzero(supports.held < 3)  # of the others it is zero
+    own, held = mass[supports.block[moves]], np.arange(3) < supports.held[moves, None]
+    free = np.where(held, 0.0, 1.0)[:, None, :] * supports.basis[moves]
     inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
-    projectors: FloatArray = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
+    projectors[moves] = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
     return projectors
 
 
