@@ -17,7 +17,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.history import commit, recall
-from bsm_mesh.solve.local_phase import are_few
+from bsm_mesh.solve.local_phase import begins_with_few
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
 from bsm_mesh.solve.relaxation import relax
@@ -113,7 +113,7 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> F
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
     where moving steps come to rest, so none is followed; and what a few blocks lack, which then move, is not looked for
-    with all others.
+    with all others, nor what is left where few of all were set free: whatever that is, moving steps take less to it.
     """
     elastic = elastic_position(step)
     step.make_room(elastic)
@@ -123,7 +123,7 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> F
     scattered = FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0
     after_stress = excavated and not from_nothing
     found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered, locally=after_stress)
-    if found.converged or (after_stress and _is_for_steps_to_come(step, found, tolerance)):
+    if found.converged or (after_stress and (begins_with_few(step, tolerance) or _is_nearly(step, found, FEW_MOVE))):
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
     if after_stress:
@@ -186,7 +186,7 @@ def _is_for_steps_to_come(step: Step, found: Found, tolerance: float) -> bool:
     """
     if _is_nearly(step, found, FEW_MOVE):
         return True
-    return _is_nearly(step, found, SCATTERED) and are_few(step, found.position, tolerance)
+    return _is_nearly(step, found, SCATTERED) and begins_with_few(step, tolerance)
 
 
 def _updated(step: Step, found: Found) -> Step:

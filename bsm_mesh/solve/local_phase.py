@@ -86,7 +86,7 @@ def correct_locally(step: Step, position: FloatArray, tolerance: float) -> Found
     What those lack is hardly felt farther away, so a correction of all blocks would lead to much the same, and take ten
     times as long. None where too many blocks would move, or none.
     """
-    moves = far_around_worst(step, position, tolerance)
+    moves = _far_around_worst(step, position, tolerance)
     if not 0 < moves.sum() <= MOST_BLOCKS * len(moves):
         return None
     local = LocalStep(step, moves, position)
@@ -99,13 +99,13 @@ def correct_locally(step: Step, position: FloatArray, tolerance: float) -> Found
     return Found(there.position, there.at, converged=there.greatest < tolerance)
 
 
-def are_few(step: Step, position: FloatArray, tolerance: float) -> bool:
-    """Return whether the blocks worst out of balance, with those far around them, are few of all."""
-    moves = far_around_worst(step, position, tolerance)
+def begins_with_few(step: Step, tolerance: float) -> bool:
+    """Return whether the blocks worst out of balance at a step's start, with those far around them, are few of all."""
+    moves = _far_around_worst(step, step.start, tolerance)
     return bool(moves.sum() <= MOST_BLOCKS * len(moves))
 
 
-def far_around_worst(step: Step, position: FloatArray, tolerance: float) -> BoolArray:
+def _far_around_worst(step: Step, position: FloatArray, tolerance: float) -> BoolArray:
     """Return the blocks that are worst out of balance and those far around them, (n,)."""
     sizes = _out_of_balance(step, position)[0]
     return _grown(step.pattern, sizes > _threshold(sizes, tolerance, FLAGGED), step.moving.driven, AROUND)

@@ -12,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
+from bsm_mesh.solve.local_phase import begins_with_few
 from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, elastic_position, newton
 from bsm_mesh.solve.relaxation import calm
@@ -44,7 +45,7 @@ class MovingSteps:
     as well, and for some steps after.
 
     After an excavation few blocks move, and the others need not be solved again for what those lack: a step ends though
-    they lack a part of their weight.
+    they lack a part of their weight. So does the first one, where it set few of all blocks free.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ class MovingSteps:
         if followed and failures == 0 and (slides(step) or self._wait > 0):
             self._wait = max(0, self._wait - 1)
             return slide(step, inner)
-        if not from_rest:
+        if not from_rest or (self._excavated and begins_with_few(step, inner)):
             found = self._next_to_start(step, inner, failures, near_rest=near_rest)
             if found is not None:
                 self._pause = 1 if followed else self._pause

@@ -1,5 +1,6 @@
 """Corrections after an excavation move the blocks around the worst ones alone, where those are few of all."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from step_scenes import BRICKS, begun, block_on_a_base, wall_at_rest
 
 from bsm_mesh.solve import first_step, local_phase, softened, strategies
-from bsm_mesh.solve.local_phase import are_few, correct_locally
+from bsm_mesh.solve.local_phase import begins_with_few, correct_locally
 from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.softened import softened_newton
 from bsm_mesh.solve.step import SCATTERED, Step
@@ -64,7 +65,6 @@ def test_where_blocks_around_the_worst_are_not_few_all_are_corrected(rest, monke
     monkeypatch.setattr(local_phase, "AROUND", 4 * RINGS)
     monkeypatch.setattr(softened, "_settled", lambda step, position, *_, **__: position)
     assert correct_locally(step, pushed, TOLERANCE) is None
-    assert not are_few(step, pushed, TOLERANCE)
     softened_newton(step, pushed, TOLERANCE, locally=True)
     assert step.factors.count > factorized
 
@@ -128,9 +128,35 @@ def test_what_few_of_many_lack_after_an_excavation_is_for_steps_to_come(rest, mo
     unit = pushed_from(position) - position
     scattered = step.balance_at(position + unit)
     part = SCATTERED * scattered.weight * np.sqrt(len(position)) / scattered.norm
-    there = position + lifted * part * unit
+    there, step = position + lifted * part * unit, copy(step)
+    step.start = position + unit
     monkeypatch.setattr(local_phase, "AROUND", around)
     monkeypatch.setattr(first_step, "FEW_MOVE", 0.0)
     found = Found(there, step.evaluate(there), converged=False)
     monkeypatch.setattr(first_step, "solve_at_once", lambda *_, **__: found)
     assert first_step.first_step(step, TOLERANCE, excavated=True)[1].converged is taken
+
+
+@pytest.mark.parametrize(("around", "few"), [(RINGS, True), (4 * RINGS, False)])
+def test_where_an_excavation_sets_few_free_the_others_are_not_solved_from_inside(rest, monkeypatch, around, few):
+    """What the first step leaves, moving steps take up as they do later: next to where they begin."""
+    step, position = copy(rest[0]), rest[1]
+    step.start = pushed_from(position)
+    rows = np.zeros(step.contacts.count, np.int32)  # stressed before
+    step.contacts = replace(step.contacts, candidates=replace(step.contacts.candidates, history=rows))
+    nowhere, asked = Found(step.start, step.evaluate(step.start), converged=False), []
+
+    def leads_nowhere(name: str, *, solves: bool = False):
+        return lambda *_, **__: asked.append(name) or replace(nowhere, converged=solves)
+
+    monkeypatch.setattr(local_phase, "AROUND", around)
+    assert begins_with_few(step, TOLERANCE) is few
+    monkeypatch.setattr(first_step, "softened_newton", leads_nowhere("next to start"))
+    monkeypatch.setattr(first_step, "from_inside", leads_nowhere("inside"))
+    assert not first_step.solve_at_once(step, TOLERANCE, excavated=True).converged
+    assert asked == (["next to start"] if few else ["next to start", "inside"])
+    asked.clear()
+    monkeypatch.setattr(strategies, "softened_newton", leads_nowhere("next to start", solves=True))
+    monkeypatch.setattr(strategies, "newton", leads_nowhere("with closed contacts", solves=True))
+    assert strategies.MovingSteps(excavated=True).solve(step, 1.0, from_rest=True, failures=0).converged
+    assert asked == (["next to start"] if few else ["with closed contacts"])
