@@ -12,7 +12,7 @@ from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.moving_model import MovingModel
 
 FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
-RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps
+RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps at most
 
 
 class Falling:
@@ -33,13 +33,14 @@ class Falling:
         self.parted = position.copy()  # where each block last had a contact or a support
         self.loose = np.zeros(len(position), dtype=bool)  # blocks without either after the last step
         self.recent: list[FloatArray] = [position]
+        self.steps = 0
 
     def look(self, contacts: MovingContacts, bore: BoolArray, position: FloatArray) -> tuple[str, IntArray]:
         """Return why and which blocks come down after an accepted step; an empty reason if none does.
 
         `bore`: contacts (m,) that bear at its end, or bore on the way there.
         """
-        self.recent = [*self.recent[-RECENT_STEPS:], position]
+        self.recent, self.steps = [*self.recent[-RECENT_STEPS:], position], self.steps + 1
         moving, supported = self.moving, self._supported(contacts, bore, position)
         self.parted[supported] = position[supported]
         moved = np.hypot(*(position - self.begin)[:, :2].T)
@@ -54,8 +55,8 @@ class Falling:
             reason = f"a block has moved more than {self.limit:.3g} m"
         else:
             return "", np.zeros(0, dtype=np.int32)
-        since = (len(self.recent) - 1) // 2 if self.recent[0] is self.begin else 0  # all settle in the first steps
-        lately = np.abs((self.recent[-1] - self.recent[since]) / moving.scale).max(axis=1) * ~moving.driven
+        steps = min(RECENT_STEPS, self.steps - self.steps // 2)  # in the first half of few all settle
+        lately = np.abs((self.recent[-1] - self.recent[-1 - steps]) / moving.scale).max(axis=1) * ~moving.driven
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
 
     def _supported(self, contacts: MovingContacts, bore: BoolArray, position: FloatArray) -> BoolArray:

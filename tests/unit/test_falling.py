@@ -71,12 +71,14 @@ def test_what_only_settles_in_the_first_step_does_not_come_down():
     assert_array_equal(blocks, [1])
 
 
-def test_what_settles_in_the_first_half_of_few_steps_does_not_come_down():
+@pytest.mark.parametrize("steps", [4, 7])
+def test_what_settles_in_the_first_half_of_few_steps_does_not_come_down(steps):
     squares = [rectangle(-0.5, 0, 0.5, 1), rectangle(2.5, 0, 3.5, 1)]
     moving = MovingModel(model_of([rectangle(-2, -1, 5, 0), *squares]))
     falling = Falling(moving, moving.start, 100.0)
-    for height, settled in ((-1e-5, 0.3), (-1e-5, 0.6), (FAR, 0.6), (2 * FAR, 0.6)):
-        position = np.array([(0, 0, 0), (0, height, 0), (settled, -1e-5, 0)])
+    for step in range(1, steps + 1):
+        height = max(-1e-5, (step + 2 - steps) * FAR)
+        position = np.array([(0, 0, 0), (0, height, 0), (0.3 * min(step, steps // 2), -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
         reason, blocks = falling.look(contacts, moving.evaluate(contacts, position).bearing, position)
     assert reason
