@@ -22,7 +22,7 @@ def given_geometry(
     corners: FloatArray,
     directions: FloatArray,
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return the geometry of contacts where blocks were given, (m, 8) [m], as `relative_positions` takes it.
+    """Return the geometry of contacts where blocks were given, (m, 8) [m; -], as `relative_positions` takes it.
 
     `centroid` (n, 2), `corners` (n_vertices, 2) and `directions` of their edges are as in `Outlines`.
     """
@@ -41,13 +41,13 @@ def relative_positions(
     position: FloatArray,
     block_a: IntArray,
     block_b: IntArray,
-    given: FloatArray,
+    geometry: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2).
 
     Positions are movements from where blocks were given; rounding is then that of movements, not of coordinates.
-    `given` (m, 8) is the geometry there, read in one stream (see `given_geometry`): from b's centroid to a's, from a's
-    to the corner, from b's to where the edge starts, and the edge's direction.
+    `geometry` (m, 8) is that there, read in one stream (see `given_geometry`): from b's centroid to a's, from a's to
+    the corner, from b's to where the edge starts, and the edge's direction.
     """
     m = block_a.size
     gap, coordinate = np.empty(m), np.empty(m)
@@ -55,14 +55,14 @@ def relative_positions(
     cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
     for k in range(m):
         a, b = block_a[k], block_b[k]
-        ax = cosine[a] * given[k, 2] - sine[a] * given[k, 3]
-        ay = sine[a] * given[k, 2] + cosine[a] * given[k, 3]
-        tx = cosine[b] * given[k, 6] - sine[b] * given[k, 7]
-        ty = sine[b] * given[k, 6] + cosine[b] * given[k, 7]
-        rx = given[k, 0] + (position[a, 0] - position[b, 0]) + ax
-        ry = given[k, 1] + (position[a, 1] - position[b, 1]) + ay
-        dx = rx - (cosine[b] * given[k, 4] - sine[b] * given[k, 5])
-        dy = ry - (sine[b] * given[k, 4] + cosine[b] * given[k, 5])
+        ax = cosine[a] * geometry[k, 2] - sine[a] * geometry[k, 3]
+        ay = sine[a] * geometry[k, 2] + cosine[a] * geometry[k, 3]
+        tx = cosine[b] * geometry[k, 6] - sine[b] * geometry[k, 7]
+        ty = sine[b] * geometry[k, 6] + cosine[b] * geometry[k, 7]
+        rx = geometry[k, 0] + (position[a, 0] - position[b, 0]) + ax
+        ry = geometry[k, 1] + (position[a, 1] - position[b, 1]) + ay
+        dx = rx - (cosine[b] * geometry[k, 4] - sine[b] * geometry[k, 5])
+        dy = ry - (sine[b] * geometry[k, 4] + cosine[b] * geometry[k, 5])
         gap[k] = dx * ty - dy * tx
         coordinate[k] = dx * tx + dy * ty
         tangent[k, 0], tangent[k, 1] = tx, ty

@@ -52,7 +52,7 @@ def gather_contacts(
         candidates=found.sides,
         joint=properties.joint,
         law=properties.law,
-        given=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
+        geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,
         tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),

@@ -31,7 +31,7 @@ class MovingContacts:
     candidates: Sides
     joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
     law: IntArray  # (m,) number in `JointCatalogue.laws`
-    given: FloatArray  # (m, 8) geometry where the blocks were given, as in `given_geometry`
+    geometry: FloatArray  # (m, 8) where the blocks were given, as in `given_geometry`
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
@@ -55,7 +55,7 @@ class MovingContacts:
     def relative_positions(self, position: FloatArray) -> tuple[FloatArray, ...]:
         """Return gap and coordinate along the edge (m,), edge direction (m, 2), both arms to the corner (m, 2)."""
         blocks = self.candidates.block_a, self.candidates.block_b
-        found: tuple[FloatArray, ...] = relative_positions(position, *blocks, self.given)
+        found: tuple[FloatArray, ...] = relative_positions(position, *blocks, self.geometry)
         return found
 
     def frames(self, position: FloatArray) -> tuple[FloatArray, ...]:
