@@ -58,7 +58,9 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
     if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
         return step, rest
     del rest  # forces in all contacts, which nobody asks for again
-    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated)
+    few = excavated and begins_with_few(step, inner)
+    few_lack = SCATTERED if few else FEW_MOVE  # of many blocks more are to find another balance in the steps to come
+    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated, few=few)
     rough = ROUGH
     for update in range(MOST_UPDATES):
         step.make_room(found.position)
@@ -72,15 +74,12 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
         most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
         enough = max(inner, min(most, UPDATED * left.greatest))
         again = solve_updated(updated, found.position, enough, excavated=excavated, was_solved=found.converged)
-        if not again.converged:
-            rests = _is_for_steps_to_come(updated, again, enough) if excavated else _is_nearly(updated, again, FEW_LEFT)
-            if not rests:
-                break
+        if not again.converged and not _is_nearly(updated, again, few_lack if excavated else FEW_LEFT):
+            break
         step, found, rough = updated, again, FEW_LEFT
-    if found.converged:
-        return step, _polished(step, found)
-    rests = _is_for_steps_to_come(step, found, inner) if excavated else _is_nearly(step, found, SCATTERED)
-    return step, replace(found, converged=rests)
+    if not found.converged and _is_nearly(step, found, few_lack if excavated else SCATTERED):
+        return step, Found(found.position, found.at, converged=True)
+    return step, _polished(step, found)
 
 
 def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
@@ -108,12 +107,12 @@ def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
     return relaxed, replace(found, converged=True)
 
 
-def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, few: bool = False) -> Found:
     """Return the equilibrium next to the start with the contacts as they are there, or what is known of it.
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
     where moving steps come to rest, so none is followed; and what a few blocks lack, which then move, is not looked for
-    with all others, nor what is left where few of all were set free: whatever that is, moving steps take less to it.
+    with all others. `few`: few of all were set free; then moving steps take up whatever is left.
     """
     elastic = elastic_position(step)
     step.make_room(elastic)
@@ -123,7 +122,7 @@ def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> F
     scattered = FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0
     after_stress = excavated and not from_nothing
     found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered, locally=after_stress)
-    if found.converged or (after_stress and (begins_with_few(step, tolerance) or _is_nearly(step, found, FEW_MOVE))):
+    if found.converged or (after_stress and (few or _is_nearly(step, found, FEW_MOVE))):
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
     if after_stress:
@@ -177,16 +176,6 @@ def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: f
 def _is_nearly(step: Step, found: Found, most: float) -> bool:
     """Return whether a step may end where it led with less than `most` out of balance (root mean square) [weights]."""
     return step.takes(found.position) and step.is_scattered(step.balance_at(found.position), most)
-
-
-def _is_for_steps_to_come(step: Step, found: Found, tolerance: float) -> bool:
-    """Return whether what is out of balance after an excavation is for the steps in which few blocks move.
-
-    Of many blocks more may be: it is for them, and those around them, to find another balance.
-    """
-    if _is_nearly(step, found, FEW_MOVE):
-        return True
-    return _is_nearly(step, found, SCATTERED) and begins_with_few(step, tolerance)
 
 
 def _updated(step: Step, found: Found) -> Step:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.brittle import break_caught
 from bsm_mesh.solve.interior_point import interior_point
 from bsm_mesh.solve.local_step import LocalStep
@@ -94,7 +94,7 @@ def correct_locally(step: Step, position: FloatArray, tolerance: float) -> Found
         found = newton(local, local.start, tolerance, softened=True, most=1)
     finally:
         local.close()
-    step.break_contacts(_broken(step, local))
+    step.break_contacts(local.rows[_broken(step, local)])
     there = step.balance_at(local.whole(found.position))
     return Found(there.position, there.at, converged=there.greatest < tolerance)
 
@@ -117,9 +117,10 @@ def _threshold(sizes: FloatArray, tolerance: float, flagged: float) -> float:
     return max(flagged * greatest, min(3 * tolerance, greatest / 3))
 
 
-def _broken(step: Step, local: LocalStep) -> IntArray:
-    """Return the step's contacts that broke while some blocks were solved on their own."""
-    return local.rows[local.contacts.failed & ~step.contacts.failed[local.rows]]
+def _broken(step: Step, local: LocalStep) -> BoolArray:
+    """Return which contacts of some blocks broke while those were solved on their own, (l,)."""
+    broken: BoolArray = local.contacts.failed & ~step.contacts.failed[local.rows]
+    return broken
 
 
 def _taken(
@@ -130,13 +131,12 @@ def _taken(
     `before`: what every block had out of balance at the position, (n,).
     """
     contacts, broken = step.contacts, _broken(step, local)
-    step.break_contacts(broken)
+    step.break_contacts(local.rows[broken])
     after = _out_of_balance(step, relaxed)[0]
     helped = local.by_cluster(after**2) <= worse**2 * local.by_cluster(before**2)
     if not helped.all():
         step.contacts = contacts
-        where = local.cluster_of_row[np.searchsorted(local.rows, broken)]
-        step.break_contacts(broken[helped[where]])
+        step.break_contacts(local.rows[broken & helped[local.cluster_of_row]])
         stay, relaxed = local.blocks[local.block[~helped[local.cluster]]], relaxed.copy()
         relaxed[stay] = position[stay]
         after = _out_of_balance(step, relaxed)[0]

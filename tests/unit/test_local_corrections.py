@@ -153,10 +153,28 @@ def test_where_an_excavation_sets_few_free_the_others_are_not_solved_from_inside
     assert begins_with_few(step, TOLERANCE) is few
     monkeypatch.setattr(first_step, "softened_newton", leads_nowhere("next to start"))
     monkeypatch.setattr(first_step, "from_inside", leads_nowhere("inside"))
-    assert not first_step.solve_at_once(step, TOLERANCE, excavated=True).converged
+    assert not first_step.first_step(step, TOLERANCE, excavated=True)[1].converged
     assert asked == (["next to start"] if few else ["next to start", "inside"])
     asked.clear()
     monkeypatch.setattr(strategies, "softened_newton", leads_nowhere("next to start", solves=True))
     monkeypatch.setattr(strategies, "newton", leads_nowhere("with closed contacts", solves=True))
     assert strategies.MovingSteps(excavated=True).solve(step, 1.0, from_rest=True, failures=0).converged
     assert asked == (["next to start"] if few else ["with closed contacts"])
+
+
+@pytest.mark.parametrize(("around", "few"), [(RINGS, True), (4 * RINGS, False)])
+def test_what_few_lack_after_contacts_were_updated_is_for_steps_to_come_too(rest, monkeypatch, around, few):
+    step, position = copy(rest[0]), rest[1]
+    step.start, there = pushed_from(position), position + 0.1 * (pushed_from(position) - position)
+    assert step.is_scattered(step.balance_at(there))
+    solved = Found(step.start, step.evaluate(step.start), converged=True)
+    monkeypatch.setattr(local_phase, "AROUND", around)
+    monkeypatch.setattr(first_step, "FEW_MOVE", 0.0)
+    monkeypatch.setattr(first_step, "solve_at_once", lambda *_, **__: solved)
+    monkeypatch.setattr(
+        first_step, "solve_updated", lambda step, *_, **__: Found(there, step.evaluate(there), converged=False)
+    )
+    monkeypatch.setattr(first_step, "_polished", lambda _, found: found)
+    _, found = first_step.first_step(step, TOLERANCE, excavated=True)
+    assert found.converged
+    assert (found.position is there) is few

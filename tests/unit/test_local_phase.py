@@ -95,9 +95,9 @@ def test_blocks_are_not_solved_apart_again_where_nothing_has_changed(rest, monke
 
 def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
     step, position = rest
-    pushed, other = position.copy(), BLOCK + 20 * BRICKS
+    pushed, other, contacts = position.copy(), BLOCK + 20 * BRICKS, step.contacts
     pushed[[BLOCK, other], :2] += 2e-6
-    real, spoiled = local_phase._relaxed, []
+    real, spoiled, broken = local_phase._relaxed, [], []
 
     def spoil_one(local: LocalStep, *how: float) -> np.ndarray:
         found = real(local, *how)
@@ -106,6 +106,9 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
         chosen = local.block[local.cluster == label]
         found[chosen, 0] += 1e-4 * np.random.default_rng(0).normal(size=len(chosen))
         spoiled.extend(local.blocks[chosen])
+        one_of_each = np.array([np.flatnonzero(local.cluster_of_row == k)[0] for k in range(2)])
+        local.break_contacts(one_of_each)
+        broken.append(local.rows[one_of_each[1 - label]])
         return found
 
     monkeypatch.setattr(local_phase, "_relaxed", spoil_one)
@@ -117,6 +120,8 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
     before, after = sizes(step, pushed), sizes(step, relaxed)
     assert after[BLOCK] < 0.05 * before[BLOCK]
     assert after[other] == pytest.approx(before[other])
+    assert_array_equal(np.flatnonzero(step.contacts.failed & ~contacts.failed), broken[0])
+    step.contacts = contacts
 
 
 def test_more_rings_move_more_blocks(rest):
