@@ -12,11 +12,13 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.history import commit, recall
+from bsm_mesh.solve.leftover import FEW_MOVE, Leftover
 from bsm_mesh.solve.local_phase import begins_with_few
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
 from bsm_mesh.solve.path_following import FEW_LEFT, fitting_smoothing, follow_path
@@ -25,7 +27,7 @@ from bsm_mesh.solve.sliding import can_slide
 from bsm_mesh.solve.smoothing import typical_smoothing
 from bsm_mesh.solve.softened import NEARLY, SHRINKING, WORTHWHILE, softened_newton
 from bsm_mesh.solve.step import SCATTERED, Step
-from bsm_mesh.solve.strategies import FEW_MOVE, from_inside
+from bsm_mesh.solve.strategies import from_inside
 
 MOST_UPDATES = 6  # of the contacts
 FIRST_TOLERANCE, FIRST_SCATTERED = 1e-3, 1e-3  # before they are updated: greatest force, or root mean square
@@ -58,9 +60,10 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
     if rest.converged:  # the in-situ state: what is in equilibrium must not move by rounding either
         return step, rest
     del rest  # forces in all contacts, which nobody asks for again
-    few = excavated and begins_with_few(step, inner)
-    few_lack = SCATTERED if few else FEW_MOVE  # of many blocks more are to find another balance in the steps to come
-    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated, few=few)
+    if excavated and _is_stressed(step) and begins_with_few(step, inner):
+        return step, _begun_with_few(step, max(FIRST_TOLERANCE, inner))
+    found = solve_at_once(step, max(FIRST_TOLERANCE, inner), excavated=excavated)
+    few_lack = FEW_MOVE if excavated else FEW_LEFT
     rough = ROUGH
     for update in range(MOST_UPDATES):
         step.make_room(found.position)
@@ -74,12 +77,25 @@ def first_step(step: Step, tolerance: float, *, excavated: bool) -> tuple[Step, 
         most = FIRST_TOLERANCE if update < MOST_UPDATES - 1 else inner
         enough = max(inner, min(most, UPDATED * left.greatest))
         again = solve_updated(updated, found.position, enough, excavated=excavated, was_solved=found.converged)
-        if not again.converged and not _is_nearly(updated, again, few_lack if excavated else FEW_LEFT):
+        if not again.converged and not _is_nearly(updated, again, few_lack):
             break
         step, found, rough = updated, again, FEW_LEFT
-    if not found.converged and _is_nearly(step, found, few_lack if excavated else SCATTERED):
+    if not found.converged and _is_nearly(step, found, FEW_MOVE if excavated else SCATTERED):
         return step, Found(found.position, found.at, converged=True)
     return step, _polished(step, found)
+
+
+def _begun_with_few(step: Step, tolerance: float) -> Found:
+    """Return where few blocks of many begin to move that an excavation set free.
+
+    Whatever they lack, within the limits of a moving step, the steps to come take up, with contacts as they are then.
+    """
+    elastic = elastic_position(step)
+    step.make_room(elastic)
+    leftover = Leftover(step)
+    found = softened_newton(step, elastic, tolerance, enough=leftover.is_little, locally=True)
+    here = step.balance_at(found.position)
+    return replace(found, converged=step.takes(found.position) and leftover.is_little(here))
 
 
 def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
@@ -107,22 +123,22 @@ def relaxed_step(step: Step, tolerance: float) -> tuple[Step, Found] | None:
     return relaxed, replace(found, converged=True)
 
 
-def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False, few: bool = False) -> Found:
+def solve_at_once(step: Step, tolerance: float, *, excavated: bool = False) -> Found:
     """Return the equilibrium next to the start with the contacts as they are there, or what is known of it.
 
     `excavated`: the start was at rest until something was changed. What a path leads to lies farther from there than
     where moving steps come to rest, so none is followed; and what a few blocks lack, which then move, is not looked for
-    with all others. `few`: few of all were set free; then moving steps take up whatever is left.
+    with all others.
     """
     elastic = elastic_position(step)
     step.make_room(elastic)
     contacts = step.contacts
-    from_nothing = not (contacts.candidates.history >= 0).any()  # no stress before: no path to keep to
-    shrinking = WORTHWHILE if from_nothing else SHRINKING
-    scattered = FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0
-    after_stress = excavated and not from_nothing
-    found = softened_newton(step, elastic, tolerance, shrinking=shrinking, scattered=scattered, locally=after_stress)
-    if found.converged or (after_stress and (few or _is_nearly(step, found, FEW_MOVE))):
+    stressed = _is_stressed(step)
+    shrinking = SHRINKING if stressed else WORTHWHILE  # no stress before: no path to keep to
+    after_stress = excavated and stressed
+    scattered = partial(step.is_scattered, most=FIRST_SCATTERED if tolerance >= FIRST_TOLERANCE else 0.0)
+    found = softened_newton(step, elastic, tolerance, shrinking=shrinking, enough=scattered, locally=after_stress)
+    if found.converged or (after_stress and _is_nearly(step, found, FEW_MOVE)):
         return found
     step.contacts = contacts  # whole again: what broke on a way that led nowhere need not break on the next
     if after_stress:
@@ -171,6 +187,11 @@ def _along_path(step: Step, position: FloatArray, smoothing: float, tolerance: f
         return better
     step.contacts = contacts
     return found
+
+
+def _is_stressed(step: Step) -> bool:
+    """Return whether any contact bore a force before the step."""
+    return bool((step.contacts.candidates.history >= 0).any())
 
 
 def _is_nearly(step: Step, found: Found, most: float) -> bool:

@@ -6,6 +6,8 @@ that hardly bear on others; the few blocks that are worst out of balance are sol
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
@@ -32,25 +34,28 @@ def softened_newton(
     *,
     inside: bool = False,
     shrinking: float = SHRINKING,
-    scattered: float = 0.0,
+    enough: Callable[[Balance], bool] | None = None,
     locally: bool = False,
 ) -> Found:
     """Return where Newton's method with softened tangents ends, before and after each of them settled (`_settled`).
 
     `inside`: the worst blocks by the interior point method too, which may take them to an equilibrium farther away.
     `shrinking`: the part to which two factorizations must shrink the 2-norm while blocks are far out of balance.
-    `scattered`: root mean square out of balance, of a weight, with which it ends though few blocks lack more than the
-    tolerance.
+    `enough`: whether it may end with what is out of balance, though few blocks lack more than the tolerance.
     `locally`: where few blocks are worst out of balance, corrections move those around them alone.
     """
     before = step.balance_at(position).norm
-    position = _settled(step, position, tolerance, inside=inside)
-    norms = [np.inf, step.balance_at(position).norm]
-    found = Found(position, step.evaluate(position), converged=False)
+    here = step.balance_at(_settled(step, position, tolerance, inside=inside))
+    norms = [np.inf, np.inf, here.norm]
+    found = Found(here.position, here.at, converged=False)
     for _ in range(MOST_SOFTENED):
+        if enough is not None and enough(here):
+            return Found(here.position, here.at, converged=True)
+        if norms[-1] > (WORTHWHILE if here.greatest < NEARLY else shrinking) * norms[-3]:
+            break
         contacts = step.contacts
-        corrected = correct_locally(step, position, tolerance) if locally else None
-        found = corrected or newton(step, position, tolerance, softened=True, most=1)
+        corrected = correct_locally(step, here.position, tolerance) if locally else None
+        found = corrected or newton(step, here.position, tolerance, softened=True, most=1)
         if found.converged:
             break
         idle, position = norms[-1] > IDLE * before, found.position
@@ -58,13 +63,9 @@ def softened_newton(
         if not (idle and before > IDLE * norms[-1]):
             position = _settled(step, position, tolerance, inside=inside)
         here = step.balance_at(position)
-        if step.is_scattered(here, scattered):
-            return Found(position, here.at, converged=True)
         norms.append(here.norm)
         if step.contacts is not contacts:  # some broke: with them gone it is another problem
-            norms = [np.inf, norms[-1]]
-        elif norms[-1] > (WORTHWHILE if here.greatest < NEARLY else shrinking) * norms[-3]:
-            break
+            norms = [np.inf, np.inf, here.norm]
     return found
 
 

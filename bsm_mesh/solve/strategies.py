@@ -12,19 +12,16 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.interior_point import interior_point
+from bsm_mesh.solve.leftover import UNPOLISHED, Leftover
 from bsm_mesh.solve.local_phase import begins_with_few
 from bsm_mesh.solve.moving import MovingContacts
 from bsm_mesh.solve.newton import MOST_ITERATIONS, Found, elastic_position, newton
 from bsm_mesh.solve.relaxation import calm
 from bsm_mesh.solve.sliding import can_slide, slide, slides
-from bsm_mesh.solve.softened import NEAR_BALANCE, WORTHWHILE, softened_newton
-from bsm_mesh.solve.step import SCATTERED, Balance, Step
+from bsm_mesh.solve.softened import WORTHWHILE, softened_newton
+from bsm_mesh.solve.step import Step
 
-FEW_MOVE = 1e-2  # root mean square [weights] of what few blocks lack that move after an excavation
 MOST_MOVING = 6  # iterations of Newton's method in a moving step, while it is worthwhile
-JAMMED = 1e-2  # tolerance of a step that begins with more than a weight out of balance, which no free block lacks: so
-# blocks jam, and what they lack is measured by the reference weight
-UNPOLISHED = 1.0  # residual up to which a moving step is taken where contacts came or went on the way
 MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
 MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
 LONGEST_PAUSE = 32  # moving steps for which they are held after failures,
@@ -100,15 +97,16 @@ class MovingSteps:
     def _next_to_start(self, step: Step, inner: float, failures: int, *, near_rest: bool) -> Found | None:
         """Return the end of a step by what serves where blocks had come to some balance before; None if none does."""
         contacts = step.contacts
-        found = softened_newton(step, step.start, inner, inside=True, locally=self._excavated)
+        leftover = Leftover(step) if self._excavated and not near_rest else None
+        enough = None if leftover is None else leftover.is_little
+        found = softened_newton(step, step.start, inner, inside=True, locally=self._excavated, enough=enough)
         if found.converged:
             return found
-        here = step.balance_at(found.position)
-        weights = step.moving.stressed if inner > JAMMED else 1.0
-        if self._excavated and not near_rest and step.is_scattered(here, SCATTERED * weights):
-            taken = _leaves_little(step, here, weights)
-            if taken or failures < MOST_FAILURES:  # a shorter step costs less than what else could be tried
-                return replace(found, converged=taken)
+        if leftover is not None and leftover.is_of_few(here := step.balance_at(found.position)):
+            if failures and leftover.is_little(here, shortened=True):
+                return replace(found, converged=True)
+            if failures < MOST_FAILURES:  # a shorter step costs less than all else
+                return found
         if not near_rest:
             return None
         calmed = _calmed(step, found.position, contacts, inner, patient=failures > 0)
@@ -147,16 +145,6 @@ class MovingSteps:
 
     def _may_slide(self, step: Step) -> bool:
         return can_slide(step) and not self._excavated
-
-
-def _leaves_little(step: Step, here: Balance, weights: float) -> bool:
-    """Return whether a step may end with what few blocks lack, of some weights if it brought much into balance.
-
-    Jammed blocks that hardly come nearer to balance stay where they are, however many such steps are taken.
-    """
-    if here.norm > WORTHWHILE * step.balance_at(step.start).norm:
-        weights = 1.0
-    return step.is_scattered(here, FEW_MOVE * weights) and here.greatest < max(UNPOLISHED, NEAR_BALANCE * weights)
 
 
 def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float, *, patient: bool) -> Found | None:

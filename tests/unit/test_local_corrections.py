@@ -8,10 +8,11 @@ import pytest
 from step_scenes import BRICKS, begun, block_on_a_base, wall_at_rest
 
 from bsm_mesh.solve import first_step, local_phase, softened, strategies
+from bsm_mesh.solve.leftover import Leftover
 from bsm_mesh.solve.local_phase import begins_with_few, correct_locally
 from bsm_mesh.solve.newton import Found, newton
 from bsm_mesh.solve.softened import softened_newton
-from bsm_mesh.solve.step import SCATTERED, Step
+from bsm_mesh.solve.step import Step
 
 TOLERANCE, BLOCK, RINGS = 5e-7, 10 * BRICKS, 5
 
@@ -31,6 +32,15 @@ def pushed_from(position: np.ndarray) -> np.ndarray:
     pushed = position.copy()
     pushed[BLOCK, :2] += 2e-6
     return pushed
+
+
+def stressed_and_pushed(rest: tuple[Step, np.ndarray]) -> Step:
+    """Return a step that begins with a block out of place, its contacts stressed before."""
+    step = copy(rest[0])
+    step.start = pushed_from(rest[1])
+    rows = np.zeros(step.contacts.count, np.int32)
+    step.contacts = replace(step.contacts, candidates=replace(step.contacts.candidates, history=rows))
+    return step
 
 
 def test_a_correction_moves_only_blocks_around_the_worst(rest, near):
@@ -119,31 +129,41 @@ def test_after_an_excavation_few_blocks_are_corrected_alone(monkeypatch, excavat
     assert given == 3 * [excavated]
 
 
-@pytest.mark.parametrize(
-    ("lifted", "around", "taken"), [(0.5, RINGS, True), (0.5, 4 * RINGS, False), (2.0, RINGS, False)]
-)
-def test_what_few_of_many_lack_after_an_excavation_is_for_steps_to_come(rest, monkeypatch, lifted, around, taken):
-    """A block out of place, and its neighbours, lack a part of what may be scattered, or more."""
-    step, position = rest
-    unit = pushed_from(position) - position
-    scattered = step.balance_at(position + unit)
-    part = SCATTERED * scattered.weight * np.sqrt(len(position)) / scattered.norm
-    there, step = position + lifted * part * unit, copy(step)
-    step.start = position + unit
-    monkeypatch.setattr(local_phase, "AROUND", around)
-    monkeypatch.setattr(first_step, "FEW_MOVE", 0.0)
-    found = Found(there, step.evaluate(there), converged=False)
-    monkeypatch.setattr(first_step, "solve_at_once", lambda *_, **__: found)
-    assert first_step.first_step(step, TOLERANCE, excavated=True)[1].converged is taken
+@pytest.mark.parametrize(("little", "near"), [(True, True), (False, True), (True, False)])
+def test_where_few_blocks_are_free_the_first_step_may_leave_what_a_moving_one_may(rest, monkeypatch, little, near):
+    """It is not solved any further, nor with contacts that are updated."""
+    step, factorized, corrections = stressed_and_pushed(rest), rest[0].factors.count, []
+
+    def corrected(*given) -> Found | None:
+        corrections.append(given)
+        return correct_locally(*given)
+
+    monkeypatch.setattr(local_phase, "AROUND", RINGS)
+    monkeypatch.setattr(softened, "correct_locally", corrected)
+    monkeypatch.setattr(Leftover, "is_little", lambda *_: little)
+    monkeypatch.setattr(Step, "takes", lambda *_: near)
+    taken, found = first_step.first_step(step, TOLERANCE, excavated=True)
+    assert taken is step
+    assert found.converged is (little and near)
+    assert step.factors.count == factorized + 1
+    assert bool(corrections) is not little
+
+
+@pytest.mark.parametrize(("excavated", "stressed"), [(True, True), (False, True), (True, False)])
+def test_only_an_excavation_in_stressed_rock_sets_few_blocks_free(rest, near, monkeypatch, excavated, stressed):
+    step = stressed_and_pushed(rest) if stressed else copy(rest[0])
+    step.start = pushed_from(rest[1])
+    solved, asked = Found(rest[1], rest[0].evaluate(rest[1]), converged=True), []
+    monkeypatch.setattr(first_step, "_begun_with_few", lambda *_: asked.append("few") or solved)
+    monkeypatch.setattr(first_step, "solve_at_once", lambda *_, **__: asked.append("all") or solved)
+    first_step.first_step(step, TOLERANCE, excavated=excavated)
+    assert asked == ["few" if excavated and stressed else "all"]
 
 
 @pytest.mark.parametrize(("around", "few"), [(RINGS, True), (4 * RINGS, False)])
 def test_where_an_excavation_sets_few_free_the_others_are_not_solved_from_inside(rest, monkeypatch, around, few):
     """What the first step leaves, moving steps take up as they do later: next to where they begin."""
-    step, position = copy(rest[0]), rest[1]
-    step.start = pushed_from(position)
-    rows = np.zeros(step.contacts.count, np.int32)  # stressed before
-    step.contacts = replace(step.contacts, candidates=replace(step.contacts.candidates, history=rows))
+    step = stressed_and_pushed(rest)
     nowhere, asked = Found(step.start, step.evaluate(step.start), converged=False), []
 
     def leads_nowhere(name: str, *, solves: bool = False):
@@ -160,21 +180,3 @@ def test_where_an_excavation_sets_few_free_the_others_are_not_solved_from_inside
     monkeypatch.setattr(strategies, "newton", leads_nowhere("with closed contacts", solves=True))
     assert strategies.MovingSteps(excavated=True).solve(step, 1.0, from_rest=True, failures=0).converged
     assert asked == (["next to start"] if few else ["with closed contacts"])
-
-
-@pytest.mark.parametrize(("around", "few"), [(RINGS, True), (4 * RINGS, False)])
-def test_what_few_lack_after_contacts_were_updated_is_for_steps_to_come_too(rest, monkeypatch, around, few):
-    step, position = copy(rest[0]), rest[1]
-    step.start, there = pushed_from(position), position + 0.1 * (pushed_from(position) - position)
-    assert step.is_scattered(step.balance_at(there))
-    solved = Found(step.start, step.evaluate(step.start), converged=True)
-    monkeypatch.setattr(local_phase, "AROUND", around)
-    monkeypatch.setattr(first_step, "FEW_MOVE", 0.0)
-    monkeypatch.setattr(first_step, "solve_at_once", lambda *_, **__: solved)
-    monkeypatch.setattr(
-        first_step, "solve_updated", lambda step, *_, **__: Found(there, step.evaluate(there), converged=False)
-    )
-    monkeypatch.setattr(first_step, "_polished", lambda _, found: found)
-    _, found = first_step.first_step(step, TOLERANCE, excavated=True)
-    assert found.converged
-    assert (found.position is there) is few

@@ -58,15 +58,15 @@ def test_where_too_many_are_out_of_balance_the_worst_are_solved_apart(rest):
     assert 10 < moved.sum() < local_phase.MOST_BLOCKS * len(moved)
 
 
-def test_before_contacts_are_updated_few_blocks_may_lack_more_than_the_tolerance(rest, monkeypatch):
+def test_few_blocks_may_lack_more_than_the_tolerance_where_that_is_enough(rest, monkeypatch):
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 1e-9
     monkeypatch.setattr(softened, "_settled", lambda step, position, *_, **__: position)
     monkeypatch.setattr(softened, "newton", lambda step, at, *_, **__: Found(at, step.evaluate(at), converged=False))
     assert TOLERANCE < step.balance_at(pushed).greatest < 3e-3
-    assert softened_newton(step, pushed, TOLERANCE, scattered=1e-4).converged
-    assert not softened_newton(step, pushed, TOLERANCE, scattered=1e-6).converged
+    assert softened_newton(step, pushed, TOLERANCE, enough=lambda here: here.greatest < 3e-3).converged
+    assert not softened_newton(step, pushed, TOLERANCE, enough=lambda here: here.greatest < TOLERANCE).converged
     assert not softened_newton(step, pushed, TOLERANCE).converged
 
 

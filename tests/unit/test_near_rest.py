@@ -89,7 +89,11 @@ def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monke
         (True, 0.6, strategies.MOST_FAILURES, 1.0, 1e-2, 1.0, "held"),
         (True, 4.0, 0, 50.0, 2e-2, 8.0, "taken"),
         (True, 4.0, 0, 50.0, 2e-2, 5.0, "shorter"),  # they hardly come nearer to balance, and would not ever
-        (True, 6.0, 0, 50.0, 2e-2, 20.0, "shorter"),  # more than a tenth of what contacts bear
+        (True, 6.0, 0, 50.0, 2e-2, 20.0, "shorter"),  # more than a tenth of what contacts bear,
+        (True, 6.0, 1, 50.0, 2e-2, 20.0, "taken"),  # of which a shorter step may leave more
+        (True, 4.0, 1, 50.0, 2e-2, 5.0, "shorter"),
+        (True, 20.0, 1, 50.0, 2e-2, 40.0, "shorter"),  # not only few blocks lack it
+        (True, 20.0, strategies.MOST_FAILURES, 50.0, 2e-2, 40.0, "held"),
         (True, 0.6, 0, 50.0, 1e-2, 1.0, "shorter"),  # it lacked no more than its weight: free blocks fall
         (False, 0.1, 0, 1.0, 1e-2, 0.1, "from inside"),
     ],
@@ -107,8 +111,8 @@ def test_after_an_excavation_the_others_are_not_solved_again_for_what_few_blocks
     there = step.start.copy()
     monkeypatch.setattr(Step, "balance_at", lambda _, position: left if position is there else began)
 
-    def fails(step: Step, *_: float, **__: bool) -> Found:
-        return Found(there, step.evaluate(there), converged=False)
+    def fails(step: Step, *_: float, enough=None, **__: bool) -> Found:
+        return Found(there, step.evaluate(there), converged=enough is not None and enough(left))
 
     def counted(name):
         return lambda step, *_, **__: tried.append(name) or Found(step.start, step.evaluate(step.start), converged=True)

@@ -12,11 +12,11 @@ from bsm_mesh.solve import first_step as solve_first_step
 from bsm_mesh.solve import path_following
 from bsm_mesh.solve.continuation import Continuation
 from bsm_mesh.solve.history import History
+from bsm_mesh.solve.leftover import FEW_MOVE
 from bsm_mesh.solve.newton import Found, elastic_position, newton
 from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
 from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
 from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import FEW_MOVE
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 
