@@ -8,9 +8,9 @@ from __future__ import annotations
 from bsm_mesh.solve.softened import WORTHWHILE
 from bsm_mesh.solve.step import SCATTERED, Balance, Step
 
-FEW_MOVE = 1e-2  # root mean square out of balance [weights] of which few blocks that move are the cause,
-UNPOLISHED = 1.0  # and the greatest with it; where blocks jam in units of the reference weight, and of that
-LONG, SHORTENED = 0.1, 1.0  # the greatest in a step, and in one that failed and was shortened
+FEW_MOVE = 1e-2  # root mean square out of balance [weights] of which few blocks that move are the cause
+UNPOLISHED = 1.0  # greatest out of balance [weights] with which a moving step may end
+LONG, SHORTENED = 0.1, 1.0  # the same where blocks jam [reference weights], and in a step that failed and was shortened
 JAMMED = 1.0  # greatest out of balance at a step's start [weights], more than which no free block lacks: so blocks jam
 
 

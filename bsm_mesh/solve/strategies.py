@@ -162,7 +162,10 @@ def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: f
 
 
 def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found:
-    """Return the end of a moving step with every shear strength held at that of the pressure at a position."""
+    """Return the end of a moving step with every shear strength held at that of the pressure at a position.
+
+    It ends with less than a weight out of balance as well, where contacts came or went on the way.
+    """
     held = step.with_friction_of(step.evaluate(position).pressure)
     near = interior_point(held, step.start, HAND_OVER)
     if near is None:
