@@ -37,6 +37,8 @@ def relax_cycles(
 ) -> FloatArray:  # pragma: no cover - compiled
     """Go on by some cycles of unit time, and return by what shear forces have changed, (m,) float32 [N/m].
 
+    They may be more than the strength at the pressures in the end: a law takes what slips in the last cycle.
+
     Parameters
     ----------
     lacking : (cycles,) float64
@@ -69,12 +71,11 @@ def relax_cycles(
         Movement in a cycle, and in all; they change in place.
     """
     nothing, n = np.float32(0.0), len(moved)
-    forces, changed = np.empty((n, 3)), np.zeros_like(stuck)
+    forces = np.empty((n, 3))
     for cycle in range(lacking.size):
         for i in range(n):
             for axis in range(3):
                 forces[i, axis] = unbalanced[i, axis] - lacking[cycle] * missing[i, axis]
-        last = cycle == lacking.size - 1
         for k in range(block_a.size):
             a, b = block_a[k], block_b[k]
             tx, ty = frame[k, 0], frame[k, 1]
@@ -98,8 +99,6 @@ def relax_cycles(
                 slipped[k] |= held != shear
                 shear = held
             stuck[k] = shear - spring[k, 1] * along
-            if last:
-                changed[k] = shear
             fx, fy = pressure * ty - shear * tx, -pressure * tx - shear * ty
             forces[a, 0] += fx
             forces[a, 1] += fy
@@ -119,6 +118,24 @@ def relax_cycles(
             for axis in range(3):
                 velocity[i, axis] += forces[i, axis]
                 moved[i, axis] += velocity[i, axis]
+    return _shears(block_a, block_b, frame, spring, stuck, moved)
+
+
+@nb.njit(cache=True)
+def _shears(
+    block_a: IntArray, block_b: IntArray, frame: FloatArray, spring: FloatArray, stuck: FloatArray, moved: FloatArray
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return by what shear forces have changed where blocks are in the end, (m,): what is more than the strength slips.
+
+    Springs that forgot the movement of the last cycle would drive blocks, the more so the fewer cycles go by at once.
+    """
+    changed = np.empty_like(stuck)
+    for k in range(block_a.size):
+        a, b = block_a[k], block_b[k]
+        dx, dy = np.float32(moved[a, 0] - moved[b, 0]), np.float32(moved[a, 1] - moved[b, 1])
+        turn_a, turn_b = np.float32(moved[a, 2]), np.float32(moved[b, 2])
+        along = frame[k, 0] * dx + frame[k, 1] * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
+        changed[k] = stuck[k] + spring[k, 1] * along
     return changed
 
 

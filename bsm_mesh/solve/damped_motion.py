@@ -48,7 +48,7 @@ class DampedMotion:
     position : (n, 3) float64, optional
         Where it begins instead of at the step's start.
     lightest : float
-        Part of the mean mass that no block's is less than.
+        Part of the mean mass of those that are not held that no block's is less than.
 
     Attributes
     ----------
@@ -183,7 +183,8 @@ class DampedMotion:
             least = mass.min(axis=0, where=mass > 0, initial=np.inf)
             least = np.where(np.isfinite(least), least, 1.0)  # none touches another
             begun = np.where(mass > 0, mass, least)
-            self.least_mass = np.maximum(begun, self._lightest * begun.mean(axis=0))
+            free = ~self._step.moving.outlines.held
+            self.least_mass = np.maximum(begun, self._lightest * begun.mean(axis=0, where=free[:, None]))
         return np.maximum(mass, self.least_mass)
 
 
