@@ -118,7 +118,8 @@ def relax_cycles(
             for axis in range(3):
                 velocity[i, axis] += forces[i, axis]
                 moved[i, axis] += velocity[i, axis]
-    return _shears(block_a, block_b, frame, spring, stuck, moved)
+    changed: FloatArray = _shears(block_a, block_b, frame, spring, stuck, moved)
+    return changed
 
 
 @nb.njit(cache=True)

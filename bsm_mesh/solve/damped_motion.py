@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.relaxation_kernels import relax_cycles
 from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.solve.constraints import Constraints
@@ -21,6 +21,7 @@ from bsm_mesh.solve.moving import Evaluation, MovingContacts, slipping
 from bsm_mesh.solve.step import Step
 
 REFRESHED, LEAST_CYCLES = 1.0, 100  # times the blocks across: cycles after which contacts are worked out again; least
+ROOM = 4.0  # times how far blocks moved in the last cycles: how far apart contacts are that count in the next
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 
 
@@ -71,7 +72,7 @@ class DampedMotion:
     ) -> None:
         self._step, self._ramp, self._damping, self._lightest = copy(step), ramp, damping, lightest
         self._searched = step.start if position is None else position
-        self.done, self.searches = 0, 0
+        self.done, self.searches, self._pace = 0, 0, np.inf
         self.balance = step.balance_at(self._searched)
         self.bore = self.balance.at.bearing.copy()
         self._missing = self.balance.forces
@@ -113,17 +114,33 @@ class DampedMotion:
     def go_on(self, cycles: int, margin: float = 0.0) -> None:
         """Go on by some cycles, and keep what slips and breaks in them.
 
-        `margin`: how far blocks may come nearer to each other [m] beyond what their velocity leads to.
+        `margin`: how far blocks may come nearer to each other [m] beyond what their velocity leads to. If they moved
+        less in the last cycles, contacts so far apart are left out, and cycles are gone through again where blocks
+        come farther than that.
         """
-        step, at, position = self._step, self.balance.at, self.balance.position
-        rows = _within_reach(step.contacts, at, margin + 2 * cycles * step.movement(self.velocity))
+        step, at, before = self._step, self.balance.at, self.velocity.copy()
+        at_most = margin + 2 * cycles * step.movement(before)
+        for distance in (min(at_most, ROOM * cycles * self._pace), at_most):
+            rows = _within_reach(step.contacts, at, distance)
+            moved, changed, bore, failed = self._moved(cycles, rows)
+            gone = step.movement(moved)
+            if distance == at_most or 2 * gone <= distance:
+                break
+            self.velocity[:] = before
+        self.done, self._pace = self.done + cycles, gone / cycles
+        self.bore[rows] = bore
+        self._keep(self.balance.position + moved, rows, at.shear[rows] + changed, rows[failed])
+
+    def _moved(self, cycles: int, rows: IntArray) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
+        """Return by what blocks move (n, 3) and shears of rows (k,) change, and which of these bore, and failed."""
+        step, at = self._step, self.balance.at
         block_a, block_b = step.contacts.candidates.block_a[rows], step.contacts.candidates.block_b[rows]
         frame, arms = _frames(step.contacts, at, rows)
         pressure = np.maximum(at.pressure, np.finfo(float).tiny)
         answer = slipping(step.contacts, step.moving.catalogue.laws, pressure)
         spring = _springs(step.contacts, at, answer, rows)
         mass = self._mass(block_a, block_b, spring, arms)
-        moved = np.zeros_like(position)
+        moved = np.zeros_like(self.velocity)
         bore, slipped = self.bore[rows], np.zeros(len(rows), dtype=bool)
         changed = relax_cycles(
             _lacking(np.arange(self.done + 1, self.done + cycles + 1) / self._ramp),
@@ -144,9 +161,7 @@ class DampedMotion:
             self.velocity,
             moved,
         )
-        self.done += cycles
-        self.bore[rows] = bore
-        self._keep(position + moved, rows, at.shear[rows] + changed, rows[slipped & answer.failed[rows]])
+        return moved, changed, bore, slipped & answer.failed[rows]
 
     def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray, failed: IntArray) -> None:
         """Keep where blocks are, what slipped, broke and failed; who has opened bears nothing and forgets its shear."""
