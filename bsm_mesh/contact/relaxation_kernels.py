@@ -18,6 +18,8 @@ BROKEN = np.float32(-1.0)  # instead of a tensile strength
 @nb.njit(cache=True, nogil=True)
 def relax_cycles(
     lacking: FloatArray,
+    begun: int,
+    own: IntArray,
     block_a: IntArray,
     block_b: IntArray,
     frame: FloatArray,
@@ -32,19 +34,22 @@ def relax_cycles(
     supported: IntArray,
     projector: FloatArray,
     damping: float,
+    forces: FloatArray,
     velocity: FloatArray,
     moved: FloatArray,
-) -> FloatArray:  # pragma: no cover - compiled
-    """Go on by some cycles of unit time, and return by what shear forces have changed, (m,) float32 [N/m].
-
-    They may be more than the strength at the pressures in the end: a law takes what slips in the last cycle.
+) -> None:  # pragma: no cover - compiled
+    """Go on by some cycles of unit time, of some of the blocks; the others are where they are in the meantime.
 
     Parameters
     ----------
     lacking : (cycles,) float64
         Part of `missing` that does not act yet, in every cycle.
+    begun : int
+        Cycles before: from where blocks are after an even number they move to where they are after an odd one.
+    own : (l,) int64
+        The blocks that move, but those with a support.
     block_a, block_b : (m,) int32
-        Blocks of the corner and of the edge.
+        Blocks of the corner and of the edge, of all contacts that they have.
     frame : (m, 6) float32 [-, m]
         Edge direction t, moments of the normal n = (t_y, -t_x) about a and b, moments of t about a and b.
     spring : (m, 6) float32 [N/m**2, N/m, -]
@@ -62,25 +67,30 @@ def relax_cycles(
     inverse_mass : (n, 3) float64
         Over the square of a cycle.
     supported : (k,) int32
-        Blocks with a support.
+        Those with a support.
     projector : (k, 3, 3) float64
         Onto the movements that it lets them make.
     damping : float
         Part of a force out of balance that acts against the velocity.
-    velocity, moved : (n, 3) float64 [m, m, rad]
-        Movement in a cycle, and in all; they change in place.
+    forces : (n, 3) float64
+        Room to work in.
+    velocity : (n, 3) float64 [m, m, rad]
+        Movement in a cycle; it changes in place.
+    moved : (2, n, 3) float64 [m, m, rad]
+        Movement in all, after an even and after an odd number of cycles; they change in place, in turns.
     """
-    nothing, n = np.float32(0.0), len(moved)
-    forces = np.empty((n, 3))
+    nothing = np.float32(0.0)
     for cycle in range(lacking.size):
-        for i in range(n):
-            for axis in range(3):
-                forces[i, axis] = unbalanced[i, axis] - lacking[cycle] * missing[i, axis]
+        here, there = moved[(begun + cycle) % 2], moved[(begun + cycle + 1) % 2]
+        for i in own:
+            _load(forces[i], unbalanced[i], lacking[cycle], missing[i])
+        for i in supported:
+            _load(forces[i], unbalanced[i], lacking[cycle], missing[i])
         for k in range(block_a.size):
             a, b = block_a[k], block_b[k]
             tx, ty = frame[k, 0], frame[k, 1]
-            dx, dy = np.float32(moved[a, 0] - moved[b, 0]), np.float32(moved[a, 1] - moved[b, 1])
-            turn_a, turn_b = np.float32(moved[a, 2]), np.float32(moved[b, 2])
+            dx, dy = np.float32(here[a, 0] - here[b, 0]), np.float32(here[a, 1] - here[b, 1])
+            turn_a, turn_b = np.float32(here[a, 2]), np.float32(here[b, 2])
             gap = ty * dx - tx * dy + frame[k, 2] * turn_a - frame[k, 3] * turn_b
             along = tx * dx + ty * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
             borne = spring[k, 2] if spring[k, 2] > nothing or tension[k] != nothing else nothing
@@ -106,29 +116,51 @@ def relax_cycles(
             forces[b, 0] -= fx
             forces[b, 1] -= fy
             forces[b, 2] -= pressure * frame[k, 3] - shear * frame[k, 5]
+        for i in own:
+            _accelerate(forces[i], velocity[i], damping, inverse_mass[i])
+            _move(forces[i], velocity[i], here[i], there[i])
         for j in range(supported.size):
-            _project(projector[j].T, forces[supported[j]])
-        for i in range(n):
-            for axis in range(3):
-                along_it = np.sign(forces[i, axis] * velocity[i, axis])
-                forces[i, axis] *= (1 - damping * along_it) * inverse_mass[i, axis]
-        for j in range(supported.size):
-            _project(projector[j], forces[supported[j]])
-        for i in range(n):
-            for axis in range(3):
-                velocity[i, axis] += forces[i, axis]
-                moved[i, axis] += velocity[i, axis]
-    changed: FloatArray = _shears(block_a, block_b, frame, spring, stuck, moved)
-    return changed
+            i = supported[j]
+            _project(projector[j].T, forces[i])
+            _accelerate(forces[i], velocity[i], damping, inverse_mass[i])
+            _project(projector[j], forces[i])
+            _move(forces[i], velocity[i], here[i], there[i])
 
 
 @nb.njit(cache=True)
-def _shears(
+def _load(
+    forces: FloatArray, unbalanced: FloatArray, lacking: float, missing: FloatArray
+) -> None:  # pragma: no cover - compiled
+    for axis in range(3):
+        forces[axis] = unbalanced[axis] - lacking * missing[axis]
+
+
+@nb.njit(cache=True)
+def _accelerate(
+    forces: FloatArray, velocity: FloatArray, damping: float, inverse_mass: FloatArray
+) -> None:  # pragma: no cover - compiled
+    for axis in range(3):
+        along_it = np.sign(forces[axis] * velocity[axis])
+        forces[axis] *= (1 - damping * along_it) * inverse_mass[axis]
+
+
+@nb.njit(cache=True)
+def _move(
+    acceleration: FloatArray, velocity: FloatArray, here: FloatArray, there: FloatArray
+) -> None:  # pragma: no cover - compiled
+    for axis in range(3):
+        velocity[axis] += acceleration[axis]
+        there[axis] = here[axis] + velocity[axis]
+
+
+@nb.njit(cache=True, nogil=True)
+def changed_shears(
     block_a: IntArray, block_b: IntArray, frame: FloatArray, spring: FloatArray, stuck: FloatArray, moved: FloatArray
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return by what shear forces have changed where blocks are in the end, (m,): what is more than the strength slips.
+    """Return by what shear forces have changed after cycles, (m,) float32 [N/m]; arrays as in `relax_cycles`.
 
-    Springs that forgot the movement of the last cycle would drive blocks, the more so the fewer cycles go by at once.
+    The movement `moved` (n, 3) of the last cycle counts too: springs that forgot it would drive blocks, the more so the
+    fewer cycles go by at once. Shears may be more than the strength in the end: a law takes what slips by that.
     """
     changed = np.empty_like(stuck)
     for k in range(block_a.size):

@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.relaxation_kernels import relax_cycles
+from bsm_mesh.contact.relaxation_kernels import BROKEN
 from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.solve.constraints import Constraints
+from bsm_mesh.solve.cycles import Driven, Springs, go_through, strips
 from bsm_mesh.solve.history import commit
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, slipping
 from bsm_mesh.solve.step import Step
@@ -78,6 +79,7 @@ class DampedMotion:
         self._missing = self.balance.forces
         self.velocity = np.zeros_like(step.start)
         self.least_mass = np.zeros_like(step.start)
+        self._shares = strips(step.moving.outlines.centroid, step.factors.options.threads)
 
     @property
     def contacts(self) -> MovingContacts:
@@ -134,24 +136,21 @@ class DampedMotion:
     def _moved(self, cycles: int, rows: IntArray) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
         """Return by what blocks move (n, 3) and shears of rows (k,) change, and which of these bore, and failed."""
         step, at = self._step, self.balance.at
-        block_a, block_b = step.contacts.candidates.block_a[rows], step.contacts.candidates.block_b[rows]
         frame, arms = _frames(step.contacts, at, rows)
         pressure = np.maximum(at.pressure, np.finfo(float).tiny)
         answer = slipping(step.contacts, step.moving.catalogue.laws, pressure)
-        spring = _springs(step.contacts, at, answer, rows)
-        mass = self._mass(block_a, block_b, spring, arms)
-        moved = np.zeros_like(self.velocity)
-        bore, slipped = self.bore[rows], np.zeros(len(rows), dtype=bool)
-        changed = relax_cycles(
-            _lacking(np.arange(self.done + 1, self.done + cycles + 1) / self._ramp),
-            block_a,
-            block_b,
+        springs = Springs(
+            step.contacts.candidates.block_a[rows],
+            step.contacts.candidates.block_b[rows],
             frame,
-            spring,
+            _springs(step.contacts, at, answer, rows),
             step.contacts.tension[rows].astype(np.float32),
             np.zeros(len(rows), np.float32),
-            bore,
-            slipped,
+            self.bore[rows],
+            np.zeros(len(rows), dtype=bool),
+        )
+        mass = self._mass(springs, arms)
+        driven = Driven(
             self.balance.forces,
             self._missing,
             1 / mass,
@@ -159,9 +158,11 @@ class DampedMotion:
             _projectors(step.supports, mass),
             self._damping,
             self.velocity,
-            moved,
         )
-        return moved, changed, bore, slipped & answer.failed[rows]
+        lacking = _lacking(np.arange(self.done + 1, self.done + cycles + 1) / self._ramp)
+        moved, changed = go_through(springs, driven, lacking, self._shares)
+        failed = (springs.slipped & answer.failed[rows]) | (springs.tension == BROKEN)
+        return moved, changed, springs.bore, failed
 
     def _keep(self, position: FloatArray, rows: IntArray, shear: FloatArray, failed: IntArray) -> None:
         """Keep where blocks are, what slipped, broke and failed; who has opened bears nothing and forgets its shear."""
@@ -180,7 +181,7 @@ class DampedMotion:
         )
         self.balance = step.balance_at(position)
 
-    def _mass(self, block_a: IntArray, block_b: IntArray, spring: FloatArray, arms: FloatArray) -> FloatArray:
+    def _mass(self, springs: Springs, arms: FloatArray) -> FloatArray:
         """Return masses (n, 3), over the square of a cycle, with which no wave grows.
 
         Cycles bear a stiffness of four times the mass, in which a force against the velocity counts 1 + damping times.
@@ -188,9 +189,9 @@ class DampedMotion:
         translation and a turn. No mass is less than when cycles began, nor that of a block that touches none, nor than
         the lightest that is wanted.
         """
-        n, stiffness = len(self.velocity), (1 + self._damping) * spring[:, :2].max(axis=1).astype(float)
+        n, stiffness = len(self.velocity), (1 + self._damping) * springs.spring[:, :2].max(axis=1).astype(float)
         mass = np.zeros((n, 3))
-        for block, arm in ((block_a, arms[:, 0]), (block_b, arms[:, 1])):
+        for block, arm in ((springs.block_a, arms[:, 0]), (springs.block_b, arms[:, 1])):
             mass[:, 0] += np.bincount(block, weights=stiffness, minlength=n)
             mass[:, 2] += np.bincount(block, weights=stiffness * arm**2, minlength=n)
         mass[:, 1] = mass[:, 0]

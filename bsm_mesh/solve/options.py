@@ -37,7 +37,7 @@ class Options:
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which. ``"cluster"``:
         Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).
     threads : int
-        Threads of the linear solver, of every MPI rank; 0: as many as there are cores.
+        Threads of the linear solver, of every MPI rank, and of explicit cycles; 0: as many as there are cores.
     """
 
     scheme: Scheme = "continuation"

@@ -20,17 +20,15 @@ class DrivenContact:
 
     def drive(self, *movements: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
         """Move a by each of some movements in a cycle; return the changes of its shear force and of forces on it."""
-        moved, sides = np.zeros((2, 3)), (np.zeros(1, np.int32), np.ones(1, np.int32))
+        place, sides = np.zeros((2, 3)), (np.zeros(1, np.int32), np.ones(1, np.int32))
         none, free = np.zeros((2, 3)), (np.zeros(0, np.int32), np.zeros((0, 3, 3)))
         shears, forces = [], []
         for u, v in movements:
-            velocity = np.array([[u, v, 0.0], [0.0, 0.0, 0.0]])
-            before = np.array([[1.0, 1.0, 1.0], [0.0, 0.0, 0.0]])
-            moved += velocity
+            place[0] += u, v, 0.0
             kept = self.tension, self.stuck, self.bore, self.slipped
-            given = self.frame, self.spring, *kept, none, none, before, *free, 0.0
+            given = self.frame, self.spring, *kept, none, none, np.ones((2, 3)), *free, 0.0
             push = np.zeros((2, 3))
-            relax_cycles(np.zeros(1), *sides, *given, push, moved.copy())
+            relax_cycles(np.zeros(1), 0, np.arange(2), *sides, *given, none.copy(), push, np.stack([place, place]))
             forces.append(push[0])
             shears.append(-push[0, 0])
         return np.array(shears), np.array(forces)

@@ -1,0 +1,74 @@
+"""Cycles that threads share: the same to the last digit, however many there are."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from step_scenes import WEIGHT, begun, block_on_a_base
+
+import bsm_mesh as bsm
+from bsm_mesh.solve import cycles
+from bsm_mesh.solve.cycles import strips
+from bsm_mesh.solve.damped_motion import DampedMotion
+from bsm_mesh.solve.step import Step
+
+benchmarks = pytest.importorskip("benchmarks.scenes")
+
+
+def slope_with_rollers() -> bsm.Model:
+    """Return a slope of which some blocks near its middle may move along a line only."""
+    model = benchmarks.jointed_slope(300, friction=25.0).model()
+    centroid = model.blocks.moments.centroid
+    near = np.argsort(np.hypot(*(centroid - centroid.mean(axis=0)).T))[:5]
+    rollers = [bsm.Roller(point=tuple(centroid[block]), direction=60.0) for block in near]
+    return model.replace(supports=(*model.supports, *rollers))
+
+
+def after_cycles(step: Step, threads: int, monkeypatch: pytest.MonkeyPatch) -> DampedMotion:
+    """Return the motion after thrice 30 cycles, shared out however few contacts there are."""
+    monkeypatch.setattr(cycles, "WORTH_THREADS", 0)
+    shared = SimpleNamespace(options=SimpleNamespace(threads=threads), pattern_of=step.factors.pattern_of)
+    monkeypatch.setattr(step, "factors", shared)
+    motion = DampedMotion(step, 20, 0.2)
+    for _ in range(3):
+        motion.go_on(30)
+    return motion
+
+
+def test_no_digit_depends_on_the_number_of_threads(monkeypatch):
+    step = begun(slope_with_rollers())
+    alone = after_cycles(step, 1, monkeypatch)
+    assert alone.contacts.failed.any() or np.abs(alone.velocity).max() > 0
+    for threads in (2, 3, 7):
+        shared = after_cycles(step, threads, monkeypatch)
+        assert_array_equal(shared.balance.position, alone.balance.position)
+        assert_array_equal(shared.velocity, alone.velocity)
+        assert_array_equal(shared.contacts.old_shear, alone.contacts.old_shear)
+        assert_array_equal(shared.bore, alone.bore)
+
+
+def test_every_block_belongs_to_one_strip_across_the_longer_side():
+    rng = np.random.default_rng(0)
+    centroid = rng.random((100, 2)) * (1.0, 3.0)
+    shares = strips(centroid, 3)
+    assert_array_equal(np.sort(np.concatenate(shares)), np.arange(100))
+    heights = [centroid[share, 1] for share in shares]
+    assert heights[0].max() < heights[1].min()
+    assert heights[1].max() < heights[2].min()
+    assert len(strips(centroid, 0)) >= 1
+
+
+def test_glue_that_broke_within_cycles_is_gone_though_the_contact_bears_again_after_them():
+    """A block is thrown off its base, and lands within the same cycles."""
+    step, landed = begun(block_on_a_base(law=bsm.MohrCoulomb(friction=30, cohesion=1e9), tension=1.0)), 0
+    for count in range(40, 60):
+        motion = DampedMotion(step, 1, 0.5)
+        motion.go_on(1)
+        motion.velocity[1, 1] = 15 * WEIGHT / motion.least_mass[1, 1]
+        motion.go_on(count)
+        if motion.balance.at.bearing.all():
+            landed += 1
+            assert motion.contacts.failed.all()
+            assert not motion.contacts.tension.any()
+    assert landed
