@@ -72,6 +72,23 @@ def relative_positions(
 
 
 @nb.njit(cache=True)
+def farthest_past(
+    block_a: IntArray, block_b: IntArray, movement: FloatArray, size: FloatArray
+) -> float:  # pragma: no cover - compiled
+    """Return how far blocks that have a contact move past each other, at most [m].
+
+    Blocks of a `size` (n,) [m] turn by that times the angle in their `movement` (n, 3).
+    """
+    farthest = 0.0
+    for k in range(block_a.size):
+        a, b = block_a[k], block_b[k]
+        past = np.hypot(movement[a, 0] - movement[b, 0], movement[a, 1] - movement[b, 1])
+        past += abs(movement[a, 2]) * size[a] + abs(movement[b, 2]) * size[b]
+        farthest = max(farthest, past)
+    return farthest
+
+
+@nb.njit(cache=True)
 def pressures_and_trial_shears(
     gap: FloatArray,
     along: FloatArray,

@@ -9,10 +9,53 @@ from __future__ import annotations
 
 import numba as nb
 import numpy as np
+from numpy.typing import NDArray
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 BROKEN = np.float32(-1.0)  # instead of a tensile strength
+
+
+@nb.njit(cache=True)
+def frames_of(
+    position: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray, rows: IntArray
+) -> tuple[NDArray[np.float32], FloatArray]:  # pragma: no cover - compiled
+    """Return the frames (m, 6) of contacts as `relax_cycles` takes them, and the lengths of both arms (m, 2) [m].
+
+    `block_a`, `block_b` (m,) are those of the `rows` (m,) of `geometry`, which `relative_positions` describes.
+    """
+    frame, length = np.empty((rows.size, 6), np.float32), np.empty((rows.size, 2))
+    cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
+    for k in range(rows.size):
+        a, b, given = block_a[k], block_b[k], geometry[rows[k]]
+        ax, ay = cosine[a] * given[2] - sine[a] * given[3], sine[a] * given[2] + cosine[a] * given[3]
+        tx, ty = cosine[b] * given[6] - sine[b] * given[7], sine[b] * given[6] + cosine[b] * given[7]
+        bx = given[0] + (position[a, 0] - position[b, 0]) + ax
+        by = given[1] + (position[a, 1] - position[b, 1]) + ay
+        frame[k, 0], frame[k, 1] = tx, ty
+        frame[k, 2], frame[k, 3] = -ax * tx - ay * ty, -bx * tx - by * ty
+        frame[k, 4], frame[k, 5] = ax * ty - ay * tx, bx * ty - by * tx
+        length[k, 0], length[k, 1] = np.hypot(ax, ay), np.hypot(bx, by)
+    return frame, length
+
+
+@nb.njit(cache=True)
+def masses(
+    block_a: IntArray, block_b: IntArray, spring: FloatArray, length: FloatArray, n: int
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return sums over the contacts of n blocks, (n, 3): of their stiffer spring twice, of that times the arm squared.
+
+    Columns of `spring` (m, 6) are as `relax_cycles` takes them, `length` (m, 2) as `frames_of` returns it.
+    """
+    mass = np.zeros((n, 3))
+    for k in range(block_a.size):
+        stiffness = np.float64(max(spring[k, 0], spring[k, 1]))
+        mass[block_a[k], 0] += stiffness
+        mass[block_b[k], 0] += stiffness
+        mass[block_a[k], 2] += stiffness * length[k, 0] ** 2
+        mass[block_b[k], 2] += stiffness * length[k, 1] ** 2
+    mass[:, 1] = mass[:, 0]
+    return mass
 
 
 @nb.njit(cache=True, nogil=True)

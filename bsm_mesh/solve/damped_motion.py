@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.relaxation_kernels import BROKEN
+from bsm_mesh.contact.relaxation_kernels import BROKEN, frames_of, masses
 from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.solve.constraints import Constraints
 from bsm_mesh.solve.cycles import Driven, Springs, go_through, strips
@@ -136,12 +136,14 @@ class DampedMotion:
     def _moved(self, cycles: int, rows: IntArray) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
         """Return by what blocks move (n, 3) and shears of rows (k,) change, and which of these bore, and failed."""
         step, at = self._step, self.balance.at
-        frame, arms = _frames(step.contacts, at, rows)
+        candidates = step.contacts.candidates
+        block_a, block_b = candidates.block_a[rows], candidates.block_b[rows]
+        frame, arms = frames_of(at.position, block_a, block_b, step.contacts.geometry, rows)
         pressure = np.maximum(at.pressure, np.finfo(float).tiny)
         answer = slipping(step.contacts, step.moving.catalogue.laws, pressure)
         springs = Springs(
-            step.contacts.candidates.block_a[rows],
-            step.contacts.candidates.block_b[rows],
+            block_a,
+            block_b,
             frame,
             _springs(step.contacts, at, answer, rows),
             step.contacts.tension[rows].astype(np.float32),
@@ -189,12 +191,8 @@ class DampedMotion:
         translation and a turn. No mass is less than when cycles began, nor that of a block that touches none, nor than
         the lightest that is wanted.
         """
-        n, stiffness = len(self.velocity), (1 + self._damping) * springs.spring[:, :2].max(axis=1).astype(float)
-        mass = np.zeros((n, 3))
-        for block, arm in ((springs.block_a, arms[:, 0]), (springs.block_b, arms[:, 1])):
-            mass[:, 0] += np.bincount(block, weights=stiffness, minlength=n)
-            mass[:, 2] += np.bincount(block, weights=stiffness * arm**2, minlength=n)
-        mass[:, 1] = mass[:, 0]
+        sums = masses(springs.block_a, springs.block_b, springs.spring, arms, len(self.velocity))
+        mass: FloatArray = (1 + self._damping) * sums
         if not self.least_mass.any():
             least = mass.min(axis=0, where=mass > 0, initial=np.inf)
             least = np.where(np.isfinite(least), least, 1.0)  # none touches another
@@ -210,15 +208,6 @@ def _within_reach(contacts: MovingContacts, at: Evaluation, distance: float) -> 
     gap = at.gap - contacts.offset
     closes = over & (gap >= 0) & (contacts.touching | (gap <= distance))
     return np.flatnonzero(at.bearing | closes)
-
-
-def _frames(contacts: MovingContacts, at: Evaluation, rows: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return the frames (k, 6) of contacts as `relax_cycles` takes them, and the lengths of both arms (k, 2) [m]."""
-    t, arm_a, arm_b = (vectors[rows] for vectors in contacts.frames(at.position))
-    n = np.stack([t[:, 1], -t[:, 0]], axis=1)
-    moments = [arm[:, 0] * axis[:, 1] - arm[:, 1] * axis[:, 0] for axis in (n, t) for arm in (arm_a, arm_b)]
-    lengths = np.stack([np.hypot(*arm.T) for arm in (arm_a, arm_b)], axis=1)
-    return np.column_stack([t, *moments]).astype(np.float32), lengths
 
 
 def _springs(contacts: MovingContacts, at: Evaluation, answer: JointResponse, rows: IntArray) -> FloatArray:

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.moving_kernels import farthest_past
 from bsm_mesh.solve.factors import Factors
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, tangent_stiffness
 from bsm_mesh.solve.moving_model import BAND, MovingModel
@@ -162,10 +163,9 @@ class Step:
 
     def past_each_other(self, movement: FloatArray) -> float:
         """Return how far blocks that are near each other move past each other, at most [m]."""
-        a, b = self.contacts.candidates.block_a, self.contacts.candidates.block_b
-        turned = np.abs(movement[:, 2]) * self.moving.outlines.block_size
-        past = np.hypot(*(movement[a, :2] - movement[b, :2]).T) + turned[a] + turned[b]
-        return float(past.max(initial=0.0))
+        candidates = self.contacts.candidates
+        past: float = farthest_past(candidates.block_a, candidates.block_b, movement, self.moving.outlines.block_size)
+        return past
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
