@@ -16,7 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.relaxation_kernels import changed_shears, relax_cycles
 
-WORTH_THREADS = 30_000  # contacts: below, threads wait more than they work
+WORTH_A_THREAD = 15_000  # contacts: with fewer, threads wait more than they work
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,27 +60,26 @@ class Driven:
     velocity: FloatArray
 
 
-def strips(centroid: FloatArray, threads: int) -> list[IntArray]:
-    """Return the blocks of every thread: strips across the longer side of the model, of as many blocks each.
-
-    `threads`: 0: as many as there are cores.
-    """
-    order = np.argsort(centroid[:, int(np.ptp(centroid, axis=0).argmax())], kind="stable")
-    return [np.sort(part) for part in np.array_split(order, threads or os.cpu_count() or 1)]
+def blocks_in_order(centroid: FloatArray) -> IntArray:
+    """Return the blocks in the order in which they lie along the model's longer side, (n,)."""
+    order: IntArray = np.argsort(centroid[:, int(np.ptp(centroid, axis=0).argmax())], kind="stable")
+    return order
 
 
 def go_through(
-    springs: Springs, driven: Driven, lacking: FloatArray, shares: list[IntArray]
+    springs: Springs, driven: Driven, lacking: FloatArray, order: IntArray, threads: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return by what cycles move blocks (n, 3), and by what shears of contacts change (m,).
 
-    `lacking`: as `relax_cycles` takes it; `shares`: the blocks of every thread.
+    `lacking`: as `relax_cycles` takes it; `order`: of the blocks, so that some in a row are a strip of the model;
+    `threads`: at most; 0: as many as there are cores.
     """
     moved = np.zeros((2, *driven.velocity.shape))
-    if len(springs.stuck) < WORTH_THREADS or len(shares) == 1:
-        _Share(springs, driven, np.arange(len(driven.velocity))).go_on(lacking, 0, moved)
+    threads = min(threads or os.cpu_count() or 1, len(springs.stuck) // WORTH_A_THREAD)
+    if threads > 1:
+        _share_out(springs, driven, lacking, np.array_split(order, threads), moved)
     else:
-        _share_out(springs, driven, lacking, shares, moved)
+        _Share(springs, driven, np.arange(len(order))).go_on(lacking, 0, moved)
     end = moved[lacking.size % 2]
     shears = springs.block_a, springs.block_b, springs.frame, springs.spring, springs.stuck
     changed: FloatArray = changed_shears(*shears, end)
@@ -113,7 +112,7 @@ def _share_out(
         mine = np.zeros(len(driven.velocity), dtype=bool)
         mine[own] = True
         rows = np.flatnonzero(mine[springs.block_a] | mine[springs.block_b])
-        parts.append((rows, _Share(springs.of(rows), driven, own)))
+        parts.append((rows, _Share(springs.of(rows), driven, np.flatnonzero(mine))))
     with ThreadPoolExecutor(len(parts) - 1) as threads:
         for cycle in range(lacking.size):
             given = lacking[cycle : cycle + 1], cycle, moved

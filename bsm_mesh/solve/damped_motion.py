@@ -16,7 +16,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.relaxation_kernels import BROKEN, frames_of, masses
 from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.solve.constraints import Constraints
-from bsm_mesh.solve.cycles import Driven, Springs, go_through, strips
+from bsm_mesh.solve.cycles import Driven, Springs, blocks_in_order, go_through
 from bsm_mesh.solve.history import commit
 from bsm_mesh.solve.moving import Evaluation, MovingContacts, slipping
 from bsm_mesh.solve.step import Step
@@ -79,7 +79,7 @@ class DampedMotion:
         self._missing = self.balance.forces
         self.velocity = np.zeros_like(step.start)
         self.least_mass = np.zeros_like(step.start)
-        self._shares = strips(step.moving.outlines.centroid, step.factors.options.threads)
+        self._order = blocks_in_order(step.moving.outlines.centroid)
 
     @property
     def contacts(self) -> MovingContacts:
@@ -162,7 +162,7 @@ class DampedMotion:
             self.velocity,
         )
         lacking = _lacking(np.arange(self.done + 1, self.done + cycles + 1) / self._ramp)
-        moved, changed = go_through(springs, driven, lacking, self._shares)
+        moved, changed = go_through(springs, driven, lacking, self._order, step.factors.options.threads)
         failed = (springs.slipped & answer.failed[rows]) | (springs.tension == BROKEN)
         return moved, changed, springs.bore, failed
 

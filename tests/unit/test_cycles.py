@@ -9,7 +9,7 @@ from step_scenes import WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
 from bsm_mesh.solve import cycles
-from bsm_mesh.solve.cycles import strips
+from bsm_mesh.solve.cycles import blocks_in_order
 from bsm_mesh.solve.damped_motion import DampedMotion
 from bsm_mesh.solve.step import Step
 
@@ -27,7 +27,7 @@ def slope_with_rollers() -> bsm.Model:
 
 def after_cycles(step: Step, threads: int, monkeypatch: pytest.MonkeyPatch) -> DampedMotion:
     """Return the motion after thrice 30 cycles, shared out however few contacts there are."""
-    monkeypatch.setattr(cycles, "WORTH_THREADS", 0)
+    monkeypatch.setattr(cycles, "WORTH_A_THREAD", 1)
     shared = SimpleNamespace(options=SimpleNamespace(threads=threads), pattern_of=step.factors.pattern_of)
     monkeypatch.setattr(step, "factors", shared)
     motion = DampedMotion(step, 20, 0.2)
@@ -48,15 +48,21 @@ def test_no_digit_depends_on_the_number_of_threads(monkeypatch):
         assert_array_equal(shared.bore, alone.bore)
 
 
-def test_every_block_belongs_to_one_strip_across_the_longer_side():
-    rng = np.random.default_rng(0)
-    centroid = rng.random((100, 2)) * (1.0, 3.0)
-    shares = strips(centroid, 3)
-    assert_array_equal(np.sort(np.concatenate(shares)), np.arange(100))
-    heights = [centroid[share, 1] for share in shares]
-    assert heights[0].max() < heights[1].min()
-    assert heights[1].max() < heights[2].min()
-    assert len(strips(centroid, 0)) >= 1
+@pytest.mark.parametrize(("worth", "cores", "used"), [(1, 3, [3]), (10**6, 3, []), (300, 64, [4])])
+def test_threads_are_as_many_as_there_are_cores_and_work(monkeypatch, worth, cores, used):
+    step, shares = begun(benchmarks.jointed_slope(300, friction=25.0).model()), []
+    share_out = cycles._share_out
+    monkeypatch.setattr(cycles, "_share_out", lambda *given: shares.append(len(given[3])) or share_out(*given))
+    monkeypatch.setattr(cycles.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(cycles, "WORTH_A_THREAD", worth)
+    DampedMotion(step, 20, 0.2).go_on(2)
+    assert shares == used
+
+
+def test_strips_lie_across_the_longer_side():
+    centroid = np.array([(0.0, 2.0), (1.0, 0.0), (0.5, 3.0), (0.2, 1.0)])
+    assert_array_equal(blocks_in_order(centroid), [1, 3, 0, 2])
+    assert_array_equal(blocks_in_order(centroid[:, ::-1]), [1, 3, 0, 2])
 
 
 def test_glue_that_broke_within_cycles_is_gone_though_the_contact_bears_again_after_them():
