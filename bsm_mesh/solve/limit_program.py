@@ -19,7 +19,8 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.solve.dowels import Dowels
 
-INFEASIBLE, UNBOUNDED = 2, 3  # of scipy.optimize.linprog
+SOLVED, INFEASIBLE, UNBOUNDED = 0, 2, 3  # of scipy.optimize.linprog
+METHODS = "highs-ipm", "highs-ds"  # the simplex method cycles where layers must move, so it is the reserve
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,15 +112,18 @@ class LimitProgram:
             balance = _beside(balance, csr_array((live.reshape(-1) * rows / scale)[:, None]))
             bounded = _beside(bounded, csr_array((bounded.shape[0], 1)))
             bounds, goal = [*bounds, (0.0, most)], np.append(goal, -1.0)
-        return linprog(
-            goal,
-            A_eq=balance,
-            b_eq=-(dead.reshape(-1) * rows) / scale,
-            A_ub=bounded if bounded.shape[0] else None,
-            b_ub=bound / scale if bounded.shape[0] else None,
-            bounds=bounds,
-            method="highs",
-        )
+        given = {
+            "A_eq": balance,
+            "b_eq": -(dead.reshape(-1) * rows) / scale,
+            "A_ub": bounded if bounded.shape[0] else None,
+            "b_ub": bound / scale if bounded.shape[0] else None,
+            "bounds": bounds,
+        }
+        for method in METHODS:
+            answer = linprog(goal, **given, method=method)
+            if answer.status in (SOLVED, INFEASIBLE, UNBOUNDED):
+                break
+        return answer
 
     def bolt_force(self, optimum: Optimum) -> FloatArray:
         """Return the tensions of the bolts' elements, of one bolt each, (n_elements,) [N]."""
@@ -227,7 +231,7 @@ def _mean_force(loads: FloatArray) -> float:
 
 def _expect(found: Any) -> Any:
     """Return an answer of HiGHS that is one."""
-    if found.status != 0:
+    if found.status != SOLVED:
         raise ModelError(f"limit analysis: the linear program could not be solved ({found.message.strip()})")
     return found
 

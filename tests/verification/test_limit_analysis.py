@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 from scenes import rectangle, square
 
 import bsm_mesh as bsm
+from bsm_mesh.solve import limit_program
 from bsm_mesh.solve.limit_analysis import limit_tilt
 
 THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
@@ -174,3 +175,27 @@ def test_bolt_that_hangs_a_block(strength, limit, spacing):
     if found.admissible and np.isfinite(limit):
         assert_allclose(found.bolt_force, limit, rtol=1e-6)
     assert not bsm.limit_analysis(model.replace(bolts=())).admissible
+
+
+def test_a_thousand_layers_steeper_than_their_friction_must_move():
+    """The simplex method cycled for a minute there, and gave up."""
+    scenes = pytest.importorskip("benchmarks.scenes")
+    limit = bsm.limit_analysis(scenes.sliding_layers(1000).model())
+    assert not limit.admissible
+    assert limit.factor < 1
+
+
+@pytest.mark.parametrize("gives_up", ["highs-ipm", "highs-ds"])
+def test_where_one_method_gives_up_the_other_answers(monkeypatch, gives_up):
+    asked, linprog = [], limit_program.linprog
+
+    def answers(*given, method, **keys):
+        asked.append(method)
+        answer = linprog(*given, method=method, **keys)
+        if method == gives_up:
+            answer.status = 4
+        return answer
+
+    monkeypatch.setattr(limit_program, "linprog", answers)
+    assert bsm.limit_analysis(arch(16, 0.12)).admissible
+    assert asked == ["highs-ipm", "highs-ds"][: 2 if gives_up == "highs-ipm" else 1]
