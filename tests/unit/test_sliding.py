@@ -120,6 +120,18 @@ def test_a_block_that_was_slower_is_met_too(monkeypatch):
     assert_array_equal(*ways)
 
 
+def test_how_long_a_held_base_is_changes_nothing():
+    """Neither how far blocks may fall in some cycles, nor the masses of those on it."""
+    found = []
+    for length in (4.0, 400.0):
+        polygons = [[(0, 0), (length, 0), (length, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]]
+        step = begun(block_on_a_base(blocks=bsm.Blocks.from_polygons(polygons, rock="r")))
+        motion = DampedMotion(step, 1, DAMPING, lightest=0.5)
+        motion.go_on(1)
+        found.append([sliding._cycles_within(0.01, motion, step), *motion.least_mass[1]])
+    assert_allclose(*found, rtol=1e-9)
+
+
 def test_neither_bolts_nor_driven_supports_allow_it():
     wall = benchmarks.bolted_wall(100)
     assert not can_slide(begun(wall.model()))
