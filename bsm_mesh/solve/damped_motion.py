@@ -22,7 +22,7 @@ from bsm_mesh.solve.moving import Evaluation, MovingContacts, slipping
 from bsm_mesh.solve.step import Step
 
 REFRESHED, LEAST_CYCLES = 1.0, 100  # times the blocks across: cycles after which contacts are worked out again; least
-ROOM = 4.0  # times how far blocks moved in the last cycles: how far apart contacts are that count in the next
+ROOM = 2.0  # times how far blocks moved past each other in the last cycles: gaps of contacts that count in the next
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 
 
@@ -116,20 +116,20 @@ class DampedMotion:
     def go_on(self, cycles: int, margin: float = 0.0) -> None:
         """Go on by some cycles, and keep what slips and breaks in them.
 
-        `margin`: how far blocks may come nearer to each other [m] beyond what their velocity leads to. If they moved
-        less in the last cycles, contacts so far apart are left out, and cycles are gone through again where blocks
-        come farther than that.
+        `margin`: how far blocks may come nearer to each other [m] beyond what their velocity leads to. If they came
+        less far in the last cycles, contacts so far apart are left out, and cycles are gone through again where blocks
+        move farther past each other than that.
         """
         step, at, before = self._step, self.balance.at, self.velocity.copy()
         at_most = margin + 2 * cycles * step.movement(before)
         for distance in (min(at_most, ROOM * cycles * self._pace), at_most):
             rows = _within_reach(step.contacts, at, distance)
             moved, changed, bore, failed = self._moved(cycles, rows)
-            gone = step.movement(moved)
-            if distance == at_most or 2 * gone <= distance:
+            past = step.past_each_other(moved)
+            if distance == at_most or past <= distance:
                 break
             self.velocity[:] = before
-        self.done, self._pace = self.done + cycles, gone / cycles
+        self.done, self._pace = self.done + cycles, past / cycles
         self.bore[rows] = bore
         self._keep(self.balance.position + moved, rows, at.shear[rows] + changed, rows[failed])
 

@@ -39,7 +39,7 @@ def after_cycles(step: Step, threads: int, monkeypatch: pytest.MonkeyPatch) -> D
 def test_no_digit_depends_on_the_number_of_threads(monkeypatch):
     step = begun(slope_with_rollers())
     alone = after_cycles(step, 1, monkeypatch)
-    assert alone.contacts.failed.any() or np.abs(alone.velocity).max() > 0
+    assert np.abs(alone.velocity[step.supports.block[step.supports.held == 1]]).max() > 0  # of those with a roller too
     for threads in (2, 3, 7):
         shared = after_cycles(step, threads, monkeypatch)
         assert_array_equal(shared.balance.position, alone.balance.position)
