@@ -51,7 +51,7 @@ def relax_locally(
     tolerance : float
         Greatest force out of balance that is wanted, over the mean weight.
     inside : bool
-        By the interior point method as well, where Newton's does not end.
+        By the interior point method as well, where Newton's does not end; unless it jammed in this step before.
     rings : int
         Of blocks around the worst ones that move with them.
     worse : float
@@ -73,11 +73,13 @@ def relax_locally(
     if not worst.any() or worst.sum() > most:
         return position
     local = LocalStep(step, worst, position)
+    before = sizes.max() if inside and not step.jammed else np.inf
     try:
-        relaxed = local.whole(_relaxed(local, weight, GAIN * threshold, sizes.max() if inside else np.inf))
+        relaxed, jammed = _relaxed(local, weight, GAIN * threshold, before)
     finally:
         local.close()
-    return _taken(step, local, position, relaxed, sizes, worse)
+    step.jammed |= jammed
+    return _taken(step, local, position, local.whole(relaxed), sizes, worse)
 
 
 def correct_locally(step: Step, position: FloatArray, tolerance: float) -> Found | None:
@@ -154,15 +156,17 @@ def _out_of_balance(step: Step, position: FloatArray) -> tuple[FloatArray, float
     return np.abs(free).max(axis=1) / weight, weight
 
 
-def _relaxed(local: LocalStep, weight: float, tolerance: float, before: float) -> FloatArray:
-    """Return where the local blocks are best in balance."""
+def _relaxed(local: LocalStep, weight: float, tolerance: float, before: float) -> tuple[FloatArray, bool]:
+    """Return where the local blocks are best in balance, and whether the interior point method jammed."""
     position, size = _Search(local, weight).relax(tolerance)
-    if size > ENOUGH * before:
-        near = interior_point(local, local.start, max(tolerance, ENOUGH * before))
-        if near is not None:
-            found = newton(local, near, tolerance, most=MOST_ITERATIONS)
-            return found.position if local.balance_at(found.position, weight).greatest < size else position
-    return position
+    if not size > ENOUGH * before:
+        return position, False
+    near = interior_point(local, local.start, max(tolerance, ENOUGH * before))
+    if near is None:
+        return position, True
+    found = newton(local, near, tolerance, most=MOST_ITERATIONS)
+    better = local.balance_at(found.position, weight).greatest < size
+    return found.position if better else position, False
 
 
 class _Search:

@@ -93,6 +93,8 @@ class Step:
         Of the contacts' laws; 0: the laws themselves.
     velocity : (n, 3) float64 or None [m, m, rad]
         Of blocks that are followed by cycles, where the step begins; None: they are not.
+    jammed : bool
+        Whether the interior point method found no equilibrium of its worst blocks: it mostly finds none of them later.
     """
 
     def __init__(
@@ -102,6 +104,7 @@ class Step:
         self.friction_pressure: FloatArray | None = None
         self.smoothing = 0.0
         self.velocity: FloatArray | None = None
+        self.jammed = False
         self.still = anchor
         self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
         self.supports = moving.constraints_at(anchor)
@@ -133,7 +136,7 @@ class Step:
 
     def renew(self, contacts: MovingContacts, position: FloatArray) -> None:
         """Go on with contacts as they are at a position; the regularisation begins anew there."""
-        self.contacts, self.still = contacts, position
+        self.contacts, self.still, self.jammed = contacts, position, False
         self.pattern = self.factors.pattern_of(contacts)
 
     def break_contacts(self, rows: IntArray) -> None:

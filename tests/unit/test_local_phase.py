@@ -1,5 +1,7 @@
 """Blocks far out of balance are solved apart: they come to rest, and no others move."""
 
+from copy import copy
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -99,8 +101,8 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
     pushed[[BLOCK, other], :2] += 2e-6
     real, spoiled, broken = local_phase._relaxed, [], []
 
-    def spoil_one(local: LocalStep, *how: float) -> np.ndarray:
-        found = real(local, *how)
+    def spoil_one(local: LocalStep, *how: float) -> tuple[np.ndarray, bool]:
+        found, _ = real(local, *how)
         assert local.clusters == 2
         label = local.cluster[local.blocks[local.block] == other]
         chosen = local.block[local.cluster == label]
@@ -109,7 +111,7 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
         one_of_each = np.array([np.flatnonzero(local.cluster_of_row == k)[0] for k in range(2)])
         local.break_contacts(one_of_each)
         broken.append(local.rows[one_of_each[1 - label]])
-        return found
+        return found, False
 
     monkeypatch.setattr(local_phase, "_relaxed", spoil_one)
     relaxed = relax_locally(step, pushed, TOLERANCE)
@@ -137,7 +139,7 @@ def test_a_cluster_may_spread_what_it_had_where_that_is_said(rest, monkeypatch):
     pushed, spread = position.copy(), position.copy()
     pushed[BLOCK, :2] += 2e-8
     spread[BLOCK, :2] += 1e-7
-    monkeypatch.setattr(local_phase, "_relaxed", lambda local, *_: spread[local.blocks])
+    monkeypatch.setattr(local_phase, "_relaxed", lambda local, *_: (spread[local.blocks], False))
     assert relax_locally(step, pushed, TOLERANCE) is pushed
     assert_allclose(relax_locally(step, pushed, TOLERANCE, worse=softened.SPREAD), spread, rtol=0, atol=0)
 
@@ -269,3 +271,23 @@ def test_an_equilibrium_is_judged_by_its_own_contacts_though_a_later_step_had_ot
     Step(step.moving, step.factors, contacts, lifted, step.lam)
     monkeypatch.setattr(step.factors, "is_positive_definite", lambda _: False)  # then power iteration says the same
     assert fall_rate(step, position, step.evaluate(position), 1e-6) == 0.0
+
+
+@pytest.mark.parametrize(("jams", "asked"), [(True, 1), (False, 2)])
+def test_the_interior_point_method_is_not_asked_again_in_a_step_in_which_it_jammed(rest, monkeypatch, jams, asked):
+    step, position = copy(rest[0]), rest[1]
+    pushed, calls = position.copy(), []
+    pushed[BLOCK, :2] += 2e-6
+
+    def inside(local: LocalStep, elastic: np.ndarray, *_: float) -> np.ndarray | None:
+        calls.append(elastic)
+        return None if jams else elastic
+
+    monkeypatch.setattr(local_phase, "interior_point", inside)
+    monkeypatch.setattr(local_phase._Search, "relax", lambda search, _: (search.local.start, np.inf))
+    for _ in range(2):
+        relax_locally(step, pushed, TOLERANCE, inside=True)
+    assert len(calls) == asked
+    step.renew(step.contacts, position)
+    relax_locally(step, pushed, TOLERANCE, inside=True)
+    assert len(calls) == asked + 1
