@@ -113,10 +113,9 @@ def draw(case: Case, rows: dict[str, list[Row]], path: Path) -> None:
         axes.scatter([row["blocks"] for row in open_ends], [row["seconds"] for row in open_ends], **size)
         floors = [row for row in timed if "factorizations" in row and row["parts"]["factorization"] > 0]
         if floors:
-            floor = [row["parts"]["factorization"] for row in floors]
-            axes.plot(
-                [row["blocks"] for row in floors], floor, "--", color=f"C{number}", label=f"{program}, factorizations"
-            )
+            at, floor = [row["blocks"] for row in floors], [row["parts"]["factorization"] for row in floors]
+            label = f"{program}, factorizations"
+            axes.plot(at, floor, "--", color=f"C{number}", marker=".", label=label)
     axes.set(xscale="log", yscale="log", xlabel="blocks", ylabel="seconds", title=case.title.partition(":")[0])
     axes.title.set_fontsize(9)
     axes.grid(which="both", alpha=0.3)
