@@ -51,7 +51,7 @@ def relax_locally(
     tolerance : float
         Greatest force out of balance that is wanted, over the mean weight.
     inside : bool
-        By the interior point method as well, where Newton's does not end; unless it jammed in this step before.
+        By the interior point method as well, where Newton's does not end; the step keeps whether it jammed.
     rings : int
         Of blocks around the worst ones that move with them.
     worse : float
@@ -73,7 +73,7 @@ def relax_locally(
     if not worst.any() or worst.sum() > most:
         return position
     local = LocalStep(step, worst, position)
-    before = sizes.max() if inside and not step.jammed else np.inf
+    before = sizes.max() if inside else np.inf
     try:
         relaxed, jammed = _relaxed(local, weight, GAIN * threshold, before)
     finally:

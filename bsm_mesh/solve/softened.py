@@ -86,7 +86,7 @@ def _settled(step: Step, position: FloatArray, tolerance: float, *, inside: bool
             step,
             here.position,
             tolerance,
-            inside=inside or near,
+            inside=near or (inside and not step.jammed),
             rings=rings,
             worse=worse,
             fewer=_is_of_few(step, here),

@@ -94,7 +94,8 @@ class Step:
     velocity : (n, 3) float64 or None [m, m, rad]
         Of blocks that are followed by cycles, where the step begins; None: they are not.
     jammed : bool
-        Whether the interior point method found no equilibrium of its worst blocks: it mostly finds none of them later.
+        Whether the interior point method found no equilibrium of its worst blocks: it is not asked again until the
+        step is nearly in balance.
     """
 
     def __init__(

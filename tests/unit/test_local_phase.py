@@ -273,11 +273,15 @@ def test_an_equilibrium_is_judged_by_its_own_contacts_though_a_later_step_had_ot
     assert fall_rate(step, position, step.evaluate(position), 1e-6) == 0.0
 
 
-@pytest.mark.parametrize(("jams", "asked"), [(True, 1), (False, 2)])
-def test_the_interior_point_method_is_not_asked_again_in_a_step_in_which_it_jammed(rest, monkeypatch, jams, asked):
+@pytest.mark.parametrize(
+    ("jams", "pushed_by", "asked"), [(True, 2e-6, 1), (False, 2e-6, 2), (True, 5e-9, 2)], ids=["jams", "ends", "near"]
+)
+def test_the_interior_point_method_is_not_asked_again_after_it_jammed_far_from_balance(
+    rest, monkeypatch, jams, pushed_by, asked
+):
     step, position = copy(rest[0]), rest[1]
     pushed, calls = position.copy(), []
-    pushed[BLOCK, :2] += 2e-6
+    pushed[BLOCK, :2] += pushed_by
 
     def inside(local: LocalStep, elastic: np.ndarray, *_: float) -> np.ndarray | None:
         calls.append(elastic)
@@ -285,9 +289,10 @@ def test_the_interior_point_method_is_not_asked_again_in_a_step_in_which_it_jamm
 
     monkeypatch.setattr(local_phase, "interior_point", inside)
     monkeypatch.setattr(local_phase._Search, "relax", lambda search, _: (search.local.start, np.inf))
+    monkeypatch.setattr(softened, "MOST_ROUNDS", 1)
     for _ in range(2):
-        relax_locally(step, pushed, TOLERANCE, inside=True)
+        softened._settled(step, pushed, TOLERANCE, inside=True)
     assert len(calls) == asked
     step.renew(step.contacts, position)
-    relax_locally(step, pushed, TOLERANCE, inside=True)
+    softened._settled(step, pushed, TOLERANCE, inside=True)
     assert len(calls) == asked + 1
