@@ -15,17 +15,20 @@ WORK = {  # kind of work: functions of the program that do it; what they call of
     "contacts": (
         "bsm_mesh.contact.table:initial_contacts",
         "bsm_mesh.contact.search:detect_contacts",
-        "bsm_mesh.solve.gathering:gather_contacts",
+        "bsm_mesh.solve.contacts.contact_set:gather_contacts",
     ),
     "assembly": (
-        "bsm_mesh.solve.pattern:block_pattern",
-        "bsm_mesh.solve.pattern:whole_pattern",
-        "bsm_mesh.solve.pattern:fill_stiffness",
-        "bsm_mesh.solve.pattern:constrain",
-        "bsm_mesh.contact.moving_kernels:fill_tangent",
+        "bsm_mesh.solve.algebra.block_matrix:block_pattern",
+        "bsm_mesh.solve.algebra.block_matrix:whole_pattern",
+        "bsm_mesh.solve.algebra.block_matrix:fill_stiffness",
+        "bsm_mesh.solve.algebra.block_matrix:constrain",
+        "bsm_mesh.solve.contacts.force_kernels:fill_tangent",
     ),
-    "factorization": ("bsm_mesh.solve.pardiso:Pardiso.factorize", "bsm_mesh.solve.superlu:SuperLU.factorize"),
-    "solution": ("bsm_mesh.solve.pardiso:Pardiso.solve", "bsm_mesh.solve.superlu:SuperLU.solve"),
+    "factorization": (
+        "bsm_mesh.solve.algebra.pardiso:Pardiso.factorize",
+        "bsm_mesh.solve.algebra.superlu:SuperLU.factorize",
+    ),
+    "solution": ("bsm_mesh.solve.algebra.pardiso:Pardiso.solve", "bsm_mesh.solve.algebra.superlu:SuperLU.solve"),
 }
 PARTS = (*WORK, "rest")
 

@@ -50,11 +50,11 @@ def run(
 
     scheme: Scheme
     if options.scheme == "linear":
-        from bsm_mesh.solve.linear import LinearScheme
+        from bsm_mesh.solve.linear.scheme import LinearScheme
 
         scheme = LinearScheme(model, options, report)
     else:
-        from bsm_mesh.solve.nonlinear import ContinuationScheme
+        from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 
         scheme = ContinuationScheme(model, options, report)
 

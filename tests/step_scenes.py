@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.first_step import solve_at_once
-from bsm_mesh.solve.history import History
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.continuation.first_step import solve_at_once
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.step.equations import Step
 
 CONTINUATION = bsm.Options(scheme="continuation")
 STIFFNESS, WEIGHT = 1e9, 26e3

@@ -18,7 +18,7 @@ from bsm_mesh.arrays import IntArray
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.solve.system import LinearSystem
+from bsm_mesh.solve.linear.system import LinearSystem
 
 SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping mends it
 COLOURS = {  # the last that fits a block colours it

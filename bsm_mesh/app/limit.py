@@ -14,7 +14,7 @@ from bsm_mesh.app.storage import refuse_folder
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
-from bsm_mesh.solve.limit_analysis import LimitAnalysis, limit_analysis, limit_tilt
+from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_tilt
 
 
 def analyse_limit(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bsm_mesh.app.cli import main as run_command
-from bsm_mesh.solve.cluster import ranks
+from bsm_mesh.solve.algebra.pardiso_mpi import ranks
 
 
 def main() -> None:

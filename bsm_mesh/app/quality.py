@@ -21,7 +21,7 @@ from bsm_mesh.model.stages import presence
 
 if TYPE_CHECKING:
     from bsm_mesh.contact.table import ContactTable
-    from bsm_mesh.solve.system import LinearSystem
+    from bsm_mesh.solve.linear.system import LinearSystem
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -95,7 +95,7 @@ def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Obser
     )
     notes: tuple[str, ...] = ()
     if model.in_situ is not None and model.in_situ.method == "direct":
-        from bsm_mesh.solve.in_situ import in_situ_bars
+        from bsm_mesh.solve.contacts.in_situ import in_situ_bars
 
         report("in-situ stress")
         notes = scheme.set_in_situ()

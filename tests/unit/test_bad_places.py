@@ -84,7 +84,7 @@ def test_a_vtu_that_cannot_be_written(case: Case, monkeypatch: pytest.MonkeyPatc
 
 
 def test_pardiso_where_it_is_not_installed(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bsm_mesh.solve.pardiso._library", lambda: None)
+    monkeypatch.setattr("bsm_mesh.solve.algebra.pardiso._library", lambda: None)
     case.change(LOAD, '[solver]\nlinear_solver = "pardiso"\n')
     case.refuses("run", "model.toml", says=["needs the package mkl", "pip install", "choose 'superlu'"])
 

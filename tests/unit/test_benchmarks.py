@@ -56,8 +56,8 @@ def test_factorizations_are_those_of_all_blocks():
 
 def test_split_counts_inner_work_once_and_leaves_no_trace():
     measure = module("measure")
-    pattern = importlib.import_module("bsm_mesh.solve.pattern")
-    system = importlib.import_module("bsm_mesh.solve.system")
+    pattern = importlib.import_module("bsm_mesh.solve.algebra.block_matrix")
+    system = importlib.import_module("bsm_mesh.solve.linear.system")
     before = pattern.block_pattern
     split = measure.Split()
     with split.watch():

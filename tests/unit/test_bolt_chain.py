@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from bsm_mesh.solve.bolt_chain import chain_tangent, solve_chain
+from bsm_mesh.solve.bolts.chain import chain_tangent, solve_chain
 
 RTOL = 1e-8  # of the greatest tension: NNLS works on squared data
 ROUNDING = 64 * np.finfo(float).eps  # of what the bolt would bear without limits, from which the reference begins

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import brittle, first_step, local_phase, strategies
-from bsm_mesh.solve.brittle import NEAR, breaking
-from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.continuation import first_step, strategies
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.methods import brittle
+from bsm_mesh.solve.methods import subdomain_newton as local_phase
+from bsm_mesh.solve.methods.brittle import NEAR, breaking
+from bsm_mesh.solve.methods.newton import Found
+from bsm_mesh.solve.step.equations import Step
 
 STIFFNESS, COHESION = 1e9, 1e6  # Pa/m, Pa
 PRESSED, SHEARED = 1e-7, 2e-4  # of the left corner [m]

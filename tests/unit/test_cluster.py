@@ -12,7 +12,8 @@ import pytest
 from scenes import grid
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import cluster, pardiso
+from bsm_mesh.solve.algebra import pardiso
+from bsm_mesh.solve.algebra import pardiso_mpi as cluster
 
 ROOT = Path(__file__).parents[2]
 BESIDE = str(Path(sys.executable).parent)
@@ -28,7 +29,7 @@ SCRIPT = """
 import json
 import numpy as np
 import bsm_mesh as bsm
-from bsm_mesh.solve.cluster import ranks
+from bsm_mesh.solve.algebra.pardiso_mpi import ranks
 
 square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
 wall = [square + (i, j) for j in range(8) for i in range(8)]

@@ -11,14 +11,14 @@ from types import SimpleNamespace
 from small_case import environment
 
 from bsm_mesh.contact.compiled import is_compiled
-from bsm_mesh.contact.moving_kernels import fill_tangent
+from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 
 ASK = """
 import sys
 from pathlib import Path
 import numpy as np
 from bsm_mesh.contact.compiled import is_compiled
-from bsm_mesh.contact.moving_kernels import relative_positions as kernel
+from bsm_mesh.solve.contacts.force_kernels import relative_positions as kernel
 print(is_compiled(kernel))
 if sys.argv[1] == "call":
     i = np.zeros(1, np.int32)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scenes import corner_row, framed, grid, square, turned
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.constraints import build_constraints
+from bsm_mesh.solve.algebra.constraints import build_constraints
 
 ROCK = bsm.Rock("r", unit_weight=26e3, young=1e9, poisson=0.2)
 ATOL = 1e-13

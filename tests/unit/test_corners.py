@@ -11,9 +11,9 @@ from scenes import grid, rectangle, square, turned
 
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import corner_positions
-from bsm_mesh.solve.gathering import gather_contacts
-from bsm_mesh.solve.history import History, commit
-from bsm_mesh.solve.moving_model import MovingModel
+from bsm_mesh.solve.contacts.contact_set import gather_contacts
+from bsm_mesh.solve.contacts.history import History, commit
+from bsm_mesh.solve.step.block_system import MovingModel
 
 angles = st.floats(30.0, 140.0)
 turns = st.floats(-25.0, 25.0)

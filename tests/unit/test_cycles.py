@@ -8,10 +8,10 @@ from numpy.testing import assert_array_equal
 from step_scenes import WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import cycles
-from bsm_mesh.solve.cycles import blocks_in_order
-from bsm_mesh.solve.damped_motion import DampedMotion
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.motion import cycles
+from bsm_mesh.solve.motion.cycles import blocks_in_order
+from bsm_mesh.solve.motion.damped_motion import DampedMotion
+from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 

@@ -7,9 +7,9 @@ from numpy.testing import assert_array_equal
 from scenes import rectangle
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.falling import FREE_MOVE, Falling
-from bsm_mesh.solve.history import History
-from bsm_mesh.solve.moving_model import MovingModel
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.continuation.verdict import FREE_MOVE, Falling
+from bsm_mesh.solve.step.block_system import MovingModel
 
 FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
 

@@ -7,7 +7,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh import heap
-from bsm_mesh.solve import factors
+from bsm_mesh.solve.step import factorization as factors
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scenes import rectangle, square
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.history import IDLE, History, commit
-from bsm_mesh.solve.moving import TOUCHING
-from bsm_mesh.solve.moving_model import MovingModel
+from bsm_mesh.solve.contacts.forces import TOUCHING
+from bsm_mesh.solve.contacts.history import IDLE, History, commit
+from bsm_mesh.solve.step.block_system import MovingModel
 
 KN = 1e9
 

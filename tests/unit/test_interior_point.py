@@ -7,13 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.interior_kernels import BONDED, LIMITED, mean_product, smoothed_pressure, smoothed_shear
-from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.history import History
-from bsm_mesh.solve.interior_point import interior_point
-from bsm_mesh.solve.newton import elastic_position, newton
-from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import HAND_OVER
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.continuation.strategies import HAND_OVER
+from bsm_mesh.solve.methods.interior_kernels import BONDED, LIMITED, mean_product, smoothed_pressure, smoothed_shear
+from bsm_mesh.solve.methods.interior_point import interior_point
+from bsm_mesh.solve.methods.newton import elastic_position, newton
+from bsm_mesh.solve.step.equations import Step
 
 KN, KS = 2e9, 1e9
 

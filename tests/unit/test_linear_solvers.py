@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import SingularMatrixError
-from bsm_mesh.solve import pardiso
-from bsm_mesh.solve.linear_solvers import make_linear_solver
-from bsm_mesh.solve.pattern import block_pattern, whole_pattern
-from bsm_mesh.solve.superlu import SuperLU
+from bsm_mesh.solve.algebra import pardiso
+from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
+from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
+from bsm_mesh.solve.algebra.superlu import SuperLU
 
 SOLVERS = [
     "superlu",

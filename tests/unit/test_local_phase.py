@@ -8,15 +8,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
 from step_scenes import BRICKS, wall_at_rest
 
-from bsm_mesh.solve import local_phase, softened
-from bsm_mesh.solve.balance import fall_rate
-from bsm_mesh.solve.history import History
-from bsm_mesh.solve.local_phase import RINGS, relax_locally
-from bsm_mesh.solve.local_step import LocalStep
-from bsm_mesh.solve.moving import tangent_stiffness
-from bsm_mesh.solve.newton import Found, chord_method
-from bsm_mesh.solve.softened import softened_newton
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.contacts.forces import tangent_stiffness
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.continuation.stability import fall_rate
+from bsm_mesh.solve.methods import regularized_newton as softened
+from bsm_mesh.solve.methods import subdomain_newton as local_phase
+from bsm_mesh.solve.methods.newton import Found, chord_method
+from bsm_mesh.solve.methods.regularized_newton import softened_newton
+from bsm_mesh.solve.methods.subdomain_newton import RINGS, relax_locally
+from bsm_mesh.solve.step.equations import Step
+from bsm_mesh.solve.step.subproblem import LocalStep
 
 TOLERANCE = 5e-7
 BLOCK = 100  # which is pushed

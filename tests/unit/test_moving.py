@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import moving
-from bsm_mesh.solve.history import History
-from bsm_mesh.solve.moving import evaluate, rows_by_law
-from bsm_mesh.solve.moving_model import MovingModel
+from bsm_mesh.solve.contacts import forces as moving
+from bsm_mesh.solve.contacts.forces import evaluate, rows_by_law
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.step.block_system import MovingModel
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 

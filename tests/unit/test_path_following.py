@@ -8,15 +8,15 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.model.joint_laws import Elastic
-from bsm_mesh.solve import first_step as solve_first_step
-from bsm_mesh.solve import path_following
-from bsm_mesh.solve.continuation import Continuation
-from bsm_mesh.solve.history import History
-from bsm_mesh.solve.leftover import FEW_MOVE
-from bsm_mesh.solve.newton import Found, elastic_position, newton
-from bsm_mesh.solve.path_following import fitting_smoothing, follow_path
-from bsm_mesh.solve.smoothing import Smoothed, drift, typical_smoothing
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.contacts.smoothed_forces import Smoothed, drift, typical_smoothing
+from bsm_mesh.solve.continuation import first_step as solve_first_step
+from bsm_mesh.solve.continuation.acceptance import FEW_MOVE
+from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.methods import smoothing_path as path_following
+from bsm_mesh.solve.methods.newton import Found, elastic_position, newton
+from bsm_mesh.solve.methods.smoothing_path import fitting_smoothing, follow_path
+from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 

@@ -7,7 +7,7 @@ from scenes import dense_solution, grid, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
-from bsm_mesh.solve.pattern import block_pattern, constrain, fill_stiffness, upper_triangle, whole_pattern
+from bsm_mesh.solve.algebra.block_matrix import block_pattern, constrain, fill_stiffness, upper_triangle, whole_pattern
 
 STIFFNESS = (3e8, 1e8)
 SCENES = {"grid": grid(3, 3), "bond": running_bond(4, 3), "turned": [turned(p, 23) for p in running_bond(4, 3)]}
@@ -97,7 +97,7 @@ def test_an_open_contact_keeps_its_place():
 
 def test_constrain_is_a_change_of_axes():
     """T^T K T with the held rows and columns struck out, compared with dense products."""
-    from bsm_mesh.solve.constraints import build_constraints
+    from bsm_mesh.solve.algebra.constraints import build_constraints
 
     polygons = [turned(p, 23) for p in grid(3, 3)]
     model, pattern, data = assembled(polygons)

@@ -9,7 +9,7 @@ import scenes
 import bsm_mesh as bsm
 from bsm_mesh.app.quality import Thresholds, quality_rows, quality_summary
 from bsm_mesh.contact.table import initial_contacts
-from bsm_mesh.solve.system import LinearSystem
+from bsm_mesh.solve.linear.system import LinearSystem
 
 POOR = [
     scenes.SQUARE,

@@ -6,10 +6,10 @@ from numpy.testing import assert_allclose
 from scipy.sparse import bsr_array
 
 from bsm_mesh.errors import SingularMatrixError
-from bsm_mesh.solve import pardiso
-from bsm_mesh.solve.linear_solvers import WORTH_SINGLE, make_linear_solver
-from bsm_mesh.solve.pattern import whole_pattern
-from bsm_mesh.solve.refined import ACCURACY, RefinedPardiso
+from bsm_mesh.solve.algebra import pardiso
+from bsm_mesh.solve.algebra.block_matrix import whole_pattern
+from bsm_mesh.solve.algebra.linear_solvers import WORTH_SINGLE, make_linear_solver
+from bsm_mesh.solve.algebra.mixed_precision import ACCURACY, RefinedPardiso
 
 pytestmark = pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 SPRING = 1e10

@@ -9,11 +9,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import continuation, first_step, path_following, relaxation, sliding, strategies
-from bsm_mesh.solve.damped_motion import DampedMotion
-from bsm_mesh.solve.newton import Found, newton
-from bsm_mesh.solve.relaxation import calm, relax
-from bsm_mesh.solve.step import Step
+from bsm_mesh.solve.continuation import first_step, strategies
+from bsm_mesh.solve.continuation import loop as continuation
+from bsm_mesh.solve.methods import smoothing_path as path_following
+from bsm_mesh.solve.methods.newton import Found, newton
+from bsm_mesh.solve.motion import relaxation, sliding
+from bsm_mesh.solve.motion.damped_motion import DampedMotion
+from bsm_mesh.solve.motion.relaxation import calm, relax
+from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 

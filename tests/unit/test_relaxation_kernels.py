@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 from step_scenes import begun, block_on_a_base
 
-from bsm_mesh.contact.relaxation_kernels import relax_cycles
-from bsm_mesh.solve.damped_motion import DampedMotion
+from bsm_mesh.solve.motion.damped_motion import DampedMotion
+from bsm_mesh.solve.motion.kernels import relax_cycles
 
 
 class DrivenContact:

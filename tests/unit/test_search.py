@@ -22,7 +22,7 @@ from bsm_mesh.contact import search
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
-from bsm_mesh.solve import gathering
+from bsm_mesh.solve.contacts import contact_set as gathering
 
 ATOL = 1e-9  # m, of blocks about 1 m large near the origin
 seeds = st.integers(min_value=0, max_value=2**32 - 1)

@@ -6,14 +6,15 @@ from numpy.testing import assert_allclose, assert_array_equal
 from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import damped_motion, sliding, strategies
-from bsm_mesh.solve.continuation import Continuation, _Taken
-from bsm_mesh.solve.damped_motion import DampedMotion
-from bsm_mesh.solve.falling import FREE_MOVE, Falling
-from bsm_mesh.solve.newton import Found
-from bsm_mesh.solve.sliding import DAMPING, can_slide, slide, slides
-from bsm_mesh.solve.step import Step
-from bsm_mesh.solve.strategies import LONGEST_FOLLOWED, MovingSteps
+from bsm_mesh.solve.continuation import strategies
+from bsm_mesh.solve.continuation.loop import Continuation, _Taken
+from bsm_mesh.solve.continuation.strategies import LONGEST_FOLLOWED, MovingSteps
+from bsm_mesh.solve.continuation.verdict import FREE_MOVE, Falling
+from bsm_mesh.solve.methods.newton import Found
+from bsm_mesh.solve.motion import damped_motion, sliding
+from bsm_mesh.solve.motion.damped_motion import DampedMotion
+from bsm_mesh.solve.motion.sliding import DAMPING, can_slide, slide, slides
+from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 TILT, FRICTION = 50.0, 35.0

@@ -11,12 +11,14 @@ from numpy.testing import assert_allclose, assert_equal
 from step_scenes import CONTINUATION, block_on_a_base
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import first_step, sliding, softened, strategies
-from bsm_mesh.solve.continuation import FIRST_LAM, LEAST_LAM, Continuation
-from bsm_mesh.solve.history import commit, recall
-from bsm_mesh.solve.newton import Found, elastic_position, newton
-from bsm_mesh.solve.step import LONGEST, Step
-from bsm_mesh.solve.strategies import MOST_FAILURES, MovingSteps
+from bsm_mesh.solve.contacts.history import commit, recall
+from bsm_mesh.solve.continuation import first_step, strategies
+from bsm_mesh.solve.continuation.loop import FIRST_LAM, LEAST_LAM, Continuation
+from bsm_mesh.solve.continuation.strategies import MOST_FAILURES, MovingSteps
+from bsm_mesh.solve.methods import regularized_newton as softened
+from bsm_mesh.solve.methods.newton import Found, elastic_position, newton
+from bsm_mesh.solve.motion import sliding
+from bsm_mesh.solve.step.equations import LONGEST, Step
 
 FRICTION = 35.0
 

@@ -9,7 +9,7 @@ from scenes import LINEAR, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus
-from bsm_mesh.solve.bolts import InstalledBolts
+from bsm_mesh.solve.bolts.installed import InstalledBolts
 
 CONTINUATION = bsm.Options(scheme="continuation")
 GAMMA = 26e3

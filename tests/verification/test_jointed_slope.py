@@ -9,7 +9,7 @@ import shapely
 from jointed_scenes import admissible_at
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import pardiso
+from bsm_mesh.solve.algebra import pardiso
 
 DIP, HEIGHT = 60.0, 8.0  # of one set, degrees; of the model, m
 

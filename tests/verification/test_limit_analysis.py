@@ -13,8 +13,8 @@ from numpy.testing import assert_allclose
 from scenes import rectangle, square
 
 import bsm_mesh as bsm
-from bsm_mesh.solve import limit_program
-from bsm_mesh.solve.limit_analysis import limit_tilt
+from bsm_mesh.solve.limit import program as limit_program
+from bsm_mesh.solve.limit.analysis import limit_tilt
 
 THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
 PRINTED = 1e-5  # the tables give five and four decimals

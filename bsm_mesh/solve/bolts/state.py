@@ -1,0 +1,70 @@
+"""In what state bolts are: which bear, which are at their limits, and which hold blocks together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.strength import MOST_UTILISATION
+from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.solve.bolts.chain import AT_LIMIT
+from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
+from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.bolts.kernels import own_coupling
+
+ROUNDING = 1e-12  # of E A
+RESISTS = 1e-9  # of an element's stiffness: what is left of it where its bond gives way is less
+
+
+def bolt_status(installed: InstalledBolts, at: BoltEvaluation) -> IntArray:
+    """Return the worst state along every bolt, (n_bolts,)."""
+    layout, dowels = installed.layout, installed.dowels
+    bolt = layout.bolt_of_element
+    sheared, shear = bolt[dowels.element], np.abs(at.dowels.force)
+    state = np.full(layout.bolts, BoltStatus.SLACK)
+    state[bolt[taut(installed, at)]] = BoltStatus.ELASTIC
+    state[sheared[shear > ROUNDING * dowels.stiffness]] = BoltStatus.ELASTIC
+    state[layout.bolt_of_node[slipping(installed, at)]] = BoltStatus.SLIPPING
+    state[bolt[installed.yielding(at)]] = BoltStatus.YIELDING
+    state[sheared[shear >= dowels.strength * (1 - AT_LIMIT)]] = BoltStatus.YIELDING
+    working = np.diff(layout.node_start) == 1  # a bolt in one block is there, and bears nothing
+    working[bolt[installed.alive]] = True
+    state[~working] = BoltStatus.ABSENT
+    return state.astype(np.int8)
+
+
+def utilisation(installed: InstalledBolts, at: BoltEvaluation) -> FloatArray:
+    """Return the greatest of tension, bond force and shear over what each may be, (n_elements,)."""
+    layout, dowels, first = installed.layout, installed.dowels, installed.layout.first_node
+    bond = np.divide(np.abs(at.bond_force), layout.capacity, out=np.zeros(len(layout.block)), where=layout.capacity > 0)
+    used = np.maximum(at.tension, 0.0) / layout.yield_force[layout.bolt_of_element]
+    used = np.maximum(used, np.maximum(bond[first], bond[first + 1]))
+    used[dowels.element] = np.maximum(used[dowels.element], np.abs(at.dowels.force) / dowels.strength)
+    return np.minimum(used, MOST_UTILISATION)
+
+
+def taut(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
+    """Return which elements bear more than what rounding of their length is worth, (n_elements,)."""
+    found: BoolArray = at.tension > ROUNDING * installed.stiffness * at.length
+    return found
+
+
+def slipping(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
+    """Return which nodes are at the capacity of their bond, (n_nodes,)."""
+    full = np.abs(at.bond_force) >= installed.layout.capacity * (1 - AT_LIMIT)
+    pulled, first = np.zeros(len(full), dtype=bool), installed.layout.first_node[taut(installed, at)]
+    pulled[first] = pulled[first + 1] = True
+    found: BoolArray = full & pulled
+    return found
+
+
+def holding_pairs(installed: InstalledBolts, at: BoltEvaluation) -> tuple[IntArray, IntArray]:
+    """Return the pairs of blocks between which a bolt pulls that would pull harder if they moved on."""
+    layout, dowels = installed.layout, installed.dowels
+    own = own_coupling(layout.node_start, installed.coupling(at))
+    resists = taut(installed, at) & (own > RESISTS * installed.stiffness)
+    sheared = np.abs(at.dowels.force)
+    holds = (sheared > ROUNDING * dowels.stiffness) & (sheared < dowels.strength * (1 - AT_LIMIT))
+    node = layout.first_node[resists]
+    near = np.concatenate([layout.block[node], dowels.near[holds]])
+    return near, np.concatenate([layout.block[node + 1], dowels.far[holds]])

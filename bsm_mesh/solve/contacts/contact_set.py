@@ -1,0 +1,126 @@
+"""The contacts near a position: who faces whom, how stiff and strong, and with which history."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.model import Model
+from bsm_mesh.solve.contacts.force_kernels import given_geometry
+from bsm_mesh.solve.contacts.forces import TOUCHING, MovingContacts, rows_by_law
+from bsm_mesh.solve.contacts.history import History
+
+
+def gather_contacts(
+    model: Model,
+    outlines: Outlines,
+    catalogue: JointCatalogue,
+    history: History,
+    position: FloatArray,
+    band: float,
+    *,
+    first: bool,
+) -> MovingContacts:
+    """Return the contacts near a position with their history.
+
+    At the start (`first`) all touching contacts are intact, and small overlaps of the given geometry bear nothing.
+    Later ones have no cohesion, no tension and residual friction.
+    """
+    placed = outlines.placed(position)
+    found = detect_contacts(outlines, placed, history.active, band)
+    blocks, near = model.blocks, TOUCHING * outlines.size
+    sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
+    properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
+    source = np.where(found.history >= 0, found.history, found.inherits)
+    known = source >= 0
+    touching = found.in_range & (found.gap <= near)
+    meeting = ~known & _meet_at_a_node(blocks, found, near)
+    touching &= ~meeting
+    fresh = ~known & touching
+    shear, failed = np.zeros(len(source)), np.full(len(source), not first)
+    shear[known], failed[known] = history.shear[source[known]], history.failed[source[known]]
+    offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
+    offset[known] = history.offset[source[known]]
+    touching |= known & found.in_range & (found.gap <= offset + near)  # in situ they bear at gap 0, and wide open too
+    old_along, first_along = _anchors(history, found, fresh)
+    leaning = np.flatnonzero(found.lean >= 0)
+    return MovingContacts(
+        outlines=outlines,
+        candidates=found.sides,
+        joint=properties.joint,
+        law=properties.law,
+        geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
+        normal_stiffness=properties.normal_stiffness * found.length,
+        shear_stiffness=properties.shear_stiffness * found.length,
+        tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),
+        offset=offset,
+        old_shear=shear,
+        old_along=old_along,
+        first_along=first_along,
+        failed=failed,
+        reach=np.where(touching, band, 0.0),
+        touching=touching,
+        rivals=np.flatnonzero(found.rival >= 0),
+        leaning=leaning,
+        lean=_edges_from_corners(outlines.corners, blocks.following, found.lean[leaning], found.corner[leaning]),
+        by_law=rows_by_law(properties.law),
+    )
+
+
+def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Return where along their edges contacts had their shear force, and where they first touched, (m,) each [m]."""
+    same, heir = found.history >= 0, (found.history < 0) & (found.inherits >= 0)
+    anchor = np.where(fresh | heir, found.along, np.nan)
+    first_along = anchor.copy()
+    anchor[same] = history.along[found.history[same]]
+    first_along[same] = history.first_along[found.history[same]]
+    return anchor, first_along
+
+
+def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:
+    """Return the gaps at which contacts without history bear nothing, (m,) [m].
+
+    `slid`: up to which length a face may just have slid onto another.
+    """
+    offset = np.zeros(found.count)
+    overlapping = fresh & (found.gap < 0)
+    offset[overlapping] = found.gap[overlapping]
+    slid_on = overlapping & _slid_on(found, slid)
+    offset[slid_on] = np.minimum(found.gap[slid_on] + near, 0.0)
+    offset[meeting] = -near
+    offset[found.play > 0] = -found.play[found.play > 0]
+    return offset
+
+
+def _slid_on(found: Candidates, band: float) -> BoolArray:
+    """Return which candidates are at the end of a face that has begun to slide onto another, (m,).
+
+    What lies behind them on the last face is pressed in as deep: they bear at once, or the block would sink on and on.
+    """
+    from_end = np.minimum(np.abs(found.along), np.abs(found.along - found.edge_length))
+    short: BoolArray = (found.parallel_edge >= 0) & (from_end < band) & (2 * found.length < band)
+    return short
+
+
+def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray:
+    """Return which candidates are corners of a mesh's node that touch another block's corner there, (m,).
+
+    Blocks around a node that share no face touch in a point only. While they have not moved apart or together by
+    more than `near` that point bears nothing: it would stiffen a continuum of blocks that has only faces.
+    """
+    node, start, end = blocks.nodes[found.corner], blocks.nodes[found.edge], blocks.nodes[blocks.following[found.edge]]
+    at_start = (node == start) & (np.abs(found.along) <= near)
+    at_end = (node == end) & (np.abs(found.along - found.edge_length) <= near)
+    meeting: BoolArray = (found.parallel_edge < 0) & (at_start | at_end)
+    return meeting
+
+
+def _edges_from_corners(corners: FloatArray, following: IntArray, edge: IntArray, corner: IntArray) -> FloatArray:
+    """Return the unit directions (l, 2) of edges at their corners, away from those."""
+    vector = corners[following[edge]] - corners[edge]
+    vector[edge != corner] *= -1.0
+    unit: FloatArray = vector / np.hypot(*vector.T)[:, None]
+    return unit

@@ -1,0 +1,173 @@
+"""What contacts of moving blocks carry into the first stage from the in-situ field, and from stage to stage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of, numbers_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.parts import Part
+from bsm_mesh.model.stress_field import StressField
+from bsm_mesh.solve.contacts.contact_set import gather_contacts
+from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, evaluate
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.stages import beyond_strength
+
+BAND = 0.075  # of the block size: how near contacts are looked for; only those that touch are set
+
+
+def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
+    """Return contacts that bear the in-situ field where the blocks were given, and what there is to say about it.
+
+    A contact's closure under the field is taken as having happened before: its offset is what the field's pressure
+    would close it by.
+    """
+    outlines, catalogue, position, found = _as_given(model)
+    normal, shear = _field_forces(model, found)
+    at = evaluate(found, catalogue.laws, position)
+    history = _history(found, at, position, np.flatnonzero(found.touching), normal, shear)
+    set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=True)
+    at = evaluate(set_up, catalogue.laws, position)
+    point = outlines.placed(position)[set_up.candidates.block_a, :2] + set_up.frames(position)[1]
+    pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
+    touching = set_up.touching
+    peak = np.where(at.bearing, at.strength, np.inf)  # what tension parts is told as that
+    rows = (point, pressure, set_up.old_shear, peak, set_up.tension)
+    return history, beyond_strength(*(values[touching] for values in rows))
+
+
+def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArray, moved: FloatArray) -> History:
+    """Return a history to which the contacts of blocks that come (n,) with those there (n,) are added, bearing nothing.
+
+    They touch where they did when all blocks were given, whatever the others have moved by since. As all contacts that
+    arise later they have no cohesion and no tension; only faces of unlimited strength hold as before.
+    """
+    _, catalogue, _, found = _as_given(model)
+    c = found.candidates
+    new = (comes[c.block_a] & there[c.block_b]) | (comes[c.block_b] & there[c.block_a])
+    chosen = np.flatnonzero(found.touching & new)
+    at = evaluate(found, catalogue.laws, moved)
+    nothing = np.zeros(found.count)
+    parts = (
+        history,
+        replace(
+            _history(found, at, moved, chosen, nothing, nothing),
+            failed=np.isfinite(found.tension[chosen]),
+        ),
+    )
+    pair, key = (np.concatenate([getattr(part.active, name) for part in parts]) for name in ("pair", "key"))
+    active = ActiveContacts(
+        pair=pair,
+        key=key,
+        **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
+    )
+    names = ("shear", "along", "first_along", "offset", "failed")
+    joined = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
+    return _rows(joined, np.argsort(pair, kind="stable"), pair, key)
+
+
+def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, MovingContacts]:
+    """Return outlines, laws, positions and contacts of the blocks as they were given."""
+    blocks = model.blocks
+    outlines, catalogue = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool)), JointCatalogue(model)
+    position = np.zeros((blocks.count, 3))
+    band = BAND * outlines.size
+    found = gather_contacts(model, outlines, catalogue, History.none(), position, band, first=True)
+    return outlines, catalogue, position, found
+
+
+def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, FloatArray]:
+    """Return normal and shear force of the touching contacts on faces from the field, (m,) each; zero for others."""
+    blocks, c = model.blocks, found.candidates
+    on_face = np.flatnonzero(found.touching & (c.parallel_edge >= 0))
+    corner, edge, other = c.corner[on_face], c.edge[on_face], c.parallel_edge[on_face]
+    along = blocks.edge_vectors
+    unit = along[other] / np.hypot(*along[other].T)[:, None]
+    away = np.where((other == corner)[:, None], unit, -unit)  # along a's edge, away from the corner
+    start = blocks.vertices[corner]
+    end = start + 2 * c.length[on_face][:, None] * away
+    direction = along[edge] / np.hypot(*along[edge].T)[:, None]
+    n = np.stack([direction[:, 1], -direction[:, 0]], axis=1)
+    field = StressField(model)
+    sides = (c.block_a[on_face], c.block_b[on_face])
+    force = field.end_forces(start, end, n, sides, found.joint[on_face])[:, 0]
+    normal, shear = np.zeros(found.count), np.zeros(found.count)
+    normal[on_face] = (force * n).sum(axis=1)
+    shear[on_face] = (force * direction).sum(axis=1)
+    return normal, shear
+
+
+def _history(
+    found: MovingContacts,
+    at: Evaluation,
+    position: FloatArray,
+    kept: IntArray,
+    normal: FloatArray,
+    shear: FloatArray,
+) -> History:
+    """Return the memory of some contacts that bear given forces, (m,) each, where the blocks are now."""
+    c = found.candidates
+    tangent, arm_a = (vectors[kept] for vectors in found.frames(at.position)[:2])
+    return History(
+        active=ActiveContacts(
+            pair=c.pair[kept],
+            key=c.key[kept],
+            pressure=np.maximum(-normal[kept], np.finfo(float).tiny),
+            point=found.outlines.placed(position)[c.block_a[kept], :2] + arm_a,
+            normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
+        ),
+        shear=shear[kept],
+        along=at.along[kept],
+        first_along=at.along[kept],
+        offset=at.gap[kept] - normal[kept] / found.normal_stiffness[kept],  # to the last digit no residual
+        failed=found.failed[kept],
+    )
+
+
+def between(history: History, stays: BoolArray) -> History:
+    """Return the contacts between blocks that stay, (n,)."""
+    low, high = numbers_of(history.active.pair)
+    return _rows(history, np.flatnonzero(stays[low] & stays[high]), history.active.pair, history.active.key)
+
+
+def in_part(history: History, part: Part) -> History:
+    """Return a history of the whole in the numbers of a part; its blocks must be in the part."""
+    if part.present.all():
+        return history
+    pair, key = history.active.pair, history.active.key
+    low, high = (np.searchsorted(part.block, block) for block in numbers_of(pair))
+    corner, edge = (np.searchsorted(part.corner, corner) for corner in numbers_of(key))
+    return _rows(history, np.arange(len(pair)), key_of(low, high), key_of(corner, edge))
+
+
+def in_whole(history: History, part: Part) -> History:
+    """Return a history of a part in the numbers of the whole."""
+    if part.present.all():
+        return history
+    pair, key = history.active.pair, history.active.key
+    blocks = key_of(*(part.block[block] for block in numbers_of(pair)))
+    corners = key_of(*(part.corner[corner] for corner in numbers_of(key)))
+    return _rows(history, np.arange(len(pair)), blocks, corners)
+
+
+def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> History:
+    old = history.active
+    active = ActiveContacts(
+        pair=pair[chosen],
+        key=key[chosen],
+        pressure=old.pressure[chosen],
+        point=old.point[chosen],
+        normal=old.normal[chosen],
+    )
+    return History(
+        active=active,
+        shear=history.shear[chosen],
+        along=history.along[chosen],
+        first_along=history.first_along[chosen],
+        offset=history.offset[chosen],
+        failed=history.failed[chosen],
+    )

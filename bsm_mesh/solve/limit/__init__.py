@@ -1,0 +1,1 @@
+"""Limit analysis: static admissibility and load factors by linear programming."""

@@ -1,0 +1,156 @@
+"""Limit analysis: is there any field of contact forces in equilibrium and within strength? A linear program.
+
+It knows statics and strength, but neither stiffness nor movement. So it proves one thing only: where no such field
+exists, this geometry cannot be at rest and its blocks must move. Where one exists nothing is proved: a block wedged
+between two walls is "at rest" for it, and friction at which blocks would in fact slide is mobilised as needed. Where a
+joint bears tension the convex hull of its strength is taken, a little more than it has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.loads import Load
+from bsm_mesh.model.model import Model
+from bsm_mesh.solve.limit.program import LimitProgram, Optimum
+from bsm_mesh.solve.linear.system import external_loads
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class LimitAnalysis:
+    """What the linear program says of the geometry as it is given.
+
+    Attributes
+    ----------
+    admissible : bool
+        Whether forces in equilibrium and within strength exist. False proves that the blocks must move; True
+        proves nothing.
+    factor : float
+        Greatest factor on the chosen loads (all of them, weights included, where none were chosen); infinite where
+        there is no limit.
+    mechanism : (n, 3) float64
+        Velocities u, v, theta of the blocks in the collapse at that factor (the dual of equilibrium), the greatest
+        displacement of a centroid or rotation times radius of gyration being 1; zero where there is no limit.
+    normal_force, shear_force : (m,) float64 [N/m]
+        An admissible field at the factor, or at 1 where there is no limit; zero where there is none.
+    contacts : ContactTable
+        The contacts that they belong to.
+    unlimited : int
+        How many of them bear any force: joints without a law, faces of rock without strength.
+    bolt_force : (n_elements,) float64 [N]
+        Tension of the bolts' elements in that field, of one bolt each; bolts that name a stage are not there.
+    """
+
+    admissible: bool
+    factor: float
+    mechanism: FloatArray
+    normal_force: FloatArray
+    shear_force: FloatArray
+    contacts: ContactTable
+    unlimited: int
+    bolt_force: FloatArray
+
+    def __str__(self) -> str:
+        """Return what is proved, in words."""
+        if not self.admissible:
+            return "inadmissible: no forces within strength balance the loads; this geometry must move"
+        return "admissible: forces within strength exist; that alone does not prove that the blocks stay at rest"
+
+
+def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAnalysis:
+    """Return whether the model is statically admissible, and the greatest factor on loads.
+
+    Parameters
+    ----------
+    model : Model
+        What is given; the contacts are those of the geometry as it is.
+    live : sequence of load, optional
+        Loads that the factor multiplies, beside the model's own, which stay as they are. Without them the factor
+        multiplies everything: weights and loads together.
+
+    Raises
+    ------
+    ModelError
+        If the model has no weight and no load, blocks overlap, or the linear program cannot be solved.
+
+    References
+    ----------
+    Livesley (1978), Limit analysis of structures formed from rigid blocks, Int. J. Num. Meth. Engng 12.
+    """
+    program = LimitProgram(model.replace(contact_points="ends"))
+    dead = external_loads(model)
+    if live is None:
+        if not dead.any():
+            raise ModelError("limit analysis: the model has neither weight nor load; nothing can fail")
+        nothing = np.zeros_like(dead)
+        whole = program.balance(dead)
+        if whole is None:
+            return _result(program, program.maximise(nothing, dead, most=1.0), admissible=False)
+        limit = whole if program.is_cone else program.maximise(nothing, dead)
+        return _result(program, whole if math.isinf(limit.factor) else limit, admissible=True, factor=limit.factor)
+    chosen = external_loads(model.replace(loads=tuple(live))) - external_loads(model.replace(loads=()))
+    if not chosen.any():
+        raise ModelError("limit analysis: the chosen loads are zero")
+    unloaded = program.balance(dead)
+    if unloaded is None:
+        short = program.maximise(np.zeros_like(dead), dead, most=1.0)
+        return _result(program, short, admissible=False, factor=0.0)
+    limit = program.maximise(dead, chosen)
+    return _result(program, unloaded if math.isinf(limit.factor) else limit, admissible=True, factor=limit.factor)
+
+
+def _result(program: LimitProgram, optimum: Optimum, *, admissible: bool, factor: float | None = None) -> LimitAnalysis:
+    """Return the record of an optimum; its mechanism belongs to a limit only."""
+    limited = not admissible or (factor is not None and math.isfinite(factor))
+    m = program.contacts.count
+    return LimitAnalysis(
+        admissible=admissible,
+        factor=optimum.factor if factor is None else factor,
+        mechanism=optimum.velocity if limited else np.zeros_like(optimum.velocity),
+        normal_force=-optimum.forces[:m],
+        shear_force=optimum.forces[m : 2 * m],
+        contacts=program.contacts,
+        unlimited=program.unlimited,
+        bolt_force=program.bolt_force(optimum),
+    )
+
+
+def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6) -> float:
+    """Return the greatest angle by which gravity may turn before the model is inadmissible [degrees].
+
+    Found by halving between 0 and 90 degrees; 0 where the model is inadmissible as it stands, 90 where it never is.
+
+    Parameters
+    ----------
+    model : Model
+        What is given. Its loads keep their directions.
+    clockwise : bool
+        Turn gravity clockwise, as if the model were tilted counter-clockwise; else the other way.
+    accuracy : float [degrees]
+        Width of the last interval.
+    """
+    sense = -1.0 if clockwise else 1.0
+    bolts = tuple(bolt for bolt in model.bolts if bolt.stage is None)
+    # a ground surface is not tilted
+    model = model.replace(loads=model.acting_loads, bolts=bolts, in_situ=None, stages=())
+
+    def stands(tilt: float) -> bool:
+        turned = model.replace(gravity_direction=model.gravity_direction + sense * tilt)
+        return LimitProgram(turned.replace(contact_points="ends")).balance(external_loads(turned)) is not None
+
+    if not stands(0.0):
+        return 0.0
+    low, high = 0.0, 90.0
+    if stands(high):
+        return high
+    while high - low > accuracy:
+        middle = (low + high) / 2
+        low, high = (middle, high) if stands(middle) else (low, middle)
+    return (low + high) / 2

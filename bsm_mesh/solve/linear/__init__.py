@@ -1,0 +1,1 @@
+"""The linear scheme: small displacements, elastic contacts that cannot fail."""

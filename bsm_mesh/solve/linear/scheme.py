@@ -1,0 +1,253 @@
+"""The linear scheme (Wang ch. 3, Fig. 3.15): small displacements, contacts that bear everything, one step a stage."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import fields, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.strength import contact_strength, utilisation
+from bsm_mesh.contact.table import ContactTable, initial_contacts
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.parts import Part
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
+from bsm_mesh.results.stress import total_and_effective_stress
+from bsm_mesh.solve.algebra.mechanisms import FreePart
+from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
+from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.bolts.record import bolt_forces
+from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
+from bsm_mesh.solve.linear.system import LinearSystem, Solution, relative_residual
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, beyond_strength, joined
+
+MOST_FREE = 3  # parts that are free to move, in the reason for a verdict
+
+
+class LinearScheme:
+    """The linear scheme over the stages of a model: what the contacts bear goes from one to the next.
+
+    Parameters
+    ----------
+    model : Model
+        The whole.
+    options : Options
+        Linear solver and threads.
+    report : callable
+        Told what is being done, a few words each.
+
+    Attributes
+    ----------
+    moved : (n, 3) float64 [m, m, rad]
+        Displacement of every block since it was given, or placed.
+    bolts : InstalledBolts
+        The bolts; `tension` (n_elements,) [N] is what their elements bear, `bolt_shear` (k,) [N] their crossings.
+    linear_solver : str
+        Name of the solver used.
+
+    Raises
+    ------
+    ModelError
+        If blocks overlap, or rigid rocks meet without a joint.
+    """
+
+    def __init__(self, model: Model, options: Options, report: Reporter) -> None:
+        self.model, self.options, self.report = model, options, report
+        report("contacts")
+        self.contacts = initial_contacts(model)
+        m = self.contacts.count
+        self.normal_force, self.shear_force = np.zeros(m), np.zeros(m)
+        self.opening, self.slip = np.zeros(m), np.zeros(m)
+        self.moved = np.zeros((model.blocks.count, 3))
+        self.given = np.zeros((model.blocks.count, 3))  # the position in which contacts and bolts stay
+        self.bolts = InstalledBolts.of(model, self.given)
+        at = self.bolts.evaluate(self.given)
+        self.tension, self.bolt_shear = at.tension, at.dowels.force
+        self.linear_solver = ""
+
+    def set_in_situ(self) -> tuple[str, ...]:
+        """Set the contact forces from the in-situ field, and return what there is to say about it."""
+        self.normal_force, self.shear_force = in_situ_contacts(self.model, self.contacts)
+        strength = contact_strength(self.model, self.contacts)
+        pressure = -self.normal_force
+        peak = strength.peak(np.maximum(pressure, 0.0))
+        return beyond_strength(self.contacts.point, pressure, self.shear_force, peak, strength.tension)
+
+    def stage_bars(self, bars: Bars, number: int) -> Bars:
+        """Return the supports for a stage: prescribed displacements belong to the first."""
+        return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
+
+    def change(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Forget what the contacts of blocks that do not stay bore, cut their bolts; those that come bear nothing."""
+        gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
+        for values in (self.normal_force, self.shear_force, self.opening, self.slip):
+            values[gone] = 0.0
+        self.bolts = self.bolts.without(~stays)
+        self.tension = self.tension * self.bolts.alive
+        self.bolt_shear = self.bolt_shear * self.bolts.alive[self.bolts.dowels.element]
+        self.moved[~stays] = 0.0
+
+    def install(self, number: int) -> None:
+        """Install the bolts of a stage."""
+        installed = self.bolts.install(number, self.given)
+        fresh = installed.alive & ~self.bolts.alive
+        self.tension = np.where(fresh, installed.evaluate(self.given).tension, self.tension)
+        self.bolts = installed
+
+    def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
+        """Return where points (k, 2) of blocks (k,) lay when the blocks were given: displacements are small."""
+        return point
+
+    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the part in linear equilibrium and keep what its contacts bear.
+
+        Where a part of it is free to move nothing is solved: the first stage is refused, a later one is unstable.
+
+        Raises
+        ------
+        ModelError
+            If the supports of the first stage leave a part free to move, or the matrix is singular.
+        """
+        began = time.perf_counter()
+        chosen = np.flatnonzero(part.present[self.contacts.block_a] & part.present[self.contacts.block_b])
+        contacts = _contacts_of(part, self.contacts, chosen)
+        self.report("assembly")
+        borne = self.normal_force[chosen], self.shear_force[chosen]
+        system = LinearSystem(part.model, contacts, *borne, self.bolts.in_part(part), (self.tension, self.bolt_shear))
+        free = system.free_parts(part.block if number else None)
+        if free and number == 0:
+            raise ModelError([part.text for part in free])
+        idle = [part for part in free if not system.loads[part.blocks].any()]
+        free = [part for part in free if system.loads[part.blocks].any()]
+        start = system.at_start(self.linear_solver)
+        solution = start if free else self._solve(system, idle)
+        self.report("forces and stresses")
+        opened, slipped = system.spring_forces(solution.displacement)
+        self.opening[chosen] += opened / contacts.normal_stiffness
+        self.slip[chosen] += slipped / contacts.shear_stiffness
+        self.normal_force[chosen], self.shear_force[chosen] = solution.normal_force, solution.shear_force
+        self.moved[part.block] += solution.displacement
+        self.tension, self.bolt_shear = solution.bolts.tension, solution.bolts.dowels.force
+        forces = self._contact_forces(part, contacts, chosen)
+        bolts = bolt_forces(self.model.bolts, self.bolts, solution.bolts)
+        outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, free, began)
+        observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
+        return outcome
+
+    def _solve(self, system: LinearSystem, idle: list[FreePart]) -> Solution:
+        stiffness = system.stiffness()
+        for part in idle:  # nothing pulls at it: held anyhow it stays where it is
+            stiffness[system.pattern.diagonal[part.blocks]] += np.eye(3) * float(np.abs(stiffness).max())
+        self.report("linear solution")
+        solution = system.solve(stiffness, self.options)
+        self.linear_solver = solution.linear_solver
+        return solution
+
+    def _contact_forces(self, part: Part, contacts: ContactTable, chosen: IntArray) -> ContactForces:
+        normal_force, shear_force = self.normal_force[chosen], self.shear_force[chosen]
+        return ContactForces(
+            block_a=contacts.block_a,
+            block_b=contacts.block_b,
+            point=contacts.point,
+            normal=contacts.normal,
+            length=contacts.length,
+            normal_force=normal_force,
+            shear_force=shear_force,
+            opening=self.opening[chosen],
+            slip=self.slip[chosen],
+            status=np.zeros(contacts.count, dtype=np.int8),
+            utilisation=utilisation(part.model, contacts, normal_force, shear_force),
+            joint=contacts.joint,
+            water_pressure=WaterLoad(part.model).pressure(contacts.point, contacts.joint),
+        )
+
+
+def _contacts_of(part: Part, contacts: ContactTable, chosen: IntArray) -> ContactTable:
+    """Return rows of the whole's contacts in the part's numbers."""
+    if part.present.all():
+        return contacts
+    columns = {field.name: getattr(contacts, field.name)[chosen] for field in fields(ContactTable)}
+    for name, known in (("block_a", part.block), ("block_b", part.block), ("edge", part.corner)):
+        columns[name] = np.searchsorted(known, columns[name]).astype(np.int32)
+    return ContactTable(**columns)
+
+
+def _outcome(
+    system: LinearSystem,
+    start: Solution,
+    solution: Solution,
+    contacts: ContactForces,
+    bolts: BoltForces,
+    bars_before: FloatArray,
+    tolerance: float,
+    free: list[FreePart],
+    began: float,
+) -> Outcome:
+    model, constraints = system.model, system.constraints
+    blocks, bars = model.blocks, constraints.bars
+    centroid = blocks.moments.centroid
+    reactions = constraints.reactions(solution.unbalanced)
+    size = bar_forces(constraints, reactions, bars.point - centroid[bars.block], bars_before)
+    supports = support_forces(bars, bars.point, size)
+    reference = system.reference_of(solution)
+    residual = relative_residual(model, solution.unbalanced + reactions, reference)
+    at_start = relative_residual(model, start.unbalanced + constraints.reactions(start.unbalanced), reference)
+    status = Status.STABLE if residual <= tolerance else Status.NOT_CONVERGED
+    reason = (
+        "one linear step: no contact can fail" if status is Status.STABLE else "rounding spoils the linear solution"
+    )
+    if free:
+        status, reason = Status.UNSTABLE, "; ".join(part.text for part in free[:MOST_FREE])
+    water = WaterLoad(model)
+    stress, effective = total_and_effective_stress(
+        blocks,
+        centroid,
+        contacts,
+        (joined([point_forces_of(model.acting_loads, blocks), system.bolts.on_blocks(solution.bolts)]), supports),
+        water.point_forces(blocks.vertices),
+    )
+    U = solution.displacement
+    step = StepRecord(
+        stage=0,
+        step=0,
+        residual=residual,
+        max_displacement=float(np.hypot(U[:, 0], U[:, 1]).max()),
+        newton_iterations=0 if free else 1,
+        factorizations=0 if free else solution.factorizations,
+        open_contacts=0,
+        slipping_contacts=0,
+        seconds=time.perf_counter() - began,
+    )
+    stage = StageResult(
+        name="",
+        status=status,
+        reason=reason,
+        present=np.ones(blocks.count, dtype=bool),
+        displacement=U,
+        stage_displacement=U,
+        origin=np.zeros_like(U),
+        stress=stress,
+        stress_effective=effective,
+        loads=system.loads,
+        reactions=reactions,
+        water=water.on_blocks(blocks.vertices, centroid),
+        water_table=water.surface.between(*model.blocks.extent),
+        contacts=contacts,
+        supports=supports,
+        bolts=bolts,
+        unstable_blocks=np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(
+            np.int32
+        ),
+        start_residual=at_start,
+        residual=residual,
+        reference_weight=reference,
+        steps=(step,),
+    )
+    return Outcome(stage, size)

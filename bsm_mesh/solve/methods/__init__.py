@@ -1,0 +1,1 @@
+"""Iterative methods for the equations of one step, each with its compiled kernels."""

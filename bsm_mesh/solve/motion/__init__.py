@@ -1,0 +1,1 @@
+"""Explicit damped motion of the blocks: dynamic relaxation to rest, and sliding that is followed."""

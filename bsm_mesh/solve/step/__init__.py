@@ -1,0 +1,1 @@
+"""One step: the block system, its equations and residual, subproblems of some blocks, factorization."""

@@ -1,0 +1,119 @@
+"""The linear solver of a run: factors that last while their pattern does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.heap import give_back
+from bsm_mesh.solve.algebra.block_matrix import BlockPattern, upper_triangle, whole_pattern
+from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
+from bsm_mesh.solve.contacts.forces import MovingContacts
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.step.block_system import MovingModel
+
+WORTH_GIVING_BACK = 200_000  # blocks: below, what is free on the heap is less than what it costs to be mapped anew
+
+
+class Factors:
+    """The linear solver of a run; a pattern's analysis is kept while the pattern stays the same.
+
+    Parameters
+    ----------
+    moving : MovingModel
+        The blocks.
+    options : Options
+        Name and threads of the linear solver.
+
+    Attributes
+    ----------
+    name : str
+        Name of the linear solver, once it was used.
+    count : int
+        Factorizations so far.
+    ready : bool
+        Whether there are factors of a matrix with the last pattern.
+    bolt_places : (k,) int32
+        Places of the bolts in the last pattern.
+    """
+
+    def __init__(self, moving: MovingModel, options: Options) -> None:
+        self.options, self.moving, self.blocks = options, moving, moving.model.blocks
+        self.bolt_places = np.zeros(0, np.int32)
+        self.name, self.count, self.ready = "", 0, False
+        self._solver: LinearSolver | None = None
+        self._pattern: BlockPattern | None = None
+
+    def pattern_of(self, contacts: MovingContacts) -> BlockPattern:
+        """Return the pattern of candidates and bolts, and make ready to factorize it; `place` is the candidates'."""
+        c, old = contacts.candidates, self._pattern
+        lower, higher = self.moving.bolts.pairs
+        pairs = np.concatenate([c.block_a, lower]), np.concatenate([c.block_b, higher])
+        pattern = whole_pattern(self.blocks.count, *pairs)
+        pattern = replace(pattern, place=pattern.place[: contacts.count])
+        if (
+            old is not None
+            and len(old.column) == len(pattern.column)
+            and np.array_equal(old.row_start, pattern.row_start)
+            and np.array_equal(old.column, pattern.column)
+        ):
+            return replace(old, place=pattern.place)  # kept once
+        self.close()
+        self._pattern, self.bolt_places = pattern, self.moving.bolts.places(pattern)
+        self._open()
+        return pattern
+
+    def _open(self) -> LinearSolver:
+        """Make the linear solver of the last pattern."""
+        assert self._pattern is not None
+        options, centroid = self.options, self.blocks.moments.centroid
+        solver = make_linear_solver(options.linear_solver, self._pattern, centroid, options.threads, corrections=True)
+        self._solver, self.name, self.ready = solver, solver.name, False
+        return solver
+
+    def factorize(self, data: FloatArray) -> bool:
+        """Factorize the blocks (n_places, 3, 3) of the last pattern; False where the matrix is singular."""
+        self.count += 1
+        self.ready = False
+        if self.blocks.count >= WORTH_GIVING_BACK:
+            give_back()
+        try:
+            (self._solver or self._open()).factorize(data)
+        except SingularMatrixError:
+            return False
+        self.ready = True
+        return True
+
+    def is_positive_definite(self, data: FloatArray) -> bool:
+        """Return whether a symmetric matrix, blocks (n_places, 3, 3) of the last pattern, is positive definite.
+
+        The factors that were there are given back first, or a model at rest would need the memory of both.
+        """
+        assert self._pattern is not None
+        upper, chosen = upper_triangle(self._pattern)
+        self.close()
+        self.count += 1
+        options, centroid = self.options, self.blocks.moments.centroid
+        name, threads = options.linear_solver, options.threads
+        solver = make_linear_solver(name, upper, centroid, threads, once=True, definite=True)
+        try:
+            solver.factorize(data[chosen])
+        except SingularMatrixError:
+            return False
+        finally:
+            solver.close()
+        return True
+
+    def solve(self, right_side: FloatArray) -> FloatArray:
+        """Return the solution (n, 3) with the last factors."""
+        assert self._solver is not None
+        return self._solver.solve(right_side)
+
+    def close(self) -> None:
+        """Give the factors' memory back."""
+        if self._solver is not None:
+            self._solver.close()
+            self._solver, self.ready = None, False
