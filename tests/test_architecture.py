@@ -1,4 +1,4 @@
-"""Arrows between the three packages point one way, and `import bsm_mesh` stays light (docs/architecture.md)."""
+"""Arrows between packages, and between the rooms of `bsm_mesh.solve`, point one way; `import bsm_mesh` stays light."""
 
 import ast
 import subprocess
@@ -29,6 +29,22 @@ HEAVY = (
     "numba",
     "scipy.sparse",
 )
+
+
+ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may import; docs/architecture.md
+    "options": set(),
+    "algebra": set(),
+    "contacts": set(),
+    "bolts": {"algebra"},
+    "stages": {"contacts"},
+    "step": {"algebra", "bolts", "contacts", "options"},
+    "linear": {"algebra", "bolts", "contacts", "options", "stages"},
+    "limit": {"algebra", "bolts"},
+    "motion": {"algebra", "bolts", "contacts", "step"},
+    "methods": {"algebra", "contacts", "motion", "step"},
+    "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},
+}
+DOORS = {"cluster"}  # hand on names to users, define nothing
 
 
 def module_name(path: Path, root: Path) -> str:
@@ -90,6 +106,57 @@ def wrong_arrows(root: Path) -> list[str]:
 
 def test_no_wrong_arrow():
     assert wrong_arrows(ROOT) == []
+
+
+def arrows_between_rooms(root: Path) -> dict[str, set[str]]:
+    """Return which other rooms each room of ``bsm_mesh/solve`` imports, when loaded or later."""
+    folder, arrows = root / "bsm_mesh" / "solve", {}
+    for path in sorted(folder.rglob("*.py")):
+        if path.parent == folder and path.stem in DOORS | {"__init__"}:
+            continue
+        module = module_name(path, root)
+        room = module.split(".")[2]
+        known = arrows.setdefault(room, set())
+        for name, _, _ in imports(path.read_text(encoding="utf-8"), module, path.stem == "__init__"):
+            if below(name, "bsm_mesh.solve"):
+                known.add(name.split(".")[2])
+        known.discard(room)
+    return arrows
+
+
+def floors(arrows: dict[str, set[str]]) -> dict[str, int]:
+    """Return the floor of every room, 1 where it imports none; raise `RecursionError` on a circle."""
+
+    def floor(room: str) -> int:
+        return 1 + max((floor(other) for other in arrows[room]), default=0)
+
+    return {room: floor(room) for room in arrows}
+
+
+def test_rooms_of_the_solver():
+    arrows = arrows_between_rooms(ROOT)
+    assert set(arrows) == set(ROOMS)
+    assert {room: others - ROOMS[room] for room, others in arrows.items() if others - ROOMS[room]} == {}
+    assert len(arrows) <= 11
+    assert sum(map(len, arrows.values())) <= 35
+    assert max(floors(arrows).values()) <= 7
+
+
+def test_doors_define_nothing():
+    for door in DOORS:
+        tree = ast.parse((ROOT / "bsm_mesh" / "solve" / f"{door}.py").read_text(encoding="utf-8"))
+        assert not [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+
+
+def test_the_walk_finds_a_circle_of_rooms(tmp_path):
+    folder = tmp_path / "bsm_mesh" / "solve"
+    for room, other in (("one", "two"), ("two", "one")):
+        (folder / room).mkdir(parents=True)
+        (folder / room / "a.py").write_text(f"def f():\n    from bsm_mesh.solve.{other}.a import f", encoding="utf-8")
+    arrows = arrows_between_rooms(tmp_path)
+    assert arrows == {"one": {"two"}, "two": {"one"}}
+    with pytest.raises(RecursionError):
+        floors(arrows)
 
 
 def test_geometries_need_no_gmsh_to_be_imported():

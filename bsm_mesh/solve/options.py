@@ -35,7 +35,7 @@ class Options:
         the less, the farther a cycle moves what slides.
     linear_solver : {"auto", "pardiso", "superlu", "cluster"}
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which. ``"cluster"``:
-        Pardiso on MPI ranks (`bsm_mesh.solve.algebra.pardiso_mpi`).
+        Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).
     threads : int
         Threads of the linear solver, of every MPI rank, and of explicit cycles; 0: as many as there are cores.
     """

@@ -13,7 +13,6 @@ from typing import Protocol
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
@@ -245,33 +244,4 @@ def _in_whole(stage: StageResult, part: Part) -> StageResult:
         contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
-    )
-
-
-def beyond_strength(
-    point: FloatArray, pressure: FloatArray, shear: FloatArray, peak: FloatArray, tension: FloatArray
-) -> tuple[str, ...]:
-    """Return a sentence if contacts of the in-situ field bear more than their strength; nothing if none does.
-
-    Parameters
-    ----------
-    point : (m, 2) float64 [m]
-        Where the contacts are.
-    pressure, shear : (m,) float64 [N/m]
-        What they bear, compression positive.
-    peak, tension : (m,) float64 [N/m]
-        Their strength in shear at that pressure, and in tension.
-    """
-    size = float(np.hypot(pressure, shear).max(initial=0.0))
-    slips, parts = np.abs(shear) > peak + 1e-9 * size, -pressure > tension + 1e-9 * size
-    beyond = np.flatnonzero(slips | parts)
-    if not beyond.size:
-        return ()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(slips, np.abs(shear) / peak, 0.0)[beyond]
-    worst = beyond[int(np.argmax(np.nan_to_num(ratio, posinf=1e300)))]
-    return (
-        f"the in-situ field is beyond the strength of {beyond.size} of {len(pressure)} contacts ({int(slips.sum())} in "
-        f"shear, {int(parts.sum())} in tension; the worst at {place(point[worst])}): "
-        "the joints cannot bear this k0 or stress",
     )

@@ -9,7 +9,7 @@ from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.methods import brittle
 from bsm_mesh.solve.methods import subdomain_newton as local_phase
 from bsm_mesh.solve.methods.brittle import NEAR, breaking
-from bsm_mesh.solve.methods.newton import Found
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 STIFFNESS, COHESION = 1e9, 1e6  # Pa/m, Pa

@@ -10,9 +10,9 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.continuation import strategies
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.methods import regularized_newton as softened
-from bsm_mesh.solve.methods.newton import Found
 from bsm_mesh.solve.motion.damped_motion import DampedMotion
 from bsm_mesh.solve.motion.relaxation import CALMED, PATIENTLY, calm, relax
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Balance, Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")

@@ -12,10 +12,11 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.continuation import first_step, strategies
 from bsm_mesh.solve.continuation import loop as continuation
 from bsm_mesh.solve.methods import smoothing_path as path_following
-from bsm_mesh.solve.methods.newton import Found, newton
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.motion import relaxation, sliding
 from bsm_mesh.solve.motion.damped_motion import DampedMotion
 from bsm_mesh.solve.motion.relaxation import calm, relax
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")

@@ -10,10 +10,10 @@ from bsm_mesh.solve.continuation import strategies
 from bsm_mesh.solve.continuation.loop import Continuation, _Taken
 from bsm_mesh.solve.continuation.strategies import LONGEST_FOLLOWED, MovingSteps
 from bsm_mesh.solve.continuation.verdict import FREE_MOVE, Falling
-from bsm_mesh.solve.methods.newton import Found
 from bsm_mesh.solve.motion import damped_motion, sliding
 from bsm_mesh.solve.motion.damped_motion import DampedMotion
 from bsm_mesh.solve.motion.sliding import DAMPING, can_slide, slide, slides
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")

@@ -16,8 +16,9 @@ from bsm_mesh.solve.continuation import first_step, strategies
 from bsm_mesh.solve.continuation.loop import FIRST_LAM, LEAST_LAM, Continuation
 from bsm_mesh.solve.continuation.strategies import MOST_FAILURES, MovingSteps
 from bsm_mesh.solve.methods import regularized_newton as softened
-from bsm_mesh.solve.methods.newton import Found, elastic_position, newton
+from bsm_mesh.solve.methods.newton import elastic_position, newton
 from bsm_mesh.solve.motion import sliding
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import LONGEST, Step
 
 FRICTION = 35.0

@@ -15,7 +15,7 @@ from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, evaluate
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.stages import beyond_strength
+from bsm_mesh.solve.contacts.in_situ import beyond_strength
 
 BAND = 0.075  # of the block size: how near contacts are looked for; only those that touch are set
 

@@ -21,12 +21,13 @@ from bsm_mesh.solve.contacts.history import commit, recall
 from bsm_mesh.solve.contacts.smoothed_forces import typical_smoothing
 from bsm_mesh.solve.continuation.acceptance import FEW_MOVE, Leftover
 from bsm_mesh.solve.continuation.strategies import from_inside
-from bsm_mesh.solve.methods.newton import MOST_ITERATIONS, Found, chord_method, elastic_position, newton
+from bsm_mesh.solve.methods.newton import MOST_ITERATIONS, chord_method, elastic_position, newton
 from bsm_mesh.solve.methods.regularized_newton import NEARLY, SHRINKING, WORTHWHILE, softened_newton
 from bsm_mesh.solve.methods.smoothing_path import FEW_LEFT, fitting_smoothing, follow_path
 from bsm_mesh.solve.methods.subdomain_newton import begins_with_few
 from bsm_mesh.solve.motion.relaxation import relax
 from bsm_mesh.solve.motion.sliding import can_slide
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import SCATTERED, Step
 
 MOST_UPDATES = 6  # of the contacts

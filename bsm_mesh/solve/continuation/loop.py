@@ -34,10 +34,10 @@ from bsm_mesh.solve.continuation.first_step import CONFIRMED, first_step, relaxe
 from bsm_mesh.solve.continuation.stability import fall_rate
 from bsm_mesh.solve.continuation.strategies import MOST_FAILURES, MovingSteps
 from bsm_mesh.solve.continuation.verdict import Falling
-from bsm_mesh.solve.methods.newton import Found
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.motion.sliding import can_slide
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.block_system import MovingModel
 from bsm_mesh.solve.step.equations import Step
 from bsm_mesh.solve.step.factorization import Factors

@@ -14,11 +14,12 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.contacts.forces import MovingContacts
 from bsm_mesh.solve.continuation.acceptance import UNPOLISHED, Leftover
 from bsm_mesh.solve.methods.interior_point import interior_point
-from bsm_mesh.solve.methods.newton import MOST_ITERATIONS, Found, elastic_position, newton
+from bsm_mesh.solve.methods.newton import MOST_ITERATIONS, elastic_position, newton
 from bsm_mesh.solve.methods.regularized_newton import WORTHWHILE, softened_newton
 from bsm_mesh.solve.methods.subdomain_newton import begins_with_few
 from bsm_mesh.solve.motion.relaxation import calm
 from bsm_mesh.solve.motion.sliding import can_slide, slide, slides
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 MOST_MOVING = 6  # iterations of Newton's method in a moving step, while it is worthwhile

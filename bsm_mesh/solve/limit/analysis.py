@@ -19,8 +19,8 @@ from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.loads import Load
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.algebra.loads import external_loads
 from bsm_mesh.solve.limit.program import LimitProgram, Optimum
-from bsm_mesh.solve.linear.system import external_loads
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

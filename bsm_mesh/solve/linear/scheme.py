@@ -19,14 +19,15 @@ from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
+from bsm_mesh.solve.algebra.loads import relative_residual
 from bsm_mesh.solve.algebra.mechanisms import FreePart
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.record import bolt_forces
-from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
-from bsm_mesh.solve.linear.system import LinearSystem, Solution, relative_residual
+from bsm_mesh.solve.contacts.in_situ import beyond_strength, in_situ_contacts
+from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter, beyond_strength, joined
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, joined
 
 MOST_FREE = 3  # parts that are free to move, in the reason for a verdict
 

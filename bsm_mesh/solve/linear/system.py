@@ -10,12 +10,11 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
-from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, constrain, fill_stiffness
 from bsm_mesh.solve.algebra.constraints import build_constraints
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
+from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_weight
 from bsm_mesh.solve.algebra.mechanisms import FreePart, free_parts
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
@@ -232,38 +231,3 @@ class LinearSystem:
         centroid = self.model.blocks.moments.centroid
         add_contact_forces(c.block_a, c.block_b, c.point, c.normal, normal_force, shear_force, centroid, total)
         return total
-
-
-def external_loads(model: Model) -> FloatArray:
-    """Return weight, loads and water on every block, (n, 3): Fx, Fy, moment (Wang Eqs. 3.37, 3.38, 6.7)."""
-    blocks = model.blocks
-    total = WaterLoad(model).on_blocks(blocks.vertices, blocks.moments.centroid)
-    total[:, :2] += model.gravity_forces
-    forces = point_forces_of(model.acting_loads, blocks)
-    arm = forces.point - model.blocks.moments.centroid[forces.block]
-    moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
-    np.add.at(total, forces.block, np.column_stack([forces.force, moment]))
-    return total
-
-
-def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray) -> float:
-    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater.
-
-    Without weight and load it is the mean force of the bolts' pretension on a block that they pull at.
-    """
-    reference = max(float(model.weights.mean()), mean_force(*loads[:, :2].T))
-    return reference if reference > 0 else mean_force(*bolt_forces[:, :2].T)
-
-
-def mean_force(first: FloatArray, second: FloatArray) -> float:
-    """Return the mean of forces, given by their two components (k,), that are not zero; 0 where all are [N/m]."""
-    size = np.hypot(first, second)
-    acting = size[size > 0]
-    return float(acting.mean()) if acting.size else 0.0
-
-
-def relative_residual(model: Model, unbalanced: FloatArray, reference: float) -> float:
-    """Return the greatest force, or moment over radius of gyration, of `unbalanced` (n, 3) over the reference."""
-    scaled = unbalanced / np.column_stack([np.ones((len(unbalanced), 2)), model.blocks.moments.gyration])
-    greatest = float(np.abs(scaled).max())
-    return greatest / reference if reference > 0 else greatest

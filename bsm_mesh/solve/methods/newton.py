@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.solve.contacts.forces import Evaluation, first_tangent
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.contacts.forces import first_tangent
 from bsm_mesh.solve.methods.brittle import break_caught
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Balance, Step, moved_by
 
 MOST_ITERATIONS = 12
@@ -16,21 +15,6 @@ STALLED = 0.7  # of the 2-norm: with more left after an iteration, contacts are 
 MOST_HALVINGS = 6
 CHORD = 0.5  # of greatest force or 2-norm: with more left by the last factors, new ones are wanted
 SOFTEST = 0.1  # of their stiffness: what open and slipping contacts keep in a softened tangent
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Found:
-    """A position, its contact forces, and whether they solve the step's equations, or may end it.
-
-    Where cycles follow the blocks, `velocity` (n, 3) [m, m, rad] is how far they move in one, and `bore` (m,) tells
-    which contacts bore at any time of the step.
-    """
-
-    position: FloatArray
-    at: Evaluation
-    converged: bool
-    velocity: FloatArray | None = None
-    bore: BoolArray | None = None
 
 
 def newton(

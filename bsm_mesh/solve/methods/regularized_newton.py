@@ -11,8 +11,9 @@ from collections.abc import Callable
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.methods.newton import Found, chord_method, newton
+from bsm_mesh.solve.methods.newton import chord_method, newton
 from bsm_mesh.solve.methods.subdomain_newton import RINGS, WORSE, correct_locally, relax_locally
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import SCATTERED, Balance, Step
 
 SHRINKING = 0.25  # softened Newton's method goes on while it shrinks the 2-norm to this in two factorizations

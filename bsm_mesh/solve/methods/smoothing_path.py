@@ -19,9 +19,10 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.contacts.smoothed_forces import Smoothed, drift, typical_smoothing
-from bsm_mesh.solve.methods.newton import Found, newton
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.methods.subdomain_newton import relax_locally
 from bsm_mesh.solve.motion.sliding import can_slide
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Balance, Step, moved_by
 
 MOST_ITERATIONS = 90  # factorizations

@@ -15,7 +15,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.methods.brittle import break_caught
 from bsm_mesh.solve.methods.interior_point import interior_point
-from bsm_mesh.solve.methods.newton import MOST_HALVINGS, STALLED, Found, newton, softness_at
+from bsm_mesh.solve.methods.newton import MOST_HALVINGS, STALLED, newton, softness_at
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Balance, Step, moved_by
 from bsm_mesh.solve.step.subproblem import LocalStep
 

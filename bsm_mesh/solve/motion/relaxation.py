@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.methods.newton import Found
 from bsm_mesh.solve.motion.damped_motion import DampedMotion, blocks_across, cycles_at_once
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 DAMPING, CALMING = 0.5, 0.95  # of the force out of balance, against the velocity: on the way, and near rest

@@ -12,9 +12,9 @@ from copy import copy
 
 import numpy as np
 
-from bsm_mesh.solve.methods.newton import Found
 from bsm_mesh.solve.motion.damped_motion import DampedMotion, blocks_across, cycles_at_once
 from bsm_mesh.solve.motion.relaxation import RAMP, can_relax
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 MANY = 100  # blocks

@@ -12,12 +12,12 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.solve.algebra.constraints import Constraints, constrain_bars
+from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_weight
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, evaluate, turned
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.smoothed_forces import evaluate_smoothed
-from bsm_mesh.solve.linear.system import external_loads, mean_force, reference_weight
 
 STEP = 0.05  # of the block size: step length d
 BAND = 3.0  # of the step length: corners nearer than this to an edge are candidates for contact

@@ -14,8 +14,9 @@ from bsm_mesh.solve.continuation import first_step as solve_first_step
 from bsm_mesh.solve.continuation.acceptance import FEW_MOVE
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.methods import smoothing_path as path_following
-from bsm_mesh.solve.methods.newton import Found, elastic_position, newton
+from bsm_mesh.solve.methods.newton import elastic_position, newton
 from bsm_mesh.solve.methods.smoothing_path import fitting_smoothing, follow_path
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")

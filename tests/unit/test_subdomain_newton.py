@@ -13,9 +13,10 @@ from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.continuation.stability import fall_rate
 from bsm_mesh.solve.methods import regularized_newton as softened
 from bsm_mesh.solve.methods import subdomain_newton as local_phase
-from bsm_mesh.solve.methods.newton import Found, chord_method
+from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import softened_newton
 from bsm_mesh.solve.methods.subdomain_newton import RINGS, relax_locally
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 from bsm_mesh.solve.step.subproblem import LocalStep
 

@@ -11,9 +11,10 @@ from bsm_mesh.solve.continuation import first_step, strategies
 from bsm_mesh.solve.continuation.acceptance import Leftover
 from bsm_mesh.solve.methods import regularized_newton as softened
 from bsm_mesh.solve.methods import subdomain_newton as local_phase
-from bsm_mesh.solve.methods.newton import Found, newton
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.methods.regularized_newton import softened_newton
 from bsm_mesh.solve.methods.subdomain_newton import begins_with_few, correct_locally
+from bsm_mesh.solve.step.attempt import Found
 from bsm_mesh.solve.step.equations import Step
 
 TOLERANCE, BLOCK, RINGS = 5e-7, 10 * BRICKS, 5
