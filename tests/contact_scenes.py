@@ -23,10 +23,10 @@ class Scene:
     blocks: bsm.Blocks
 
     @classmethod
-    def of(cls, polygons: Sequence[np.ndarray], held: Sequence[int] = ()) -> Scene:
+    def of(cls, polygons: Sequence[np.ndarray], fixed: Sequence[int] = ()) -> Scene:
         """Return the blocks where their polygons lie."""
         blocks = bsm.Blocks.from_polygons(polygons, rock="r")
-        flags = np.isin(np.arange(blocks.count), held)
+        flags = np.isin(np.arange(blocks.count), fixed)
         return cls(
             Outlines.of(blocks, flags), np.column_stack([blocks.moments.centroid, np.zeros(blocks.count)]), blocks
         )
@@ -92,7 +92,7 @@ def brute_candidates(scene: Scene, band: float, rules: Rules = RULES) -> dict[tu
     n = len(outlines.block_size)
     for a in range(n):
         for b in range(n):
-            if a == b or (outlines.held[a] and outlines.held[b]):
+            if a == b or (outlines.fixed[a] and outlines.fixed[b]):
                 continue
             h = min(outlines.block_size[a], outlines.block_size[b], outlines.size)
             p, q = scene.polygon(a), scene.polygon(b)
@@ -118,10 +118,10 @@ def _facing(v, arms, start, end, notches, h, band, rules):
     units = [arm / np.hypot(*arm) for arm in arms]
     t = (end - start) / np.hypot(*(end - start))
     n = np.array([t[1], -t[0]])
-    length, gap, along = np.hypot(*(end - start)), (v - start) @ n, (v - start) @ t
-    if _cross(*units) < -rules.flat or not -rules.deepest * h <= gap <= band:
+    length, gap, tangential = np.hypot(*(end - start)), (v - start) @ n, (v - start) @ t
+    if _cross(*units) < -rules.flat or not -rules.max_penetration * h <= gap <= band:
         return None
-    if np.hypot(max(0.0, -along, along - length), max(0.0, gap)) > band:
+    if np.hypot(max(0.0, -tangential, tangential - length), max(0.0, gap)) > band:
         return None
     lean = -min(unit @ n for unit in units)
     most = rules.entrance + rules.turn * band / h
@@ -130,20 +130,20 @@ def _facing(v, arms, start, end, notches, h, band, rules):
     shares = []
     for arm, unit, runs in zip(arms, units, (-1, 1), strict=True):
         if abs(unit @ n) <= rules.parallel and runs * (unit @ t) >= 0:
-            ends = sorted([along, along + arm @ t])
+            ends = sorted([tangential, tangential + arm @ t])
             shares.append((max(0.0, min(length, ends[1]) - max(0.0, ends[0])), min(length, ends[1] - ends[0])))
-    at_end = min(abs(along), abs(along - length)) < rules.seam * h
+    at_end = min(abs(tangential), abs(tangential - length)) < rules.min_overlap * h
     total = sum(s for s, _ in shares)
-    end_to_end = bool(shares) and at_end and total < min(rules.seam * h, 0.5 * max(shares)[1])
-    slack = [h * (rules.leave if notch else rules.rounding) for notch in notches]
+    end_to_end = bool(shares) and at_end and total < min(rules.min_overlap * h, 0.5 * max(shares)[1])
+    slack = [h * (rules.detach_tol if notch else rules.rounding) for notch in notches]
     return {
         "gap": gap,
-        "along": along,
+        "tangential": tangential,
         "edge_length": length,
         "length": total / 2 if total > 0 and not end_to_end else rules.corner_share * h,
         "parallel": bool(shares),
         "end_to_end": end_to_end,
-        "in_range": -slack[0] <= along <= length + slack[1],
+        "in_range": -slack[0] <= tangential <= length + slack[1],
     }
 
 

@@ -1,1 +1,1 @@
-"""Who touches whom: faces, the contact table, stiffness, forces."""
+"""Contact detection: initial contact table, search in a moving frame, contact properties and strength."""

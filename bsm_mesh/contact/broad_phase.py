@@ -1,6 +1,6 @@
-"""Broad phase: which blocks are near each other, in time proportional to their number.
+"""Broad phase of the contact search: pairs of blocks with overlapping boxes, in linear time, by a uniform grid.
 
-A uniform grid whose cells follow the median box. A block is entered in the cells that its box covers; one that
+The cells follow the median box. A block is entered in the cells that its box covers; one that
 covers many (a base under a wall, a long outline round everything) only in the cells along its edges, because
 contacts lie there. A cell crowded with small blocks is swept along x. No table of all cells is kept: the entries
 are sorted by column, then by row, so neither a long diagonal chain nor a block that flew off costs memory.
@@ -33,7 +33,7 @@ class _Grid(NamedTuple):
 def near_pairs(vertices: RecordArray, blocks: RecordArray) -> IntArray:
     """Return the pairs of blocks that may touch, (k, 2) int32: lower number first, sorted, each once.
 
-    All pairs whose boxes overlap are returned, except those of two held blocks, and those of a large block with one
+    All pairs whose boxes overlap are returned, except those of two fixed blocks, and those of a large block with one
     that is near none of its edges.
     """
     if len(blocks) < 2:
@@ -171,7 +171,7 @@ def _pairs_in_cells(
                     continue
                 if blocks[i].x0 > blocks[j].x1 or blocks[i].y0 > blocks[j].y1 or blocks[j].y0 > blocks[i].y1:
                     continue
-                if i == j or (blocks[i].held and blocks[j].held):
+                if i == j or (blocks[i].fixed and blocks[j].fixed):
                     continue
                 if not (large[i] or large[j]):  # two boxes: counted in the cell of their overlap's lower left corner
                     if _cell_of(max(blocks[i].x0, blocks[j].x0), grid.x, grid) != column[first]:

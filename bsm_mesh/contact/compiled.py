@@ -1,4 +1,4 @@
-"""Whether compiled code is there already: the first run on a machine waits for the compiler, and says so."""
+"""Whether a compiled kernel is cached: the first run on a machine waits for the compiler, and says so."""
 
 from __future__ import annotations
 

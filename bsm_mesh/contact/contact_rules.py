@@ -1,4 +1,4 @@
-"""Which candidates of a pair of blocks stand: one contact at a place, whose history goes from one to the next.
+"""Contact rules: of the candidates of a pair of blocks, which are kept, and the history that each continues.
 
 Each rule mends a wrong answer: the tests of the rules show the answer with the rule and without it.
 """
@@ -8,15 +8,15 @@ from __future__ import annotations
 import numba as nb
 
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.contact.inheritance import carry_on, hand_over, one_of_active_duals, rows_of_pair
+from bsm_mesh.contact.history_transfer import keep_one_active_dual, match_history, rows_of_pair, transfer_history
 from bsm_mesh.contact.narrow_phase import DROPPED, KEPT, UNDECIDED
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
-from bsm_mesh.contact.same_place import are_duals, are_rivals, bears_on_both, is_face, same_tips, touches
+from bsm_mesh.contact.same_place import are_duals, are_opposing, closed_on_both, is_closing, is_face, same_vertices
 
 
 @nb.njit(cache=True, nogil=True)
-def settle(
+def resolve_candidates(
     vertices: RecordArray,
     blocks: RecordArray,
     pairs: IntArray,
@@ -26,12 +26,12 @@ def settle(
     rows: RecordArray,
     starts: IntArray,
 ) -> RecordArray:  # pragma: no cover - compiled
-    """Return the candidates that stand, with their history: the first of `rows`, which are changed.
+    """Return the candidates that are kept, with their history: the first of `rows`, which change in place.
 
     Parameters
     ----------
     vertices, blocks : records VERTEX, BLOCK
-        The blocks where they stand.
+        The blocks at their current position.
     pairs : (k, 2) int32
         Pairs of blocks, sorted.
     active : records ACTIVE
@@ -51,20 +51,20 @@ def settle(
             continue
         h = min(blocks[i].size, blocks[j].size)
         here = rows[starts[p] : starts[p + 1]]
-        _settle_pair(vertices, blocks, active[first:last], h, band, rules, here)
-        _find_rivals(vertices, h, rules, here, count)
+        _resolve_pair(vertices, blocks, active[first:last], h, band, rules, here)
+        _find_opposing(vertices, h, rules, here, count)
         for k in range(here.size):
             if here[k].state == KEPT:
-                here[k].in_range &= here[k].play == 0.0  # it bears where it is pressed in, no more
-                here[k].history += first if here[k].history >= 0 else 0  # from the pair's rows to the rows of all
-                here[k].inherits += first if here[k].inherits >= 0 else 0
+                here[k].in_range &= here[k].corner_gap == 0.0  # closed where it is pressed in, no farther
+                here[k].history += first if here[k].history >= 0 else 0  # from the pair's rows to all rows
+                here[k].predecessor += first if here[k].predecessor >= 0 else 0
                 rows[count] = here[k]
                 count += 1
     return rows[:count]
 
 
 @nb.njit(cache=True, forceinline=True)
-def _settle_pair(
+def _resolve_pair(
     vertices: RecordArray,
     blocks: RecordArray,
     active: RecordArray,
@@ -73,105 +73,108 @@ def _settle_pair(
     rules: Rules,
     rows: RecordArray,
 ) -> None:  # pragma: no cover - compiled
-    """Mark the rows of one pair, with both roles, that stand.
+    """Mark the rows of one pair, with both roles, as kept or dropped.
 
-    (1) Active contacts: they end off their edge; one edge a corner; one of two duals. (2) History that no active
-    contact carries on goes to the nearest candidate. (3) Fresh contacts must not start deep. (4) One edge a corner,
-    and (5) no dual of a contact that bears; active contacts go before fresh ones, touching ones before open ones.
+    (1) Active contacts end off their edge; one edge per corner; one of two duals. (2) History that no active contact
+    continues is transferred to the nearest candidate. (3) New contacts must not start with a large penetration.
+    (4) One edge per corner, and (5) no dual of a closed contact. Active contacts take precedence over new ones, closed
+    ones over open ones.
     """
     if active.size > 0:
         for i in range(rows.size):
-            carry_on(active, h, rules, rows[i])
+            match_history(active, h, rules, rows[i])
         for i in range(rows.size):
             if rows[i].history >= 0 and rows[i].state == UNDECIDED:
-                _one_edge_a_corner(vertices, h, rules, rows, i)
+                _drop_second_edge(vertices, h, rules, rows, i)
         for i in range(rows.size):
             if rows[i].history >= 0 and rows[i].state == UNDECIDED:
-                one_of_active_duals(vertices, active, h, rules, rows, i)
-        hand_over(vertices, blocks, active, h, rules, rows)
+                keep_one_active_dual(vertices, active, h, rules, rows, i)
+        transfer_history(vertices, blocks, active, h, rules, rows)
     for i in range(rows.size):
-        _low_step(vertices, h, rules, rows, i)
+        _mark_low_step(vertices, h, rules, rows, i)
     for i in range(rows.size):
-        fresh = rows[i].history < 0 and rows[i].inherits < 0
-        if fresh and rows[i].gap < -_fresh_depth(h, band, rules, rows[i]):
+        fresh = rows[i].history < 0 and rows[i].predecessor < 0
+        if fresh and rows[i].gap < -_max_new_penetration(h, band, rules, rows[i]):
             rows[i].state = DROPPED
     for i in range(rows.size):
         if rows[i].history < 0 and rows[i].state == UNDECIDED:
-            _one_edge_a_corner(vertices, h, rules, rows, i)
+            _drop_second_edge(vertices, h, rules, rows, i)
     for touching in (True, False):
         for i in range(rows.size):
-            if rows[i].state == UNDECIDED and touches(h, rules, rows[i]) == touching:
-                _no_dual_of_kept(vertices, h, band, rules, rows, i)
+            if rows[i].state == UNDECIDED and is_closing(h, rules, rows[i]) == touching:
+                _keep_unless_dual(vertices, h, band, rules, rows, i)
 
 
 @nb.njit(cache=True, forceinline=True)
-def _fresh_depth(h: float, band: float, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
-    """Return how deep a contact without history may be.
+def _max_new_penetration(h: float, band: float, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
+    """Return the largest penetration of a contact without history.
 
-    One that came over the end of its edge, or past a corner, was let in as deep as a step that is none.
+    One that came over the end of its edge, or past a corner, may be as deep as a step too low to count as one.
     """
-    from_end = min(abs(row.along), abs(row.along - row.edge_length))
+    from_end = min(abs(row.tangential), abs(row.tangential - row.edge_length))
     over_the_end = from_end < band and row.overlap < band
-    return float((rules.let_in if row.play > 0.0 or row.was_tip or over_the_end else rules.fresh) * h)
+    came_over = row.corner_gap > 0.0 or row.was_vertex_contact or over_the_end
+    return float((rules.initial_penetration if came_over else rules.new_penetration) * h)
 
 
 @nb.njit(cache=True, forceinline=True)
-def _low_step(
+def _mark_low_step(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """Make row i corner on corner if it is the front of a step that is none.
+    """Make row i a corner-corner contact if it is the front of a step too low to count as one.
 
-    The corner is then level with the face that lies beyond, and an edge of its own parallel to that face: it slides
-    on there, and must not catch on what elastic blocks stand out.
+    The corner is level with the face beyond, and one of its edges is parallel to that face. It slides on there, and
+    must not catch on an elastic overlap.
     """
-    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel ones are told by the length they share
+    if rows[i].history >= 0 or rows[i].parallel_edge >= 0:  # parallel edges are told by their overlap
         return
     for j in range(rows.size):
-        level = rows[j].parallel_edge >= 0 and abs(rows[j].gap) < rules.seam * h
-        if level and are_rivals(vertices, rules, rows[i], rows[j]):
-            rows[i].play = rules.seam * h
+        level = rows[j].parallel_edge >= 0 and abs(rows[j].gap) < rules.min_overlap * h
+        if level and are_opposing(vertices, rules, rows[i], rows[j]):
+            rows[i].corner_gap = rules.min_overlap * h
 
 
 @nb.njit(cache=True, forceinline=True)
-def _find_rivals(
+def _find_opposing(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, first: int
 ) -> None:  # pragma: no cover - compiled
-    """Fill in the rivals of the rows that stand; they will be rows `first`, `first` + 1, ... of the table.
+    """Set the opposing candidates of the kept rows, which become rows `first`, `first` + 1, ... of the table.
 
-    Those on a face have none. Where two rivals touch, one does at first: together they would hold a block that stands
-    on its corner.
+    Rows on a face have none. Of two closed opposing candidates one is in range at first: together they would support
+    a block that stands on its corner.
     """
     for i in range(rows.size):
-        if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].inherits >= 0 or is_face(h, rules, rows[i]):
+        if rows[i].state != KEPT or rows[i].history >= 0 or rows[i].predecessor >= 0 or is_face(h, rules, rows[i]):
             continue
         place = first
         for j in range(rows.size):
             if rows[j].state == KEPT:
-                if are_rivals(vertices, rules, rows[i], rows[j]):
-                    rows[i].rival = place
-                    on_corner = max(abs(rows[i].gap), abs(rows[j].gap)) <= rules.closed * h
+                if are_opposing(vertices, rules, rows[i], rows[j]):
+                    rows[i].opposing_candidate = place
+                    on_corner = max(abs(rows[i].gap), abs(rows[j].gap)) <= rules.closure_tol * h
                     rows[i].in_range &= j > i or not (on_corner and rows[j].in_range)
                     break
                 place += 1
 
 
 @nb.njit(cache=True, forceinline=True)
-def _one_edge_a_corner(
+def _drop_second_edge(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """Drop row i if it is closed and the same corner has a better edge: an active one, else the one with more gap.
+    """Drop row i if it is closed and its corner has a better edge: an active one, else the one with the larger gap.
 
-    The way out of a convex block leads over the edge with the greatest gap.
+    A corner leaves a convex block over the edge with the smallest penetration.
     """
-    if not rows[i].in_range or rows[i].gap > rules.closed * h:
+    if not rows[i].in_range or rows[i].gap > rules.closure_tol * h:
         return
     for j in range(rows.size):
         if j == i or rows[j].corner != rows[i].corner or not rows[j].in_range or rows[j].state == DROPPED:
             continue
-        on_corner = min(rows[i].gap, rows[j].gap) > -rules.closed * h
+        on_corner = min(rows[i].gap, rows[j].gap) > -rules.closure_tol * h
         on_corner &= not (is_face(h, rules, rows[i]) or is_face(h, rules, rows[j]))
-        if rows[i].play > 0.0 or rows[j].play > 0.0 or (on_corner and are_rivals(vertices, rules, rows[i], rows[j])):
-            continue  # which one it will be is found while it moves
+        opposing = on_corner and are_opposing(vertices, rules, rows[i], rows[j])
+        if rows[i].corner_gap > 0.0 or rows[j].corner_gap > 0.0 or opposing:
+            continue  # resolved while the blocks move
         if (rows[i].history >= 0) == (rows[j].history >= 0):
             better = rows[j].gap - rows[i].gap
             if abs(better) <= rules.rounding * h:
@@ -179,23 +182,23 @@ def _one_edge_a_corner(
             wins = better > 0.0 or (better == 0.0 and j < i)
         else:
             wins = rows[j].history >= 0
-        if wins and not bears_on_both(vertices, h, rules, rows[i], rows[j]):
+        if wins and not closed_on_both(vertices, h, rules, rows[i], rows[j]):
             rows[i].state = DROPPED
             return
 
 
 @nb.njit(cache=True, forceinline=True)
-def _no_dual_of_kept(
+def _keep_unless_dual(
     vertices: RecordArray, h: float, band: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """Keep fresh row i unless its dual stands and bears: two would halve the friction, one of them without history."""
+    """Keep new row i unless its dual is kept and closed: both would share the friction, one of them without history."""
     for j in range(rows.size):
         if (
             rows[j].state == KEPT
-            and touches(h, rules, rows[j])
-            and are_duals(vertices, rows[i], rows[j], rules.dual * band)
-            and (rows[j].parallel_edge >= 0 or not are_rivals(vertices, rules, rows[i], rows[j]))
-        ) or (rows[j].state == KEPT and same_tips(vertices, rules, rows[i], rows[j])):
+            and is_closing(h, rules, rows[j])
+            and are_duals(vertices, rows[i], rows[j], rules.dual_distance * band)
+            and (rows[j].parallel_edge >= 0 or not are_opposing(vertices, rules, rows[i], rows[j]))
+        ) or (rows[j].state == KEPT and same_vertices(vertices, rules, rows[i], rows[j])):
             rows[i].state = DROPPED
             return
     rows[i].state = KEPT

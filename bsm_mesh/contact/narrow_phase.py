@@ -1,11 +1,12 @@
-"""Narrow phase: which corners of one block may touch which edges of another, pair by pair.
+"""Narrow phase of the contact search: corner-edge candidates of every pair of blocks.
 
 Geometry only: a corner faces an edge if it is convex, near it, and both edges of its block lead away from it. What
-else depends on one candidate's place alone is settled here (seam, corner on corner); history, and the rules that weigh
-candidates against each other, are in `contact_rules`.
+else depends on one candidate alone is decided here (overlap along parallel edges, corner-corner contacts); history, and
+the rules that compare candidates, are in `contact_rules`.
 
 A kernel's cache is renewed when its own file changes, not when a file changes whose kernels it calls: so the kernels
-of this file and of `broad_phase` call no others. After a change of `inheritance` or `same_place` touch `contact_rules`.
+of this file and of `broad_phase` call no others. After a change of `history_transfer` or `same_place` touch
+`contact_rules`.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ DROPPED, UNDECIDED, KEPT = -1, 0, 1  # marks in a row's state, set by `contact_r
 FULL = -1  # returned where the table of rows has no space left
 ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
-        *((name, "f8") for name in ("gap", "along", "edge_length", "overlap", "length", "play")),
-        *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "inherits")),
-        ("rival", "i4"),
-        ("lean", "i4"),
+        *((name, "f8") for name in ("gap", "tangential", "edge_length", "overlap", "length", "corner_gap")),
+        *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "predecessor")),
+        ("opposing_candidate", "i4"),
+        ("entering_edge", "i4"),
         ("in_range", "?"),
-        ("was_tip", "?"),  # was corner on corner, but edges of theirs have come to lie on each other
+        ("was_vertex_contact", "?"),  # was a corner-corner contact; now edges of both corners lie on each other
         ("state", "i1"),
     ],
     align=True,
@@ -43,7 +44,7 @@ def facing_rows(
     Parameters
     ----------
     vertices, blocks : records VERTEX, BLOCK
-        The blocks where they stand.
+        The blocks at their current position.
     pairs : (k, 2) int32
         Pairs of blocks, lower number first.
     band : float [m]
@@ -86,7 +87,7 @@ def _add_facing(
     h is the length that the rules are scaled with [m]. Returns FULL where the table is too short.
     """
     box, reach = blocks[b], 0.5 * band  # the box holds the other half
-    most_lean = rules.entrance + rules.turn * band / h
+    max_sine = rules.entrance + rules.turn * band / h
     for v in range(blocks[a].first, blocks[a].last):
         x, y = vertices[v].x, vertices[v].y
         if x < box.x0 - reach or x > box.x1 + reach or y < box.y0 - reach or y > box.y1 + reach:
@@ -99,26 +100,26 @@ def _add_facing(
             tx, ty = vertices[e].dx, vertices[e].dy
             x_e, y_e = x - vertices[e].x, y - vertices[e].y
             gap = x_e * ty - y_e * tx
-            if gap > band or gap < -rules.deepest * h:
+            if gap > band or gap < -rules.max_penetration * h:
                 continue
-            lean_out, lean_back = out_y * tx - out_x * ty, back_y * tx - back_x * ty
-            lean = max(lean_out, lean_back)
-            if lean > rules.entrance and (lean > most_lean or gap < lean * rules.ahead * h):
+            sine_out, sine_back = out_y * tx - out_x * ty, back_y * tx - back_x * ty
+            sine = max(sine_out, sine_back)
+            if sine > rules.entrance and (sine > max_sine or gap < sine * rules.ahead * h):
                 continue  # an edge of the corner leads into the other block
-            along = x_e * tx + y_e * ty
+            tangential = x_e * tx + y_e * ty
             end = vertices[vertices[e].following]
             length = (end.x - vertices[e].x) * tx + (end.y - vertices[e].y) * ty
-            off = max(0.0, -along, along - length)
+            off = max(0.0, -tangential, tangential - length)
             if off * off + max(0.0, gap) ** 2 > band * band:
                 continue
             if count == rows.size:
                 return FULL
             row = rows[count]
             row.block_a, row.block_b, row.corner, row.edge = a, b, v, e
-            row.gap, row.along, row.edge_length = gap, along, length
-            row.lean = -1
-            if lean > rules.entrance:
-                row.lean = v if lean_out > lean_back else vertices[v].preceding
+            row.gap, row.tangential, row.edge_length = gap, tangential, length
+            row.entering_edge = -1
+            if sine > rules.entrance:
+                row.entering_edge = v if sine_out > sine_back else vertices[v].preceding
             _fill(vertices, h, rules, row)
             count += 1
     return count
@@ -126,27 +127,28 @@ def _add_facing(
 
 @nb.njit(cache=True, forceinline=True)
 def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
-    """Fill in what follows from corner, edge, gap and place along the edge.
+    """Set the fields that follow from corner, edge, gap and tangential coordinate.
 
-    Parallel edges that only meet end to end, and corners of diagonal neighbours, are corner on corner.
+    Parallel edges that only meet end to end, and corners of diagonal neighbours, are corner-corner contacts.
     """
     overlap, parallel_edge, shorter = _overlap(vertices, rules, row)
-    from_end = min(abs(row.along), abs(row.along - row.edge_length))
-    end_to_end = parallel_edge >= 0 and from_end < rules.seam * h and overlap < min(rules.seam * h, 0.5 * shorter)
+    from_end = min(abs(row.tangential), abs(row.tangential - row.edge_length))
+    short = overlap < min(rules.min_overlap * h, 0.5 * shorter)
+    end_to_end = parallel_edge >= 0 and from_end < rules.min_overlap * h and short
     row.parallel_edge, row.overlap = parallel_edge, overlap
     row.length = 0.5 * overlap if overlap > 0.0 and not end_to_end else rules.corner_share * h
-    diagonal = from_end < rules.tip * h and _meets_diagonally(vertices, h, rules, row)
-    row.was_tip = diagonal and _lies_on(vertices, h, rules, row, overlap)
-    row.play = 0.0
+    diagonal = from_end < rules.vertex_tol * h and _meets_diagonally(vertices, h, rules, row)
+    row.was_vertex_contact = diagonal and _lies_on(vertices, h, rules, row, overlap)
+    row.corner_gap = 0.0
     if end_to_end:
-        row.play = rules.seam * h
-    elif diagonal and not row.was_tip:
-        row.play = rules.fresh * h
+        row.corner_gap = rules.min_overlap * h
+    elif diagonal and not row.was_vertex_contact:
+        row.corner_gap = rules.new_penetration * h
     before, behind = _notches(vertices, rules, row)
-    slack_before = h * (rules.leave if before else rules.rounding)
-    slack_behind = h * (rules.leave if behind else rules.rounding)
-    row.in_range = -slack_before <= row.along <= row.edge_length + slack_behind
-    row.history = row.inherits = row.rival = -1
+    slack_before = h * (rules.detach_tol if before else rules.rounding)
+    slack_behind = h * (rules.detach_tol if behind else rules.rounding)
+    row.in_range = -slack_before <= row.tangential <= row.edge_length + slack_behind
+    row.history = row.predecessor = row.opposing_candidate = -1
     row.state = 0
 
 
@@ -154,11 +156,11 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
 def _overlap(
     vertices: RecordArray, rules: Rules, row: Record
 ) -> tuple[float, int, float]:  # pragma: no cover - compiled
-    """Return the length that a's parallel edges at the corner share with the edge, the one with most, the shorter edge.
+    """Return the overlap of a's parallel edges at the corner with the edge, the one with most, the shorter edge.
 
     Faces lie against each other, so their edges run in opposite directions.
     """
-    v, along, length = row.corner, row.along, row.edge_length
+    v, tangential, length = row.corner, row.tangential, row.edge_length
     tx, ty = vertices[row.edge].dx, vertices[row.edge].dy
     total, most, best, shorter = 0.0, -1.0, -1, length
     for side in range(2):
@@ -167,11 +169,11 @@ def _overlap(
         dx, dy = vertices[f].dx, vertices[f].dy
         if dx * tx + dy * ty > 0.0 or abs(dx * ty - dy * tx) > rules.parallel:
             continue
-        other = along + (vertices[far].x - vertices[v].x) * tx + (vertices[far].y - vertices[v].y) * ty
-        shared = max(0.0, min(length, max(along, other)) - max(0.0, min(along, other)))
+        other = tangential + (vertices[far].x - vertices[v].x) * tx + (vertices[far].y - vertices[v].y) * ty
+        shared = max(0.0, min(length, max(tangential, other)) - max(0.0, min(tangential, other)))
         total += shared
         if shared > most:
-            most, best, shorter = shared, f, min(length, abs(other - along))
+            most, best, shorter = shared, f, min(length, abs(other - tangential))
     return total, best, shorter
 
 
@@ -179,18 +181,18 @@ def _overlap(
 def _lies_on(
     vertices: RecordArray, h: float, rules: Rules, row: Record, overlap: float
 ) -> bool:  # pragma: no cover - compiled
-    """Whether the parallel edge has come to lie on b's edge: nowhere in the length they share is there a step."""
-    if row.parallel_edge < 0 or overlap < rules.seam * h:
+    """Whether the parallel edge lies on b's edge: nowhere in their overlap is there a step."""
+    if row.parallel_edge < 0 or overlap < rules.min_overlap * h:
         return False
     one, other = vertices[row.parallel_edge], vertices[row.edge]
-    return bool(abs(one.dx * other.dy - one.dy * other.dx) * overlap < rules.seam * h)
+    return bool(abs(one.dx * other.dy - one.dy * other.dx) * overlap < rules.min_overlap * h)
 
 
 @nb.njit(cache=True, forceinline=True)
 def _notches(vertices: RecordArray, rules: Rules, row: Record) -> tuple[bool, bool]:  # pragma: no cover - compiled
     """Return whether the edge starts, and whether it ends, in a notch.
 
-    There a corner is off the floor by what it presses into the wall, and must still bear on the floor.
+    There a corner is off the floor by its penetration into the wall, and must still be in contact with the floor.
     """
     here = vertices[row.edge]
     before, after = vertices[here.preceding], vertices[here.following]
@@ -202,14 +204,14 @@ def _notches(vertices: RecordArray, rules: Rules, row: Record) -> tuple[bool, bo
 def _meets_diagonally(
     vertices: RecordArray, h: float, rules: Rules, row: Record
 ) -> bool:  # pragma: no cover - compiled
-    """Whether a corner is at the corner of a diagonal neighbour: from the start blocks between them hold them apart.
+    """Whether a corner is at the corner of a diagonal neighbour: blocks between them keep them apart.
 
-    Both corners belong to one fan of blocks, but have no face in common. Two corners that just touch are no diagonal
+    Both corners belong to one vertex cluster, but have no face in common. Two corners that just touch are no diagonal
     neighbours: they must support each other.
     """
     v, e = row.corner, row.edge
-    w = e if abs(row.along) < 0.5 * row.edge_length else vertices[e].following
-    if vertices[v].fan != vertices[w].fan or abs(row.gap) > rules.tip * h:
+    w = e if abs(row.tangential) < 0.5 * row.edge_length else vertices[e].following
+    if vertices[v].vertex_cluster != vertices[w].vertex_cluster or abs(row.gap) > rules.vertex_tol * h:
         return False
     return not (
         _ran_against(vertices, v, vertices[v].following, vertices[w].preceding, w)
@@ -222,5 +224,5 @@ def _ran_against(vertices: RecordArray, p: int, q: int, r: int, s: int) -> bool:
     """Whether the edges p-q and r-s ran against each other at the start."""
     ax, ay = vertices[q].x0 - vertices[p].x0, vertices[q].y0 - vertices[p].y0
     bx, by = vertices[s].x0 - vertices[r].x0, vertices[s].y0 - vertices[r].y0
-    along = ax * bx + ay * by
-    return bool(abs(ax * by - ay * bx) < -1e-3 * along)
+    tangential = ax * bx + ay * by
+    return bool(abs(ax * by - ay * bx) < -1e-3 * tangential)

@@ -1,4 +1,4 @@
-"""Outlines of the blocks as the contact search needs them: rigid shapes that are only moved and turned."""
+"""Outlines of the blocks for the contact search: rigid polygons that translate and rotate."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.polygons import owner_of_corner
 
-# The blocks where they stand, as the compiled search takes them: records, because a kernel that is handed many
+# The blocks at their current position, as the compiled search takes them: records, because a kernel that is handed many
 # arrays in a tuple spends its time on counting references to them. A corner's record fills one cache line.
 VERTEX = np.dtype(
     [
@@ -28,7 +28,7 @@ VERTEX = np.dtype(
         ("y0", "f8"),
         ("following", "i4"),  # next and previous corner of the block
         ("preceding", "i4"),
-        ("fan", "i4"),  # as in `Outlines`
+        ("vertex_cluster", "i4"),  # as in `Outlines`
     ],
     align=True,
 )
@@ -38,7 +38,7 @@ BLOCK = np.dtype(
         ("size", "f8"),  # length that the rules are scaled with [m]
         ("first", "i4"),  # corners first .. last - 1 are the block's
         ("last", "i4"),
-        ("held", "?"),
+        ("fixed", "?"),
     ],
     align=True,
 )
@@ -48,7 +48,7 @@ RecordArray: TypeAlias = Any
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Outlines:
-    """What never changes while blocks move. Edge e runs from corner e to the next corner of its block.
+    """Rigid outlines of the blocks. Edge e runs from corner e to the next corner of its block.
 
     Attributes
     ----------
@@ -57,13 +57,13 @@ class Outlines:
     directions : (n_vertices, 2) float64
         Unit directions of the edges, at zero rotation.
     centroid : (n_blocks, 2) float64 [m]
-        Where the blocks' centroids were given.
+        Centroids of the blocks as given.
     offsets : (n_blocks + 1,) int32
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
-    fans : (n_vertices,) int32
-        Corners that lay at one point at the start, each with a face to the next, have one number.
-    held : (n_blocks,) bool
-        Blocks that cannot move at all: two of them are no pair.
+    vertex_clusters : (n_vertices,) int32
+        Corners at one point of the given geometry, each with a face to the next, have one number.
+    fixed : (n_blocks,) bool
+        Fixed blocks: two of them are no pair.
     block_size : (n_blocks,) float64 [m]
         Square root of each block's area.
     size : float [m]
@@ -74,23 +74,23 @@ class Outlines:
     directions: FloatArray
     centroid: FloatArray
     offsets: IntArray
-    fans: IntArray
-    held: BoolArray
+    vertex_clusters: IntArray
+    fixed: BoolArray
     block_size: FloatArray
     size: float
 
     def __post_init__(self) -> None:
         for name in ("corners", "directions", "centroid"):
             own_array(self, name, np.float64, (None, 2))
-        for name in ("offsets", "fans"):
+        for name in ("offsets", "vertex_clusters"):
             own_array(self, name, np.int32, (None,))
-        own_array(self, "held", np.bool_, (None,))
+        own_array(self, "fixed", np.bool_, (None,))
         own_array(self, "block_size", np.float64, (None,))
 
     @classmethod
-    def of(cls, blocks: Blocks, held: npt.ArrayLike) -> Outlines:
-        """Return the outlines of blocks, of which those flagged in `held` (n_blocks,) cannot move."""
-        fixed = np.asarray(held, dtype=bool)
+    def of(cls, blocks: Blocks, fixed: npt.ArrayLike) -> Outlines:
+        """Return the outlines of blocks, of which those flagged in `fixed` (n_blocks,) are fixed."""
+        flags = np.asarray(fixed, dtype=bool)
         block_size = np.sqrt(blocks.moments.area)
         corners = blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)]
         edge = corners[blocks.following] - corners
@@ -99,33 +99,34 @@ class Outlines:
             directions=edge / np.hypot(*edge.T)[:, None],
             centroid=blocks.moments.centroid,
             offsets=blocks.offsets,
-            fans=_fans(blocks),
-            held=fixed,
+            vertex_clusters=_vertex_clusters(blocks),
+            fixed=flags,
             block_size=block_size,
-            size=float(np.median(block_size if fixed.all() else block_size[~fixed])),
+            size=float(np.median(block_size if flags.all() else block_size[~flags])),
         )
 
     def placed(self, position: FloatArray) -> FloatArray:
-        """Return centroid and rotation of blocks that have moved (n_blocks, 3) from where they were given."""
+        """Return centroid and rotation of blocks displaced by a position (n_blocks, 3)."""
         placed = position.copy()
         placed[:, :2] += self.centroid
         return placed
 
 
-def _fans(blocks: Blocks) -> IntArray:
-    """Return a number for every corner: the same for corners at one point that faces hold together."""
+def _vertex_clusters(blocks: Blocks) -> IntArray:
+    """Return the vertex cluster of every corner: corners at one point that are connected by faces."""
     faces, following = find_faces(blocks), blocks.following
     one = np.concatenate([faces.edge_a, following[faces.edge_a]])
     other = np.concatenate([following[faces.edge_b], faces.edge_b])
     same = blocks.nodes[one] == blocks.nodes[other]  # not at a T, where the corner lies within the other edge
     ends = (one[same], other[same])
     n = len(blocks.vertices)
-    fans: IntArray = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)[1]
-    return fans
+    graph = coo_array((np.ones(len(ends[0])), ends), shape=(n, n))
+    clusters: IntArray = connected_components(graph, directed=False)[1]
+    return clusters
 
 
 def corner_positions(outlines: Outlines, placed: FloatArray) -> FloatArray:
-    """Return where the corners are, (n_vertices, 2) [m].
+    """Return the positions of the corners, (n_vertices, 2) [m].
 
     Parameters
     ----------
@@ -145,8 +146,8 @@ def records_at(outlines: Outlines, placed: FloatArray, band: float) -> tuple[Rec
         corner_positions(outlines, placed),
         outlines.corners,
         outlines.offsets,
-        outlines.fans,
-        outlines.held,
+        outlines.vertex_clusters,
+        outlines.fixed,
         size,
         0.5 * band,
     )
@@ -170,14 +171,14 @@ def _records(
     there: FloatArray,
     corners: FloatArray,
     offsets: IntArray,
-    fans: IntArray,
-    held: BoolArray,
+    vertex_clusters: IntArray,
+    fixed: BoolArray,
     size: FloatArray,
     margin: float,
 ) -> tuple[RecordArray, RecordArray]:  # pragma: no cover - compiled
     """Return the records of the corners, and of the blocks with their boxes widened by a margin."""
     n = offsets.size - 1
-    vertices, blocks = np.empty(fans.size, VERTEX), np.empty(n, BLOCK)
+    vertices, blocks = np.empty(vertex_clusters.size, VERTEX), np.empty(n, BLOCK)
     for b in range(n):
         first, last = offsets[b], offsets[b + 1]
         x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf
@@ -189,9 +190,10 @@ def _records(
             vertex = vertices[i]
             vertex.x, vertex.y, vertex.dx, vertex.dy = x, y, dx / length, dy / length
             vertex.x0, vertex.y0 = corners[i, 0], corners[i, 1]
-            vertex.following, vertex.preceding, vertex.fan = k, (i if i > first else last) - 1, fans[i]
+            vertex.following, vertex.preceding = k, (i if i > first else last) - 1
+            vertex.vertex_cluster = vertex_clusters[i]
             x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
         block = blocks[b]
         block.x0, block.y0, block.x1, block.y1 = x0 - margin, y0 - margin, x1 + margin, y1 + margin
-        block.first, block.last, block.size, block.held = first, last, size[b], held[b]
+        block.first, block.last, block.size, block.fixed = first, last, size[b], fixed[b]
     return vertices, blocks

@@ -1,4 +1,4 @@
-"""Stiffness and law of contacts wherever they arise: from the edge, the corner's block, and their rocks."""
+"""Contact properties: stiffness of rock and joint in series, and joint law, of any pair of corner and edge."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class JointCatalogue:
         ----------
         placed : (n, 3) float64 [m, m, rad]
             Centroid and rotation of every block.
-        sides : tuple of (m,) int32
+        contact_pairs : tuple of (m,) int32
             Block with the corner, block with the edge, that corner, that edge, and the edge of the first block that
             lies along it (-1: none).
         corners : (n_vertices, 2) float64 [m]

@@ -1,4 +1,4 @@
-"""Whether two candidates of a pair of blocks are one place of contact, or two ways out of one corner."""
+"""Relations between two candidates of a pair of blocks: duals, and opposing corner-corner candidates."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bsm_mesh.contact.rules import Rules
 
 @nb.njit(cache=True, forceinline=True)
 def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -> bool:  # pragma: no cover - compiled
-    """Whether two rows are one place of contact with corner and edge swapped."""
+    """Whether two rows are duals: the same contact with corner and edge swapped."""
     if one.block_a != other.block_b:
         return False
     v, e, w, f = one.corner, one.edge, other.corner, other.edge
@@ -25,25 +25,29 @@ def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -
 
 
 @nb.njit(cache=True, forceinline=True)
-def same_tips(vertices: RecordArray, rules: Rules, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
-    """Whether two rows are the same two corners and the same way out, with corner and edge swapped."""
-    if one.play == 0.0 or other.play == 0.0 or one.block_a != other.block_b:
+def same_vertices(
+    vertices: RecordArray, rules: Rules, one: Record, other: Record
+) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are one corner-corner contact on the same side, with corner and edge swapped."""
+    if one.corner_gap == 0.0 or other.corner_gap == 0.0 or one.block_a != other.block_b:
         return False
     w, f = other.corner, other.edge
-    at_w = w == (one.edge if one.along < 0.5 * one.edge_length else vertices[one.edge].following)
+    at_w = w == (one.edge if one.tangential < 0.5 * one.edge_length else vertices[one.edge].following)
     at_v = f == one.corner or vertices[f].following == one.corner
-    return bool(at_w and at_v and not are_rivals(vertices, rules, one, other))
+    return bool(at_w and at_v and not are_opposing(vertices, rules, one, other))
 
 
 @nb.njit(cache=True, forceinline=True)
-def are_rivals(vertices: RecordArray, rules: Rules, one: Record, other: Record) -> bool:  # pragma: no cover - compiled
-    """Whether two rows are the two ways out for one corner that is pressed into another.
+def are_opposing(
+    vertices: RecordArray, rules: Rules, one: Record, other: Record
+) -> bool:  # pragma: no cover - compiled
+    """Whether two rows are opposing candidates: the two edges over which one corner may leave another.
 
     What corner v cannot reach beside corner w of the other block is a wedge, convex as both are. Its two sides are
-    edges at v or w: v on an edge at w, or w on an edge at v. Inside, the nearer side is the way out.
+    edges at v or w: v on an edge at w, or w on an edge at v. The contact is on the side with the smaller penetration.
     """
     v, e = one.corner, one.edge
-    w = e if one.along < 0.5 * one.edge_length else vertices[e].following
+    w = e if one.tangential < 0.5 * one.edge_length else vertices[e].following
     f = other.edge
     cosine = vertices[e].dx * vertices[f].dx + vertices[e].dy * vertices[f].dy
     sine = vertices[e].dx * vertices[f].dy - vertices[e].dy * vertices[f].dx
@@ -56,19 +60,19 @@ def are_rivals(vertices: RecordArray, rules: Rules, one: Record, other: Record) 
         cosine = -cosine
     else:
         return False
-    if one.lean >= 0 or other.lean >= 0:
-        return False  # no way out before the blocks have turned
+    if one.entering_edge >= 0 or other.entering_edge >= 0:
+        return False  # not before the blocks have rotated
     return bool(cosine < 0.0 or abs(sine) > rules.parallel)
 
 
 @nb.njit(cache=True, forceinline=True)
-def bears_on_both(
+def closed_on_both(
     vertices: RecordArray, h: float, rules: Rules, one: Record, other: Record
 ) -> bool:  # pragma: no cover - compiled
-    """Whether a corner that has closed on edge `one` bears on it whatever it does on the edge `other`.
+    """Whether a corner that has closed on edge `one` stays closed on it whatever it does on the edge `other`.
 
     So it is where the block is not convex: the edge lies in front of the other (the floor of a wide notch and its
-    wall), or the two meet in a notch. So it is, too, at a flat corner where each bears on an edge of its own.
+    wall), or the two meet in a notch. So it is, too, at a flat corner where each touches an edge of its own.
     """
     e, f = one.edge, other.edge
     cosine = vertices[e].dx * vertices[f].dx + vertices[e].dy * vertices[f].dy
@@ -87,11 +91,11 @@ def bears_on_both(
 
 @nb.njit(cache=True, forceinline=True)
 def is_face(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
-    """Whether edges lie along each other there."""
-    return bool(row.parallel_edge >= 0 and row.overlap >= rules.seam * h)
+    """Whether the candidate is an end of an edge-edge contact (a face)."""
+    return bool(row.parallel_edge >= 0 and row.overlap >= rules.min_overlap * h)
 
 
 @nb.njit(cache=True, forceinline=True)
-def touches(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
-    """Whether a candidate bears, or would at once."""
-    return bool(row.in_range and row.play == 0.0 and row.gap <= rules.fresh * h)
+def is_closing(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
+    """Whether a candidate is closed, or would be at once."""
+    return bool(row.in_range and row.corner_gap == 0.0 and row.gap <= rules.new_penetration * h)

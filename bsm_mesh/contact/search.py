@@ -1,4 +1,4 @@
-"""Contact search: candidates for contact between the blocks where they stand now, with the history they carry on."""
+"""Contact search: candidates between the blocks at their current position, with the history that they continue."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
 from bsm_mesh.contact.broad_phase import near_pairs
-from bsm_mesh.contact.contact_rules import settle
-from bsm_mesh.contact.inheritance import ACTIVE
+from bsm_mesh.contact.contact_rules import resolve_candidates
+from bsm_mesh.contact.history_transfer import ACTIVE
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.contact.outlines import Outlines, RecordArray, corner_positions, records_at
 from bsm_mesh.contact.rules import RULES, Rules
@@ -20,8 +20,8 @@ from bsm_mesh.contact.rules import RULES, Rules
 __all__ = [
     "ActiveContacts",
     "Candidates",
+    "ContactPairs",
     "Outlines",
-    "Sides",
     "corner_positions",
     "detect_contacts",
     "key_of",
@@ -29,12 +29,12 @@ __all__ = [
 ]
 
 
-PAIRS_AT_ONCE = 25_000  # pairs of blocks whose contacts a thread looks for in one go
+PAIRS_AT_ONCE = 25_000  # pairs of blocks that a thread searches in one go
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ActiveContacts:
-    """Contacts that bore pressure at the last accepted step, sorted by pair.
+    """Contacts that were closed at the last accepted step, sorted by pair.
 
     Attributes
     ----------
@@ -71,8 +71,8 @@ class ActiveContacts:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Sides:
-    """What of candidates lasts for a step: who may touch whom, wherever the blocks are then; sorted by pair.
+class ContactPairs:
+    """Pairs of corner and edge that may come into contact within a step, sorted by pair of blocks.
 
     Attributes
     ----------
@@ -89,8 +89,9 @@ class Sides:
         Edge of a at the corner that is parallel to b's edge; -1 if there is none.
     history : (m,) int32
         Row of the same contact among the active ones; -1 if it was not active.
-    rival : (m,) int32
-        Row of the other way out where two corners meet; -1 if there is none. Of the two the one with more gap bears.
+    opposing_candidate : (m,) int32
+        Row of the opposing candidate where two corners meet; -1 if there is none. Of two the one with the smaller
+        penetration is closed.
     """
 
     block_a: IntArray
@@ -101,7 +102,7 @@ class Sides:
     length: FloatArray
     parallel_edge: IntArray
     history: IntArray
-    rival: IntArray
+    opposing_candidate: IntArray
 
     @property
     def count(self) -> int:
@@ -120,37 +121,37 @@ class Sides:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Candidates(Sides):
-    """Places where a corner of `block_a` touches an edge of `block_b`, or may within the next step.
+class Candidates(ContactPairs):
+    """Contact candidates: a corner of `block_a` that touches an edge of `block_b`, or may within the next step.
 
     Attributes
     ----------
     gap : (m,) float64 [m]
         Distance of the corner from the edge's line, positive outside.
-    along : (m,) float64 [m]
+    tangential : (m,) float64 [m]
         Coordinate of the corner along the edge, from the edge's start.
     in_range : (m,) bool
-        Whether the corner's projection lies on the edge. A candidate that is not in range bears only once its
+        Whether the corner's projection lies on the edge. A candidate that is not in range closes only once its
         projection has come onto the edge.
-    inherits : (m,) int32
-        Row of an active contact that has ended and whose shear force this one takes over; else -1.
-    play : (m,) float64 [m]
-        Corner on corner: how deep the one may go into the other before it bears; else 0.
-    lean : (m,) int32
-        Edge of a at the corner that leads into b: the contact bears only once the blocks have turned; else -1.
+    predecessor : (m,) int32
+        Row of an active contact that has ended and whose history is transferred to this one; else -1.
+    corner_gap : (m,) float64 [m]
+        Of a corner-corner contact: penetration at which it closes; else 0.
+    entering_edge : (m,) int32
+        Edge of a at the corner that enters b: the contact closes only once the blocks have rotated; else -1.
     """
 
     gap: FloatArray
-    along: FloatArray
+    tangential: FloatArray
     in_range: BoolArray
-    inherits: IntArray
-    play: FloatArray
-    lean: IntArray
+    predecessor: IntArray
+    corner_gap: FloatArray
+    entering_edge: IntArray
 
     @property
-    def sides(self) -> Sides:
-        """What lasts, without the rest, which would take as much memory again."""
-        return Sides(**{field.name: getattr(self, field.name) for field in fields(Sides)})
+    def contact_pairs(self) -> ContactPairs:
+        """The pairs alone, without the rest, which would take as much memory again."""
+        return ContactPairs(**{field.name: getattr(self, field.name) for field in fields(ContactPairs)})
 
 
 def key_of(first: IntArray, second: IntArray) -> IntArray:
@@ -171,7 +172,7 @@ Columns = tuple[Any, ...]
 def detect_contacts(
     outlines: Outlines, placed: FloatArray, active: ActiveContacts, band: float, *, rules: Rules = RULES
 ) -> Candidates:
-    """Return the candidates for contact where the blocks are.
+    """Return the contact candidates of placed blocks.
 
     Parameters
     ----------
@@ -192,10 +193,10 @@ def detect_contacts(
     old["pair"], old["key"], old["pressure"] = active.pair, active.key, active.pressure
     old["x"], old["y"], old["nx"], old["ny"] = *active.point.T, *active.normal.T
     pairs = near_pairs(vertices, blocks)
-    return Candidates(**dict(zip(NAMES, _settled(vertices, blocks, pairs, old, band, rules), strict=True)))
+    return Candidates(**dict(zip(NAMES, _resolved_candidates(vertices, blocks, pairs, old, band, rules), strict=True)))
 
 
-def _settled(
+def _resolved_candidates(
     vertices: RecordArray, blocks: RecordArray, pairs: IntArray, old: RecordArray, band: float, rules: Rules
 ) -> Columns:
     """Return the fields of the candidates of pairs of blocks, in their order.
@@ -206,18 +207,19 @@ def _settled(
     parts = [pairs[k : k + PAIRS_AT_ONCE] for k in first]
     split = [0, *np.searchsorted(old["pair"], key_of(*pairs[first[1:]].T)).tolist(), len(old)]
 
-    def settled(part: int) -> Columns:
+    def resolved(part: int) -> Columns:
         rows, starts = facing_rows(vertices, blocks, parts[part], band, rules)
         active = old[split[part] : split[part + 1]]
-        columns: Columns = _columns(settle(vertices, blocks, parts[part], active, band, rules, rows, starts))
+        kept = resolve_candidates(vertices, blocks, parts[part], active, band, rules, rows, starts)
+        columns: Columns = _columns(kept)
         return columns
 
     if len(parts) == 1:
-        return settled(0)
+        return resolved(0)
     with ThreadPoolExecutor(2) as threads:
-        found = list(threads.map(settled, range(len(parts))))
+        found = list(threads.map(resolved, range(len(parts))))
     count = np.cumsum([0, *(len(columns[0]) for columns in found)])
-    for name, before in (("history", split), ("inherits", split), ("rival", count)):
+    for name, before in (("history", split), ("predecessor", split), ("opposing_candidate", count)):
         for part, columns in enumerate(found):
             number = columns[NAMES.index(name)]
             number[number >= 0] += before[part]
@@ -231,16 +233,16 @@ def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compil
     """Return the fields of `Candidates`, in their order, in one pass over the records ROW."""
     n, i4 = rows.size, np.int32
     block_a, block_b, corner, edge = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
-    gap, along, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    gap, tangential, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     parallel_edge, in_range = np.empty(n, i4), np.empty(n, np.bool_)
-    history, inherits, rival = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
-    play, lean = np.empty(n), np.empty(n, i4)
+    history, predecessor, opposing_candidate = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
+    corner_gap, entering_edge = np.empty(n), np.empty(n, i4)
     for i in range(n):
         row = rows[i]
         block_a[i], block_b[i], corner[i], edge[i] = row.block_a, row.block_b, row.corner, row.edge
-        gap[i], along[i], edge_length[i], length[i] = row.gap, row.along, row.edge_length, row.length
+        gap[i], tangential[i], edge_length[i], length[i] = row.gap, row.tangential, row.edge_length, row.length
         parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
-        history[i], inherits[i], rival[i] = row.history, row.inherits, row.rival
-        play[i], lean[i] = row.play, row.lean
-    sides = block_a, block_b, corner, edge, edge_length, length, parallel_edge, history, rival
-    return (*sides, gap, along, in_range, inherits, play, lean)
+        history[i], predecessor[i], opposing_candidate[i] = row.history, row.predecessor, row.opposing_candidate
+        corner_gap[i], entering_edge[i] = row.corner_gap, row.entering_edge
+    contact_pairs = block_a, block_b, corner, edge, edge_length, length, parallel_edge, history, opposing_candidate
+    return (*contact_pairs, gap, tangential, in_range, predecessor, corner_gap, entering_edge)

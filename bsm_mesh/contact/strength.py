@@ -1,4 +1,4 @@
-"""Strength of contacts: straight lines above the pressure, and tension.
+"""Contact strength: shear strength as the lower of straight lines over the pressure, and tensile strength.
 
 Patton's and Mohr-Coulomb's criteria bound the shear force by the lower of straight lines, intercept + slope *
 pressure. So do two different rocks that meet without a joint: the weaker governs.
@@ -16,7 +16,7 @@ from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
-MOST_UTILISATION = 999.0  # shown where a contact without strength bears shear
+MOST_UTILISATION = 999.0  # shown where a contact without strength carries shear
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

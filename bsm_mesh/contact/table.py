@@ -1,4 +1,4 @@
-"""The contact table: one row a point contact, one array a property."""
+"""The initial contact table: one row per point contact, one array per property."""
 
 from __future__ import annotations
 

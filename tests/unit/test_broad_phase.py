@@ -12,7 +12,7 @@ from bsm_mesh.model.polygons import polygon_moments
 BAND = 0.05
 
 
-def outlines_of(polygons, held=None):
+def outlines_of(polygons, fixed=None):
     """Return outlines and position of polygons that may overlap, which `Blocks` refuses."""
     offsets = np.concatenate([[0], np.cumsum([len(p) for p in polygons])])
     vertices = np.concatenate(polygons)
@@ -23,16 +23,16 @@ def outlines_of(polygons, held=None):
         directions=np.zeros_like(vertices),  # which the broad phase does not look at
         centroid=moments.centroid,
         offsets=offsets,
-        fans=np.arange(len(vertices)),
-        held=np.zeros(len(polygons), dtype=bool) if held is None else held,
+        vertex_clusters=np.arange(len(vertices)),
+        fixed=np.zeros(len(polygons), dtype=bool) if fixed is None else fixed,
         block_size=size,
         size=float(np.median(size)),
     )
     return outlines, np.column_stack([moments.centroid, np.zeros(len(polygons))])
 
 
-def pairs_of(polygons, held=None):
-    pairs = near_pairs(*records_at(*outlines_of(polygons, held), BAND))
+def pairs_of(polygons, fixed=None):
+    pairs = near_pairs(*records_at(*outlines_of(polygons, fixed), BAND))
     found = [tuple(pair) for pair in pairs.tolist()]
     assert found == sorted(set(found)), "sorted, each once"
     assert all(i < j for i, j in found)

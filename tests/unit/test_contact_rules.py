@@ -19,7 +19,7 @@ from bsm_mesh.model.faces import find_faces
 def test_one_contact_where_two_corners_meet_not_two():
     scene = column()
     assert len(scene.touching(scene.detect())) == 2
-    assert len(scene.touching(scene.detect(rules=RULES._replace(dual=0.0)))) == 4
+    assert len(scene.touching(scene.detect(rules=RULES._replace(dual_distance=0.0)))) == 4
 
 
 @pytest.mark.parametrize("shift", [-0.01, 0.01])
@@ -43,7 +43,7 @@ def test_parallel_edges_that_share_no_length_do_not_support():
         return pairs - {(0, 1), (2, 3), (0, 3)}
 
     assert diagonal(RULES) == set()
-    assert diagonal(RULES._replace(seam=0.0)) == {(0, 2), (1, 3)}
+    assert diagonal(RULES._replace(min_overlap=0.0)) == {(0, 2), (1, 3)}
     assert diagonal(RULES, -0.996) == set()
     assert diagonal(RULES, -0.994) == {(0, 2), (1, 3)}, "a real overlap"
 
@@ -53,7 +53,7 @@ def slide(step, rules, penetration=1e-4):
 
     The second block stands out by `step`; the moved block sinks in by `penetration`, as elastic blocks do.
     """
-    start = Scene.of([rectangle(-4, -1, 0, 0), rectangle(0, -1, 4, step), rectangle(-2, 0, -0.005, 1)], held=[0, 1])
+    start = Scene.of([rectangle(-4, -1, 0, 0), rectangle(0, -1, 4, step), rectangle(-2, 0, -0.005, 1)], fixed=[0, 1])
     active, steepest, support, pace = start.activated(start.detect()), 0.0, 2, 0.0007
     for x in np.arange(0.0, 0.1, pace):
         scene = start.moved(2, (x, -penetration))
@@ -73,10 +73,10 @@ def test_a_block_does_not_snag_at_a_flush_joint_but_at_a_step():
     steepest, support = slide(0.0, RULES)
     assert steepest < 1e-6
     assert support >= 2
-    assert slide(0.0, RULES._replace(seam=0.0))[0] > 0.99
+    assert slide(0.0, RULES._replace(min_overlap=0.0))[0] > 0.99
     assert slide(0.0, RULES, penetration=8e-4)[0] < 1e-6
     assert slide(0.03, RULES)[0] > 0.99, "0.02 of the median size, 1.5 m"
-    assert slide(0.03, RULES._replace(seam=0.05))[0] < 1e-6
+    assert slide(0.03, RULES._replace(min_overlap=0.05))[0] < 1e-6
 
 
 def test_the_face_of_a_small_block_is_no_seam():
@@ -119,7 +119,7 @@ def test_a_corner_within_a_corner_bears_on_one_edge_only():
         return [tuple(np.round(n, 6) + 0.0) for n in scene.normals(found.edge[rows])], found, rows
 
     assert normals()[0] == [(1.0, 0.0)]
-    every, found, rows = normals(closed=-1.0, dual=0.0)
+    every, found, rows = normals(closure_tol=-1.0, dual_distance=0.0)
     assert sorted(every) == [(0.0, 1.0), (1.0, 0.0)]
     on_top = scene.activated(found, [rows[every.index((0.0, 1.0))]])
     assert normals(on_top)[0] == [(0.0, 1.0)], "the active edge goes first"
@@ -128,7 +128,7 @@ def test_a_corner_within_a_corner_bears_on_one_edge_only():
 @pytest.mark.parametrize("floor", [[3, 1], [3, 2, 1.5, 1], [3, 1.01, 1]])
 def test_a_corner_in_a_notch_bears_on_floor_and_wall(floor):
     notched = np.vstack([[(0, 0), (3, 0)], np.column_stack([floor, np.ones(len(floor))]), [(1, 3), (0, 3)]])
-    start = Scene.of([notched, rectangle(1, 1, 2, 2)], held=[0])
+    start = Scene.of([notched, rectangle(1, 1, 2, 2)], fixed=[0])
     pressed = start.moved(1, (-1e-5, -2e-5))
     active = start.activated(start.detect())
     for found in (pressed.detect(), pressed.detect(active)):
@@ -144,7 +144,7 @@ def test_a_tip_in_a_notch_bears_on_both_sides():
     notched = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
     arms = np.radians([20, 70])
     tip = turned([(0, 0), *zip(np.cos(arms), np.sin(arms), strict=True)], 0, (1, 1))
-    pressed = Scene.of([notched, tip], held=[0]).moved(1, (-1e-5, -2e-5))
+    pressed = Scene.of([notched, tip], fixed=[0]).moved(1, (-1e-5, -2e-5))
     assert len(pressed.touching(pressed.detect())) == 2
 
 
@@ -154,7 +154,7 @@ def test_a_fresh_contact_does_not_start_deep():
     assert start.moved(1, (0.0, -0.9e-3)).detect().count == 2
     deep = start.moved(1, (0.0, -3e-3))
     assert deep.detect().count == 0
-    assert deep.detect(rules=RULES._replace(fresh=0.2)).count == 2
+    assert deep.detect(rules=RULES._replace(new_penetration=0.2)).count == 2
     assert deep.detect(start.activated(start.detect())).count == 2, "with history it stays"
     slid = column().moved(1, (2e-3, -3e-3))
     assert len(slid.touching(slid.detect(column().activated(column().detect())))) == 2, "a dual takes over deep, too"
@@ -166,7 +166,7 @@ def test_only_convex_corners_touch():
     scene = Scene.of(jagged_interface(rng, 0.015))
     faces = len(find_faces(scene.blocks).edge_a)
     assert len(scene.touching(scene.detect())) == 2 * faces
-    off = RULES._replace(flat=2.0, dual=0.0)
+    off = RULES._replace(flat=2.0, dual_distance=0.0)
     assert len(scene.touching(scene.detect(rules=off))) > len(
         scene.touching(scene.detect(rules=off._replace(flat=1e-6)))
     )
@@ -188,7 +188,7 @@ def test_a_corner_touches_only_edges_that_its_own_edges_lead_away_from():
     assert tops(RULES._replace(entrance=2.0)) > 0
 
 
-def fan(turn=0.0):
+def vertex_cluster(turn=0.0):
     """Return seven triangles round the origin."""
     angles = np.radians(turn + np.cumsum([0, 40, 61, 52, 47, 66, 38]))
     rim = 2 * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -197,10 +197,10 @@ def fan(turn=0.0):
 
 def test_corners_of_diagonal_neighbours_do_not_support_each_other():
     """In a mesh many corners meet in one point; blocks without a common face bear there only once they are pressed."""
-    scene = Scene.of(fan())
+    scene = Scene.of(vertex_cluster())
     found = scene.detect()
     assert len(scene.touching(found)) == 14
-    assert len(scene.touching(scene.detect(rules=RULES._replace(tip=0.0)))) > 14
+    assert len(scene.touching(scene.detect(rules=RULES._replace(vertex_tol=0.0)))) > 14
     tips = ~found.in_range & (np.abs(found.gap) < 1e-9)
     assert tips.any(), "candidates they stay"
     active = scene.activated(found, np.flatnonzero(tips))
@@ -222,7 +222,7 @@ def test_a_thin_block_between_two_others_keeps_them_apart():
     ]
     scene = Scene.of(wedge)
     assert len(scene.touching(scene.detect())) == 4
-    assert len(scene.touching(scene.detect(rules=RULES._replace(tip=0.0)))) == 5
+    assert len(scene.touching(scene.detect(rules=RULES._replace(vertex_tol=0.0)))) == 5
 
 
 def test_corners_that_just_touch_do_support_each_other():
@@ -248,7 +248,7 @@ def test_rules_go_with_the_smaller_block_of_a_pair():
     """A pebble 1/500 as large as the rock: a third of its base still bears, and its corners keep their own history."""
     side = 0.002
     pebble = rectangle(-side / 3, 0, 2 * side / 3, side)
-    scene = Scene.of([rectangle(-1, -1, 0, 0), pebble, square(3, 3)], held=[0])
+    scene = Scene.of([rectangle(-1, -1, 0, 0), pebble, square(3, 3)], fixed=[0])
     blunt = dataclasses.replace(scene.outlines, block_size=np.ones(3))  # the same scene, rules with the median size
     assert scene.outlines.size == pytest.approx(0.5 + side / 2)
     assert len(scene.touching(scene.detect(band=side))) == 2

@@ -28,8 +28,8 @@ def ways_out(p, q):
     ways = []
     for one, other, sign in ((p, q, 1.0), (q, p, -1.0)):
         for start, end in zip(one, np.roll(one, -1, axis=0), strict=True):
-            along = (end - start) / np.hypot(*(end - start))
-            normal = np.array([along[1], -along[0]])
+            tangential = (end - start) / np.hypot(*(end - start))
+            normal = np.array([tangential[1], -tangential[0]])
             ways.append((-((other - start) @ normal).min(), sign * normal))
     return ways
 
@@ -84,7 +84,7 @@ def test_squares_that_meet_in_a_corner_bear_on_one_side(left, down):
     assert not contacts.touching.any(), "at the start they bear nothing"
     expected = (0, 1) if down < left else (1, 0)
     assert_allclose(force / np.hypot(*force), expected, atol=1e-12)
-    shallow, _ = force_on_upper(square(0, 0), square(1, 1), (-0.9 * RULES.seam, -0.5))
+    shallow, _ = force_on_upper(square(0, 0), square(1, 1), (-0.9 * RULES.min_overlap, -0.5))
     assert_allclose(shallow, 0.0, atol=0.0)
 
 
@@ -94,11 +94,11 @@ def test_rivals_name_each_other_and_stand_on_different_sides():
         found = scene.detect()
         rows = np.flatnonzero(found.pair == (pair[0] << 32 | pair[1]))
         assert len(rows) == 2
-        assert found.rival[rows].tolist() == rows[::-1].tolist()
+        assert found.opposing_candidate[rows].tolist() == rows[::-1].tolist()
         assert abs(np.prod(scene.normals(found.edge[rows]).sum(axis=0))) == pytest.approx(1.0)
-        assert_allclose(found.play[rows], RULES.seam)
+        assert_allclose(found.corner_gap[rows], RULES.min_overlap)
     faces = found.parallel_edge >= 0
-    assert (found.rival[faces & (found.play == 0)] == -1).all(), "faces have one way out"
+    assert (found.opposing_candidate[faces & (found.corner_gap == 0)] == -1).all(), "faces have one way out"
 
 
 def test_a_notch_has_no_rivals():
@@ -106,13 +106,13 @@ def test_a_notch_has_no_rivals():
     scene = Scene.of([notched, rectangle(1, 1, 2, 2)]).moved(1, (0.02, 0.02))
     found = scene.detect()
     assert found.count > 0
-    assert (found.rival == -1).all()
+    assert (found.opposing_candidate == -1).all()
 
 
 def toe_at_a_step(x, step, rules=RULES):
     """Return what a block with a sloping front finds at the next block, which stands out by `step`."""
     toe = np.array([(-1, 0), (0, 0), (-0.7, 1), (-1, 1)])
-    scene = Scene.of([rectangle(-3, -1, 0, 0), rectangle(0, -1, 3, step), toe], held=[0, 1]).moved(2, (x, 0.0))
+    scene = Scene.of([rectangle(-3, -1, 0, 0), rectangle(0, -1, 3, step), toe], fixed=[0, 1]).moved(2, (x, 0.0))
     found = scene.detect(rules=rules)
     mine = (found.block_a == 2) & (found.block_b == 1) | (found.block_a == 1) & (found.block_b == 2)
     return found, mine, scene.normals(found.edge)
@@ -123,19 +123,19 @@ def test_the_front_of_a_low_step_lets_the_toe_in_whatever_its_slope(x):
     found, mine, normals = toe_at_a_step(x, 1e-3)
     front = mine & (np.abs(normals[:, 0]) > 0.5)
     assert front.sum() == 1
-    assert found.play[front] == pytest.approx(RULES.seam * np.sqrt(0.65))
-    assert found.rival[front] >= 0
+    assert found.corner_gap[front] == pytest.approx(RULES.min_overlap * np.sqrt(0.65))
+    assert found.opposing_candidate[front] >= 0
     found, mine, normals = toe_at_a_step(x, 0.02)
-    assert (found.play[mine & (np.abs(normals[:, 0]) > 0.5)] == 0).all(), "a real step"
+    assert (found.corner_gap[mine & (np.abs(normals[:, 0]) > 0.5)] == 0).all(), "a real step"
 
 
 def test_a_face_that_slides_on_is_let_in_at_the_end_only():
     def rows(x, depth, rules=RULES):
-        scene = Scene.of([square(0, 0), square(-1.5, 1)], held=[0]).moved(1, (0.5 + x, -depth))
+        scene = Scene.of([square(0, 0), square(-1.5, 1)], fixed=[0]).moved(1, (0.5 + x, -depth))
         return scene.detect(rules=rules).count
 
     assert rows(0.03, 4e-3) > 0
-    assert rows(0.03, 4e-3, RULES._replace(let_in=1e-3)) == 0
+    assert rows(0.03, 4e-3, RULES._replace(initial_penetration=1e-3)) == 0
     assert rows(0.3, 4e-3) == 0, "deep inside a face nothing may start"
 
 
@@ -170,7 +170,7 @@ def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():
     closed = scene.moved(1, (9, 0)).moved(2, degrees=-np.degrees(np.arctan2(0.3, 3)), about=(0, 0))
     found = closed.detect()
     assert len(closed.touching(found)) == 2
-    assert (found.play[closed.touching(found)] == 0).all()
+    assert (found.corner_gap[closed.touching(found)] == 0).all()
     assert len(scene.moved(1, (9, 0)).touching(scene.moved(1, (9, 0)).detect())) == 0
 
 

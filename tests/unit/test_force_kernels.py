@@ -171,13 +171,13 @@ def test_constrain_of_a_whole_matrix_against_dense():
     matrix = dense(pattern, data)
     basis = np.stack([np.linalg.qr(np.random.default_rng(k).normal(size=(3, 3)))[0] for k in range(2)])
     number = np.array([-1, 0, -1, 1, -1], dtype=np.int32)
-    held = np.array([2, 1], dtype=np.int32)
+    fixed = np.array([2, 1], dtype=np.int32)
     turn, struck = np.eye(3 * N), np.zeros(3 * N, dtype=bool)
     for block, k in ((1, 0), (3, 1)):
         turn[3 * block : 3 * block + 3, 3 * block : 3 * block + 3] = basis[k]
-        struck[3 * block : 3 * block + held[k]] = True
+        struck[3 * block : 3 * block + fixed[k]] = True
     expected = turn.T @ matrix @ turn
     expected[struck], expected[:, struck] = 0, 0
     expected[struck, struck] = 1
-    constrain(pattern.row_start, pattern.column, pattern.diagonal, data, number, basis, held)
+    constrain(pattern.row_start, pattern.column, pattern.diagonal, data, number, basis, fixed)
     assert_allclose(dense(pattern, data), expected, atol=1e-12 * np.abs(matrix).max())

@@ -30,12 +30,12 @@ def forces_of(contacts, law, position, friction_pressure=None):
     return evaluate(contacts, LAWS, position, friction_pressure)
 
 
-@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("fixed", [False, True])
 @pytest.mark.parametrize("laws", [1, 2])
-def test_some_contacts_at_a_time_answer_as_all_at_once(monkeypatch, pressed, laws, held):
+def test_some_contacts_at_a_time_answer_as_all_at_once(monkeypatch, pressed, laws, fixed):
     contacts, position = pressed
     law = (np.arange(contacts.count) % laws).astype(np.int32)
-    pressure = np.abs(np.random.default_rng(1).normal(scale=1e4, size=contacts.count)) if held else None
+    pressure = np.abs(np.random.default_rng(1).normal(scale=1e4, size=contacts.count)) if fixed else None
     whole = forces_of(contacts, law, position, pressure)
     monkeypatch.setattr(moving, "AT_ONCE", 7)
     parts = forces_of(contacts, law, position, pressure)

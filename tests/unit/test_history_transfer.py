@@ -21,12 +21,12 @@ def test_history_is_carried_on_or_handed_over_never_twice(seed):
         position = scene.position + rng.normal(0, 5e-4, scene.position.shape)
         scene = Scene(scene.outlines, position, scene.blocks)
         found = scene.detect(active)
-        goes_on, taken = found.history[found.history >= 0], found.inherits[found.inherits >= 0]
+        goes_on, taken = found.history[found.history >= 0], found.predecessor[found.predecessor >= 0]
         rows = np.concatenate([goes_on, taken])
         assert len(np.unique(rows)) == len(rows)
-        assert ((found.history < 0) | (found.inherits < 0)).all()
+        assert ((found.history < 0) | (found.predecessor < 0)).all()
         assert (active.key[goes_on] == found.key[found.history >= 0]).all()
-        assert (active.pair[taken] == found.pair[found.inherits >= 0]).all()
+        assert (active.pair[taken] == found.pair[found.predecessor >= 0]).all()
         keys = list(zip(found.pair.tolist(), found.key.tolist(), strict=True))
         assert len(set(keys)) == len(keys)
         active = scene.activated(found)
@@ -43,7 +43,7 @@ def test_no_swapped_role_while_the_active_contact_is_in_range(shift):
     assert len(moved.touching(found)) == 2
     if abs(shift) < 1e-3:
         assert (found.history[moved.touching(found)] >= 0).all()
-        off = moved.detect(active, rules=RULES._replace(dual=0.0))
+        off = moved.detect(active, rules=RULES._replace(dual_distance=0.0))
         assert sorted(off.history[moved.touching(off)]) == [-1, 0, 1]
 
 
@@ -53,8 +53,8 @@ def test_history_of_two_goes_to_one_from_the_nearer():
     row = int(np.argmin(scene.placed[found.corner, 0]))  # at (1, 1)
     for points in ([(1.05, 1), (1.02, 1)], [(1.02, 1), (1.05, 1)]):
         ended = active_on_top(found.pair[0], [1 << 20, 2 << 20], points)
-        assert scene.detect(ended).inherits[row] == [x for x, _ in points].index(1.02)
-        assert (scene.detect(ended).inherits >= 0).sum() == 1
+        assert scene.detect(ended).predecessor[row] == [x for x, _ in points].index(1.02)
+        assert (scene.detect(ended).predecessor >= 0).sum() == 1
 
 
 def active_on_top(pair, keys, points):
@@ -83,22 +83,22 @@ def test_a_contact_ends_when_it_leaves_the_edge_and_its_dual_takes_over_the_hist
     active = start.activated(start.detect())
     inside, outside = start.moved(1, (0.9e-3, -1e-5)), start.moved(1, (1.1e-3, -1e-5))
     assert sorted(inside.detect(active).history) == [0, 1]
-    assert sorted(inside.detect(active, rules=RULES._replace(leave=0.0)).history) == [-1, 0], "it flickers"
+    assert sorted(inside.detect(active, rules=RULES._replace(detach_tol=0.0)).history) == [-1, 0], "it flickers"
     found = outside.detect(active)
     assert sorted(found.history) == [-1, 0] or sorted(found.history) == [-1, 1]
     (new,) = np.flatnonzero(found.history < 0)
-    assert found.inherits[new] == 1 - found.history.max()
+    assert found.predecessor[new] == 1 - found.history.max()
     assert found.block_a[new] != found.block_a[1 - new], "corner and edge are swapped"
-    assert (outside.detect(active, rules=RULES._replace(leave=1.0)).history >= 0).all(), "it hangs in the air"
+    assert (outside.detect(active, rules=RULES._replace(detach_tol=1.0)).history >= 0).all(), "it hangs in the air"
 
 
-@pytest.mark.parametrize("off", [{"near": 0.0}, {"aligned": 1.1}])
+@pytest.mark.parametrize("off", [{"transfer_distance": 0.0}, {"min_cosine": 1.1}])
 def test_without_near_and_aligned_contacts_no_history_is_handed_over(off):
     start = column()
     active = start.activated(start.detect())
     outside = start.moved(1, (2e-3, -1e-5))
-    assert (outside.detect(active).inherits >= 0).sum() == 1
-    assert (outside.detect(active, rules=RULES._replace(**off)).inherits >= 0).sum() == 0
+    assert (outside.detect(active).predecessor >= 0).sum() == 1
+    assert (outside.detect(active, rules=RULES._replace(**off)).predecessor >= 0).sum() == 0
 
 
 def test_history_is_not_handed_round_a_corner():
@@ -108,13 +108,13 @@ def test_history_is_not_handed_round_a_corner():
     assert len(active.key) == 2
     beside = start.moved(1, (0.1, -0.05))
     assert len(beside.touching(beside.detect(active))) == 2
-    assert (beside.detect(active).inherits < 0).all()
-    assert (beside.detect(active, rules=RULES._replace(aligned=-1.0, near=0.3)).inherits >= 0).any()
+    assert (beside.detect(active).predecessor < 0).all()
+    assert (beside.detect(active, rules=RULES._replace(min_cosine=-1.0, transfer_distance=0.3)).predecessor >= 0).any()
 
 
 def test_history_goes_along_an_outline_from_edge_to_edge():
     floor = np.array([(-2, -1), (2, -1), (2, 0), (0, 0), (-2, 0)], dtype=float)  # its top has a flat corner at x = 0
-    start = Scene.of([floor, rectangle(-1, 0, -0.001, 1)], held=[0])
+    start = Scene.of([floor, rectangle(-1, 0, -0.001, 1)], fixed=[0])
     active = start.activated(start.detect())
     found = start.moved(1, (0.02, -1e-5)).detect(active)
     rows = start.touching(found)
@@ -122,8 +122,8 @@ def test_history_goes_along_an_outline_from_edge_to_edge():
     assert found.length[rows].sum() == pytest.approx(0.999)
     right = rows[start.placed[found.corner[rows], 0] > -0.01]
     assert sorted(found.history[rows]) == [-1, -1, found.history.max()]
-    assert found.inherits[rows].max() == 1 - found.history.max()
-    assert found.inherits[right].max() == found.inherits[rows].max()
+    assert found.predecessor[rows].max() == 1 - found.history.max()
+    assert found.predecessor[right].max() == found.predecessor[rows].max()
 
 
 def test_an_active_contact_has_a_greatest_depth():
@@ -131,12 +131,12 @@ def test_an_active_contact_has_a_greatest_depth():
     active = start.activated(start.detect())
     assert start.moved(1, (0.0, -0.24)).detect(active).count == 2
     assert start.moved(1, (0.0, -0.3)).detect(active).count == 0
-    assert start.moved(1, (0.0, -0.3)).detect(active, rules=RULES._replace(deepest=0.5)).count == 2
+    assert start.moved(1, (0.0, -0.3)).detect(active, rules=RULES._replace(max_penetration=0.5)).count == 2
 
 
 def test_two_active_duals_at_one_point_become_one():
     start = column()
-    every = start.detect(rules=RULES._replace(dual=0.0))
+    every = start.detect(rules=RULES._replace(dual_distance=0.0))
     rows = start.touching(every)
     assert len(rows) == 4
     active = start.activated(every, rows, pressure=np.array([1.0, 2.0, 3.0, 4.0]))
@@ -150,4 +150,4 @@ def test_contacts_that_bore_nothing_are_not_active():
     active = start.activated(start.detect(), pressure=0.0)
     found = start.moved(1, (0.0, -1e-5)).detect(active)
     assert (found.history == -1).all()
-    assert (found.inherits == -1).all()
+    assert (found.predecessor == -1).all()

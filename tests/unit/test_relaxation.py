@@ -45,7 +45,7 @@ def test_a_block_that_slides_on_keeps_its_velocity():
     velocity, gone = on.velocity[1, 0], on.start[1, 0] - step.start[1, 0]
     assert 0 < 50 * velocity < gone
     assert abs(on.velocity[1, 1]) < 1e-6 * velocity
-    assert on.contacts.old_along == pytest.approx(on.evaluate(on.start).along, abs=1e-12)
+    assert on.contacts.old_tangential == pytest.approx(on.evaluate(on.start).tangential, abs=1e-12)
     assert step.velocity is None
 
 
@@ -76,7 +76,7 @@ def test_blocks_rest_within_their_strength_and_in_balance():
     assert rest.is_scattered(left, relaxation.REFINED[-1])
     assert (at.pressure[at.bearing] > 0).all()
     assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
-    slipped = np.abs(at.along - rest.contacts.first_along)[at.bearing]
+    slipped = np.abs(at.tangential - rest.contacts.first_tangential)[at.bearing]
     elastic = (np.abs(at.shear) / rest.contacts.shear_stiffness)[at.bearing]
     assert (slipped > 2 * elastic).sum() > 100
     assert step.contacts is given  # nothing is done to the step it began with
@@ -174,7 +174,7 @@ def test_cohesion_is_gone_where_blocks_slipped():
     law = bsm.MohrCoulomb(friction=30, cohesion=1e3)
     rest = relax(begun(model.replace(joints=(replace(model.joints[0], law=law),))), 1e-6)
     contacts, at = rest.contacts, rest.evaluate(rest.start)
-    slid = np.abs(at.along - contacts.first_along) > 5 * np.abs(at.shear) / contacts.shear_stiffness + 1e-6
+    slid = np.abs(at.tangential - contacts.first_tangential) > 5 * np.abs(at.shear) / contacts.shear_stiffness + 1e-6
     assert (slid & at.bearing).sum() > 20
     assert contacts.failed[slid & at.bearing].all()
     assert not contacts.failed[at.bearing].all()
@@ -248,7 +248,7 @@ def test_no_block_is_lighter_than_is_asked():
         relaxation = DampedMotion(step, 1, 0.5, lightest=lightest)
         relaxation.go_on(1)
         masses[lightest] = relaxation.least_mass
-    free = ~step.moving.outlines.held
+    free = ~step.moving.outlines.fixed
     floor = 0.5 * masses[0.0][free].mean(axis=0)
     assert (masses[0.0][free] < floor).any()
     assert_allclose(masses[0.5], np.maximum(masses[0.0], floor), rtol=1e-12)

@@ -112,8 +112,8 @@ def test_what_a_candidate_says():
     assert_allclose(scene.normals(found.edge), [(0, 1), (0, 1)], atol=ATOL)
     assert found.in_range.all()
     assert (found.history == -1).all()
-    assert (found.inherits == -1).all()
-    assert_allclose(sorted(found.along), [2, 3])  # the top of the lower block runs from right to left
+    assert (found.predecessor == -1).all()
+    assert_allclose(sorted(found.tangential), [2, 3])  # the top of the lower block runs from right to left
     assert_allclose(found.edge_length, 4)
     assert_allclose(found.length, 0.5)
     assert found.pair.tolist() == [1, 1]
@@ -154,15 +154,15 @@ def test_finds_what_the_slow_search_finds(seed):
     assert len(set(keys)) == len(keys)
     assert (np.diff(found.pair) >= 0).all()
     assert set(keys) <= set(brute)
-    for name in ("gap", "along", "edge_length", "length"):
+    for name in ("gap", "tangential", "edge_length", "length"):
         assert_allclose(getattr(found, name), [brute[k][name] for k in keys], atol=1e-9, err_msg=name)
     for k, key in enumerate(keys):
-        if found.play[k] == 0:
+        if found.corner_gap[k] == 0:
             assert found.in_range[k] == brute[key]["in_range"]
             assert not brute[key]["end_to_end"]
         elif not brute[key]["end_to_end"]:  # the front of a low step: the face beyond is another way out
             levels = [brute[other] for other in brute if set(blocks_of(brute, other)) == set(blocks_of(brute, key))]
-            assert any(row["parallel"] and abs(row["gap"]) < RULES.seam * row["h"] for row in levels)
+            assert any(row["parallel"] and abs(row["gap"]) < RULES.min_overlap * row["h"] for row in levels)
     assert ((found.parallel_edge >= 0) == [brute[k]["parallel"] for k in keys]).all()
     for key in set(brute) - set(keys):
         assert reason_to_drop(scene, key, brute, set(keys), band), key
@@ -175,17 +175,19 @@ def blocks_of(brute, key):
 def reason_to_drop(scene, key, brute, kept, band):
     """Whether one of the rules that weigh candidates against each other explains that one is missing."""
     row, placed, following = brute[key], scene.placed, scene.blocks.following
-    if row["gap"] < -RULES.fresh * row["h"] or row["end_to_end"]:
+    if row["gap"] < -RULES.new_penetration * row["h"] or row["end_to_end"]:
         return True
     for other in kept:
-        rival = brute[other]
-        same_corner = other[0] == key[0] and rival["b"] == row["b"] and rival["in_range"] and row["in_range"]
-        closed, better = row["gap"] <= RULES.closed * row["h"], rival["gap"] >= row["gap"] - RULES.rounding * row["h"]
+        opposed = brute[other]
+        in_range = opposed["in_range"] and row["in_range"]
+        same_corner = other[0] == key[0] and opposed["b"] == row["b"] and in_range
+        closed = row["gap"] <= RULES.closure_tol * row["h"]
+        better = opposed["gap"] >= row["gap"] - RULES.rounding * row["h"]
         if same_corner and closed and better:
             return True
-        near = np.hypot(*(placed[other[0]] - placed[key[0]])) < RULES.dual * band
+        near = np.hypot(*(placed[other[0]] - placed[key[0]])) < RULES.dual_distance * band
         swapped = other[0] in (key[1], following[key[1]]) and key[0] in (other[1], following[other[1]])
-        if near and swapped and rival["in_range"] and rival["gap"] <= RULES.fresh * rival["h"]:
+        if near and swapped and opposed["in_range"] and opposed["gap"] <= RULES.new_penetration * opposed["h"]:
             return True
     return False
 
@@ -200,7 +202,7 @@ def test_turning_and_moving_everything_changes_nothing(seed):
     position = np.column_stack([turned(scene.position[:, :2], angle, shift), scene.position[:, 2] + np.radians(angle)])
     one, other = scene.detect(), Scene(scene.outlines, position, scene.blocks).detect()
     assert (one.key == other.key).all()
-    for name in ("gap", "along", "length"):
+    for name in ("gap", "tangential", "length"):
         assert_allclose(getattr(one, name), getattr(other, name), atol=1e-8)
 
 
@@ -233,7 +235,7 @@ def test_pairs_looked_at_apart_by_two_threads_find_the_same(monkeypatch):
             by_two = real(outlines, position, active, band)
         for field in dataclasses.fields(alone):
             assert_array_equal(getattr(by_two, field.name), getattr(alone, field.name), err_msg=field.name)
-        given.append([(getattr(alone, name) >= 0).any() for name in ("history", "inherits", "rival")])
+        given.append([(getattr(alone, name) >= 0).any() for name in ("history", "predecessor", "opposing_candidate")])
         return alone
 
     monkeypatch.setattr(gathering, "detect_contacts", both)

@@ -134,8 +134,8 @@ def test_updated_contacts_remember_where_they_began_to_slide():
     history, _ = commit(contacts, at, moved, size)
     committed = run.moving.gather(history, moved, first=False)
     recalled = recall(committed, contacts, at, size)
-    for again, anchored in ((committed, at.along), (recalled, contacts.old_along)):
-        old = again.old_along[again.touching]
+    for again, anchored in ((committed, at.tangential), (recalled, contacts.old_tangential)):
+        old = again.old_tangential[again.touching]
         assert_allclose(np.sort(old), np.sort(anchored[at.bearing]), atol=1e-12)
         assert_allclose(run.moving.evaluate(again, moved).forces, at.forces, atol=1e-6 * 26e3)
     assert not recalled.old_shear.any()

@@ -34,7 +34,7 @@ def gather_contacts(
     blocks, near = model.blocks, TOUCHING * outlines.size
     sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
-    source = np.where(found.history >= 0, found.history, found.inherits)
+    source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
     touching = found.in_range & (found.gap <= near)
     meeting = ~known & _meet_at_a_node(blocks, found, near)
@@ -45,11 +45,12 @@ def gather_contacts(
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset[known] = history.offset[source[known]]
     touching |= known & found.in_range & (found.gap <= offset + near)  # in situ they bear at gap 0, and wide open too
-    old_along, first_along = _anchors(history, found, fresh)
-    leaning = np.flatnonzero(found.lean >= 0)
+    old_tangential, first_tangential = _anchors(history, found, fresh)
+    entering = np.flatnonzero(found.entering_edge >= 0)
+    entering_edges = found.entering_edge[entering], found.corner[entering]
     return MovingContacts(
         outlines=outlines,
-        candidates=found.sides,
+        candidates=found.contact_pairs,
         joint=properties.joint,
         law=properties.law,
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
@@ -58,26 +59,26 @@ def gather_contacts(
         tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),
         offset=offset,
         old_shear=shear,
-        old_along=old_along,
-        first_along=first_along,
+        old_tangential=old_tangential,
+        first_tangential=first_tangential,
         failed=failed,
         reach=np.where(touching, band, 0.0),
         touching=touching,
-        rivals=np.flatnonzero(found.rival >= 0),
-        leaning=leaning,
-        lean=_edges_from_corners(outlines.corners, blocks.following, found.lean[leaning], found.corner[leaning]),
+        opposing=np.flatnonzero(found.opposing_candidate >= 0),
+        entering=entering,
+        entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         by_law=rows_by_law(properties.law),
     )
 
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Return where along their edges contacts had their shear force, and where they first touched, (m,) each [m]."""
-    same, heir = found.history >= 0, (found.history < 0) & (found.inherits >= 0)
-    anchor = np.where(fresh | heir, found.along, np.nan)
-    first_along = anchor.copy()
-    anchor[same] = history.along[found.history[same]]
-    first_along[same] = history.first_along[found.history[same]]
-    return anchor, first_along
+    same, heir = found.history >= 0, (found.history < 0) & (found.predecessor >= 0)
+    anchor = np.where(fresh | heir, found.tangential, np.nan)
+    first_tangential = anchor.copy()
+    anchor[same] = history.tangential[found.history[same]]
+    first_tangential[same] = history.first_tangential[found.history[same]]
+    return anchor, first_tangential
 
 
 def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:
@@ -91,7 +92,7 @@ def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: floa
     slid_on = overlapping & _slid_on(found, slid)
     offset[slid_on] = np.minimum(found.gap[slid_on] + near, 0.0)
     offset[meeting] = -near
-    offset[found.play > 0] = -found.play[found.play > 0]
+    offset[found.corner_gap > 0] = -found.corner_gap[found.corner_gap > 0]
     return offset
 
 
@@ -100,7 +101,7 @@ def _slid_on(found: Candidates, band: float) -> BoolArray:
 
     What lies behind them on the last face is pressed in as deep: they bear at once, or the block would sink on and on.
     """
-    from_end = np.minimum(np.abs(found.along), np.abs(found.along - found.edge_length))
+    from_end = np.minimum(np.abs(found.tangential), np.abs(found.tangential - found.edge_length))
     short: BoolArray = (found.parallel_edge >= 0) & (from_end < band) & (2 * found.length < band)
     return short
 
@@ -112,8 +113,8 @@ def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray
     more than `near` that point bears nothing: it would stiffen a continuum of blocks that has only faces.
     """
     node, start, end = blocks.nodes[found.corner], blocks.nodes[found.edge], blocks.nodes[blocks.following[found.edge]]
-    at_start = (node == start) & (np.abs(found.along) <= near)
-    at_end = (node == end) & (np.abs(found.along - found.edge_length) <= near)
+    at_start = (node == start) & (np.abs(found.tangential) <= near)
+    at_end = (node == end) & (np.abs(found.tangential - found.edge_length) <= near)
     meeting: BoolArray = (found.parallel_edge < 0) & (at_start | at_end)
     return meeting
 

@@ -91,29 +91,29 @@ def farthest_past(
 @nb.njit(cache=True)
 def pressures_and_trial_shears(
     gap: FloatArray,
-    along: FloatArray,
+    tangential: FloatArray,
     offset: FloatArray,
     edge_length: FloatArray,
     reach: FloatArray,
     normal_stiffness: FloatArray,
     shear_stiffness: FloatArray,
     tension: FloatArray,
-    old_along: FloatArray,
+    old_tangential: FloatArray,
     old_shear: FloatArray,
 ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:  # pragma: no cover - compiled
     """Return pressure, shear force if they stuck, who bears, and whose corner is over the edge, (m,) each.
 
-    Who bears nothing has no pressure; who is not anchored (`old_along` not a number), no shear.
+    Who bears nothing has no pressure; who is not anchored (`old_tangential` not a number), no shear.
     """
     m = gap.size
     pressure, trial = np.empty(m), np.empty(m)
     bearing, in_range = np.empty(m, np.bool_), np.empty(m, np.bool_)
     for k in range(m):
         pressing = -normal_stiffness[k] * (gap[k] - offset[k])
-        in_range[k] = (along[k] >= -reach[k]) & (along[k] <= edge_length[k] + reach[k])
+        in_range[k] = (tangential[k] >= -reach[k]) & (tangential[k] <= edge_length[k] + reach[k])
         bearing[k] = in_range[k] & (pressing >= -tension[k]) & ((pressing > 0.0) | (tension[k] > 0.0))
         pressure[k] = pressing if bearing[k] else 0.0
-        moved = along[k] - old_along[k]
+        moved = tangential[k] - old_tangential[k]
         trial[k] = 0.0 if np.isnan(moved) else old_shear[k] + shear_stiffness[k] * moved
     return pressure, trial, bearing, in_range
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
-from bsm_mesh.contact.search import Outlines, Sides
+from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
@@ -28,7 +28,7 @@ class MovingContacts:
     """Candidates of a step with everything that their forces depend on; constant within the step."""
 
     outlines: Outlines  # of all blocks
-    candidates: Sides
+    candidates: ContactPairs
     joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
     law: IntArray  # (m,) number in `JointCatalogue.laws`
     geometry: FloatArray  # (m, 8) where the blocks were given, as in `given_geometry`
@@ -37,14 +37,14 @@ class MovingContacts:
     tension: FloatArray  # (m,) N/m
     offset: FloatArray
     old_shear: FloatArray
-    old_along: FloatArray  # nan: no shear until the contact is anchored by an accepted step
-    first_along: FloatArray  # nan: not touched yet
+    old_tangential: FloatArray  # nan: no shear until the contact is anchored by an accepted step
+    first_tangential: FloatArray  # nan: not touched yet
     failed: BoolArray
     reach: FloatArray  # (m,) how far past the edge's ends the contact still bears, within this step
     touching: BoolArray
-    rivals: IntArray  # (k,) candidates that have a rival
-    leaning: IntArray  # (l,) candidates whose corner has an edge that leads into the other block
-    lean: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
+    opposing: IntArray  # (k,) candidates that have a rival
+    entering: IntArray  # (l,) candidates whose corner has an edge that leads into the other block
+    entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law that is in use, and its rows
 
     @property
@@ -73,7 +73,7 @@ class Evaluation:
 
     position: FloatArray
     gap: FloatArray
-    along: FloatArray
+    tangential: FloatArray
     pressure: FloatArray
     shear: FloatArray
     bearing: BoolArray
@@ -108,20 +108,20 @@ def evaluate(
     Where `friction_pressure` (m,) is given, shear strengths are those at that pressure, whatever a contact bears.
     """
     c = contacts.candidates
-    gap, along, *frames = contacts.relative_positions(position)
+    gap, tangential, *frames = contacts.relative_positions(position)
     pressure, trial, bearing, in_range = pressures_and_trial_shears(
         gap,
-        along,
+        tangential,
         contacts.offset,
         c.edge_length,
         contacts.reach,
         contacts.normal_stiffness,
         contacts.shear_stiffness,
         contacts.tension,
-        contacts.old_along,
+        contacts.old_tangential,
         contacts.old_shear,
     )
-    if len(contacts.rivals) or len(contacts.leaning):
+    if len(contacts.opposing) or len(contacts.entering):
         bearing &= may_bear(contacts, position, gap, frames[0])
         pressure[~bearing] = 0.0
     if friction_pressure is None:
@@ -135,11 +135,11 @@ def evaluate(
     return Evaluation(
         position=position,
         gap=gap,
-        along=along,
+        tangential=tangential,
         pressure=pressure,
         shear=answer.shear,
         bearing=bearing,
-        sticking=answer.sticking & ~np.isnan(contacts.old_along),
+        sticking=answer.sticking & ~np.isnan(contacts.old_tangential),
         strength=answer.strength,
         by_pressure=answer.by_pressure,
         failed=answer.failed,
@@ -213,22 +213,22 @@ def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
 def may_bear(contacts: MovingContacts, position: FloatArray, gap: FloatArray, tangent: FloatArray) -> BoolArray:
     """Return which candidates may bear at a position, (m,): of two ways out of a corner the nearer, and no way back."""
     allowed = np.ones(contacts.count, dtype=bool)
-    allowed[contacts.rivals] = _nearer_way_out(contacts.candidates, contacts.rivals, gap)
-    allowed[contacts.leaning] &= _turned_away(contacts, position, tangent)
+    allowed[contacts.opposing] = _nearer_way_out(contacts.candidates, contacts.opposing, gap)
+    allowed[contacts.entering] &= _turned_away(contacts, position, tangent)
     return allowed
 
 
-def _nearer_way_out(candidates: Sides, rows: IntArray, gap: FloatArray) -> BoolArray:
+def _nearer_way_out(candidates: ContactPairs, rows: IntArray, gap: FloatArray) -> BoolArray:
     """Return which of the rows that have a rival have more gap than it, (k,); of equal ones the first."""
-    rival = candidates.rival[rows]
-    nearer: BoolArray = (gap[rows] > gap[rival]) | ((gap[rows] == gap[rival]) & (rows < rival))
+    other = candidates.opposing_candidate[rows]
+    nearer: BoolArray = (gap[rows] > gap[other]) | ((gap[rows] == gap[other]) & (rows < other))
     return nearer
 
 
 def _turned_away(contacts: MovingContacts, position: FloatArray, tangent: FloatArray) -> BoolArray:
     """Return which of the leaning rows have no edge any more that leads into the other block, (l,)."""
-    edge = turned(contacts.lean, position[contacts.candidates.block_a[contacts.leaning], 2])
-    t = tangent[contacts.leaning]
+    edge = turned(contacts.entering_direction, position[contacts.candidates.block_a[contacts.entering], 2])
+    t = tangent[contacts.entering]
     away: BoolArray = edge[:, 1] * t[:, 0] - edge[:, 0] * t[:, 1] <= RULES.entrance
     return away
 
@@ -242,7 +242,7 @@ def tangent_stiffness(
     stay exact. Where thousands of contacts change, the exact tangent lets blocks that bear on little fly off; held
     softly, more of a correction holds.
     """
-    anchored = ~np.isnan(contacts.old_along)
+    anchored = ~np.isnan(contacts.old_tangential)
     normal = np.where(at.bearing, 1.0, softness * contacts.touching) * contacts.normal_stiffness
     slip_soft = (at.bearing | contacts.touching) & anchored
     shear = np.where(at.sticking, 1.0, softness * slip_soft) * contacts.shear_stiffness

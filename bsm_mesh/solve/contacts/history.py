@@ -23,9 +23,9 @@ class History:
         Who they are and where, sorted by pair.
     shear : (k,) float64 [N/m]
         Shear force.
-    along : (k,) float64 [m]
+    tangential : (k,) float64 [m]
         Coordinate along the edge at which it had that shear force.
-    first_along : (k,) float64 [m]
+    first_tangential : (k,) float64 [m]
         Coordinate at which it first touched.
     offset : (k,) float64 [m]
         Gap at which the contact bears nothing.
@@ -35,8 +35,8 @@ class History:
 
     active: ActiveContacts
     shear: FloatArray
-    along: FloatArray
-    first_along: FloatArray
+    tangential: FloatArray
+    first_tangential: FloatArray
     offset: FloatArray
     failed: BoolArray
 
@@ -47,8 +47,8 @@ class History:
         return cls(
             active=ActiveContacts.none(),
             shear=empty,
-            along=empty,
-            first_along=empty,
+            tangential=empty,
+            first_tangential=empty,
             offset=empty,
             failed=np.zeros(0, bool),
         )
@@ -61,12 +61,12 @@ def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size:
     """
     kept = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept].sum())
-    first_along = np.where(np.isnan(contacts.first_along), at.along, contacts.first_along)
+    first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
     history = History(
         active=_active(contacts, at, position, kept),
         shear=at.shear[kept],
-        along=at.along[kept],
-        first_along=first_along[kept],
+        tangential=at.tangential[kept],
+        first_tangential=first_tangential[kept],
         offset=np.where(_still_inside(contacts, at), at.gap, contacts.offset)[kept],
         failed=at.failed[kept],
     )
@@ -77,7 +77,7 @@ def recall(again: MovingContacts, before: MovingContacts, at: Evaluation, size: 
     """Return contacts gathered from a commit that is taken back, with what those that stay remembered before it."""
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[again.candidates.history[stay]]
-    names = ("old_shear", "old_along", "first_along", "failed")
+    names = ("old_shear", "old_tangential", "first_tangential", "failed")
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]

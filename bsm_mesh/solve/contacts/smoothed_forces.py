@@ -56,16 +56,16 @@ def evaluate_smoothed(
     Contacts do not break: who would have opened or slipped in the end does so when the laws are exact again.
     """
     c = contacts.candidates
-    gap, along, *frames = contacts.relative_positions(position)
+    gap, tangential, *frames = contacts.relative_positions(position)
     normal, shearing, tension = contacts.normal_stiffness, contacts.shear_stiffness, contacts.tension
     pressure, bearing = smooth_pressures(
-        gap, along, contacts.offset, c.edge_length, contacts.reach, normal, tension, smoothing
+        gap, tangential, contacts.offset, c.edge_length, contacts.reach, normal, tension, smoothing
     )
-    if len(contacts.rivals) or len(contacts.leaning):
+    if len(contacts.opposing) or len(contacts.entering):
         bearing &= may_bear(contacts, position, gap, frames[0])
     pressure[~bearing] = 0.0
     answer = slipping(contacts, laws, pressure)
-    trial = contacts.old_shear + shearing * (along - contacts.old_along)
+    trial = contacts.old_shear + shearing * (tangential - contacts.old_tangential)
     shear, rates = smooth_shears(
         bearing, pressure, trial, answer.strength, answer.by_pressure, normal, shearing, tension, smoothing
     )
@@ -74,7 +74,7 @@ def evaluate_smoothed(
     return Smoothed(
         position=position,
         gap=gap,
-        along=along,
+        tangential=tangential,
         pressure=pressure,
         shear=shear,
         bearing=bearing,
@@ -91,7 +91,7 @@ def smoothed_tangent(contacts: MovingContacts, at: Smoothed, places: IntArray, n
     """Return the blocks of the tangent, every touching contact with a little of its stiffness at least."""
     least = LEAST_STIFFNESS * contacts.touching
     normal = np.maximum(at.rates[0], least * contacts.normal_stiffness)
-    anchored = ~np.isnan(contacts.old_along)
+    anchored = ~np.isnan(contacts.old_tangential)
     shear = np.maximum(at.rates[2], least * anchored * contacts.shear_stiffness)
     frames = contacts.frames(at.position)
     data: FloatArray = fill_tangent(places, n_places, *frames, normal, at.rates[1], shear, at.pressure, at.shear)

@@ -15,7 +15,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 @nb.njit(cache=True, error_model="numpy")
 def smooth_pressures(
     gap: FloatArray,
-    along: FloatArray,
+    tangential: FloatArray,
     offset: FloatArray,
     edge_length: FloatArray,
     reach: FloatArray,
@@ -27,7 +27,7 @@ def smooth_pressures(
     m = gap.size
     pressure, in_range = np.empty(m), np.empty(m, np.bool_)
     for k in range(m):
-        in_range[k] = (along[k] >= -reach[k]) & (along[k] <= edge_length[k] + reach[k])
+        in_range[k] = (tangential[k] >= -reach[k]) & (tangential[k] <= edge_length[k] + reach[k])
         kn, bound = normal_stiffness[k], tension[k]
         if np.isinf(bound):
             pressure[k] = -kn * (gap[k] - offset[k])

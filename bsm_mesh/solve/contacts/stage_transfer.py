@@ -65,7 +65,7 @@ def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArr
         key=key,
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
-    names = ("shear", "along", "first_along", "offset", "failed")
+    names = ("shear", "tangential", "first_tangential", "offset", "failed")
     joined = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
     return _rows(joined, np.argsort(pair, kind="stable"), pair, key)
 
@@ -121,8 +121,8 @@ def _history(
             normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
         ),
         shear=shear[kept],
-        along=at.along[kept],
-        first_along=at.along[kept],
+        tangential=at.tangential[kept],
+        first_tangential=at.tangential[kept],
         offset=at.gap[kept] - normal[kept] / found.normal_stiffness[kept],  # to the last digit no residual
         failed=found.failed[kept],
     )
@@ -166,8 +166,8 @@ def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> 
     return History(
         active=active,
         shear=history.shear[chosen],
-        along=history.along[chosen],
-        first_along=history.first_along[chosen],
+        tangential=history.tangential[chosen],
+        first_tangential=history.first_tangential[chosen],
         offset=history.offset[chosen],
         failed=history.failed[chosen],
     )

@@ -206,7 +206,7 @@ def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> Con
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
     point = placed[c.block_a[kept], :2] + arm_a
     joint = table.joint[kept]
-    slip = np.where(np.isnan(table.first_along), 0.0, at.along - table.first_along)
+    slip = np.where(np.isnan(table.first_tangential), 0.0, at.tangential - table.first_tangential)
     return ContactForces(
         block_a=c.block_a[kept],
         block_b=c.block_b[kept],

@@ -109,14 +109,14 @@ def relative_movement(
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return how gap and coordinate along the edge change with a small movement of the blocks (n, 3)."""
     m = block_a.size
-    gap, along = np.empty(m), np.empty(m)
+    gap, tangential = np.empty(m), np.empty(m)
     for k in range(m):
         a, b = block_a[k], block_b[k]
         ux = step[a, 0] - step[a, 2] * arm_a[k, 1] - step[b, 0] + step[b, 2] * arm_b[k, 1]
         uy = step[a, 1] + step[a, 2] * arm_a[k, 0] - step[b, 1] - step[b, 2] * arm_b[k, 0]
-        along[k] = ux * tangent[k, 0] + uy * tangent[k, 1]
+        tangential[k] = ux * tangent[k, 0] + uy * tangent[k, 1]
         gap[k] = ux * tangent[k, 1] - uy * tangent[k, 0]
-    return gap, along
+    return gap, tangential
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -129,7 +129,7 @@ def increments(
     barrier: float,
     second_order: FloatArray,
     gap: FloatArray,
-    along: FloatArray,
+    tangential: FloatArray,
 ) -> tuple[FloatArray, float]:  # pragma: no cover - compiled
     """Return the change of the state (5, m) with a movement, and what part of it brings the first product to zero."""
     change = np.zeros_like(state)
@@ -137,7 +137,7 @@ def increments(
     for k in range(gap.size):
         pressure, shear = state[0, k], state[1, k]
         dp = condensed[3, k] - condensed[0, k] * gap[k]
-        df = condensed[4, k] + condensed[1, k] * gap[k] + condensed[2, k] * along[k]
+        df = condensed[4, k] + condensed[1, k] * gap[k] + condensed[2, k] * tangential[k]
         change[0, k], change[1, k] = dp, df
         if kind[0, k] == LIMITED:
             change[2, k] = gap[k] + dp / spring[0, k] + now[0, k] + pressure / spring[0, k] - state[2, k]

@@ -89,9 +89,9 @@ class _Problem:
 
     def __init__(self, step: Step) -> None:
         self.step, contacts = step, step.contacts
-        anchored = ~np.isnan(contacts.old_along)
+        anchored = ~np.isnan(contacts.old_tangential)
         self.laws, self.length = step.moving.catalogue.laws, contacts.candidates.length
-        self.old_along = np.where(anchored, contacts.old_along, 0.0)
+        self.old_tangential = np.where(anchored, contacts.old_tangential, 0.0)
         self.spring = np.stack(
             [contacts.normal_stiffness, np.where(anchored, contacts.shear_stiffness, 0.0), contacts.tension]
         )
@@ -104,12 +104,12 @@ class _Problem:
     def begin(self, position: FloatArray, barrier: float) -> tuple[FloatArray, float]:
         """Return the state at a position with all products equal to the barrier, and the barrier."""
         c = self.step.contacts
-        gap, along, tangent, *_ = self.step.contacts.relative_positions(position)
-        on_edge = (along >= -c.reach) & (along <= c.candidates.edge_length + c.reach)
+        gap, tangential, tangent, *_ = self.step.contacts.relative_positions(position)
+        on_edge = (tangential >= -c.reach) & (tangential <= c.candidates.edge_length + c.reach)
         on_edge &= may_bear(c, position, gap, tangent)
         self.kind[0, on_edge] = LIMITED
         self.kind[0, on_edge & np.isinf(c.tension)] = BONDED
-        self.now[0], self.now[1] = gap - c.offset, self._trial(along)
+        self.now[0], self.now[1] = gap - c.offset, self._trial(tangential)
         state = smoothed_pressure(self.now, self.spring, self.kind, barrier)
         self._set_strength(state)
         self.kind[1, on_edge & self.anchored & (self.now[2] > 0)] = LIMITED
@@ -120,8 +120,8 @@ class _Problem:
     def look(self, position: FloatArray, state: FloatArray) -> None:
         """Set gaps, trial shears and strengths at a position, and the forces out of balance."""
         c, self.position = self.step.contacts, position
-        gap, along, *self.frame = self.step.contacts.relative_positions(position)
-        self.now[0], self.now[1] = gap - c.offset, self._trial(along)
+        gap, tangential, *self.frame = self.step.contacts.relative_positions(position)
+        self.now[0], self.now[1] = gap - c.offset, self._trial(tangential)
         self._set_strength(state)
         limited = self.kind[1] == LIMITED
         most = np.where(limited, BELOW_STRENGTH * self.now[2], np.inf)
@@ -162,8 +162,8 @@ class _Problem:
         condensed = condense(self.now, self.spring, self.kind, state, barrier, second)
         movement = self.step.solve(self.forces + self._on_blocks(condensed[3], condensed[4]))
         c = self.step.contacts.candidates
-        gap, along = relative_movement(movement, c.block_a, c.block_b, *self.frame)
-        change, part = increments(self.now, self.spring, self.kind, state, condensed, barrier, second, gap, along)
+        gap, tangential = relative_movement(movement, c.block_a, c.block_b, *self.frame)
+        change, part = increments(self.now, self.spring, self.kind, state, condensed, barrier, second, gap, tangential)
         return movement, change, part
 
     def _factorize(self, condensed: FloatArray, state: FloatArray) -> bool:
@@ -172,8 +172,8 @@ class _Problem:
         data = fill_tangent(pattern.place, len(pattern.column), *self.frame, *stiffness, state[0], state[1])
         return self.step.factorize(data, self.position)
 
-    def _trial(self, along: FloatArray) -> FloatArray:
-        moved = along - self.old_along
+    def _trial(self, tangential: FloatArray) -> FloatArray:
+        moved = tangential - self.old_tangential
         trial: FloatArray = np.where(self.anchored, self.step.contacts.old_shear + self.spring[1] * moved, 0.0)
         return trial
 

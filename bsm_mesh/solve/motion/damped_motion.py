@@ -177,7 +177,7 @@ class DampedMotion:
         step.contacts = replace(
             contacts,
             old_shear=np.where(at.bearing, kept, 0.0),
-            old_along=np.where(at.bearing | ~np.isnan(contacts.old_along), at.along, np.nan),
+            old_tangential=np.where(at.bearing | ~np.isnan(contacts.old_tangential), at.tangential, np.nan),
             failed=broken,
             tension=np.where(broken, 0.0, contacts.tension),
         )
@@ -197,14 +197,14 @@ class DampedMotion:
             least = mass.min(axis=0, where=mass > 0, initial=np.inf)
             least = np.where(np.isfinite(least), least, 1.0)  # none touches another
             begun = np.where(mass > 0, mass, least)
-            free = ~self._step.moving.outlines.held
+            free = ~self._step.moving.outlines.fixed
             self.least_mass = np.maximum(begun, self._lightest * begun.mean(axis=0, where=free[:, None]))
         return np.maximum(mass, self.least_mass)
 
 
 def _within_reach(contacts: MovingContacts, at: Evaluation, distance: float) -> IntArray:
     """Return the contacts (k,) that bear, and those that would if blocks came nearer by a distance [m]."""
-    over = (at.along >= -contacts.reach) & (at.along <= contacts.candidates.edge_length + contacts.reach)
+    over = (at.tangential >= -contacts.reach) & (at.tangential <= contacts.candidates.edge_length + contacts.reach)
     gap = at.gap - contacts.offset
     closes = over & (gap >= 0) & (contacts.touching | (gap <= distance))
     return np.flatnonzero(at.bearing | closes)

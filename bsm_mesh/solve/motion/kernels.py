@@ -135,7 +135,7 @@ def relax_cycles(
             dx, dy = np.float32(here[a, 0] - here[b, 0]), np.float32(here[a, 1] - here[b, 1])
             turn_a, turn_b = np.float32(here[a, 2]), np.float32(here[b, 2])
             gap = ty * dx - tx * dy + frame[k, 2] * turn_a - frame[k, 3] * turn_b
-            along = tx * dx + ty * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
+            tangential = tx * dx + ty * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
             borne = spring[k, 2] if spring[k, 2] > nothing or tension[k] != nothing else nothing
             pressure = spring[k, 2] - borne - spring[k, 0] * gap
             if borne + pressure <= -max(tension[k], nothing):
@@ -144,14 +144,14 @@ def relax_cycles(
                     tension[k] = BROKEN
             else:
                 bore[k] = True
-                shear = stuck[k] + spring[k, 1] * along
+                shear = stuck[k] + spring[k, 1] * tangential
                 most, least = spring[k, 3] + spring[k, 5] * pressure, -spring[k, 4] - spring[k, 5] * pressure
                 if most < least:
                     most = least = np.float32(0.5) * (most + least)
                 held = min(max(shear, least), most)
                 slipped[k] |= held != shear
                 shear = held
-            stuck[k] = shear - spring[k, 1] * along
+            stuck[k] = shear - spring[k, 1] * tangential
             fx, fy = pressure * ty - shear * tx, -pressure * tx - shear * ty
             forces[a, 0] += fx
             forces[a, 1] += fy
@@ -210,8 +210,8 @@ def changed_shears(
         a, b = block_a[k], block_b[k]
         dx, dy = np.float32(moved[a, 0] - moved[b, 0]), np.float32(moved[a, 1] - moved[b, 1])
         turn_a, turn_b = np.float32(moved[a, 2]), np.float32(moved[b, 2])
-        along = frame[k, 0] * dx + frame[k, 1] * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
-        changed[k] = stuck[k] + spring[k, 1] * along
+        tangential = frame[k, 0] * dx + frame[k, 1] * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
+        changed[k] = stuck[k] + spring[k, 1] * tangential
     return changed
 
 

@@ -73,7 +73,7 @@ def _cycles_within(distance: float, motion: DampedMotion, step: Step) -> float:
     """Return after how many cycles a block may have gone a distance [m], by its velocity and by falling."""
     if not motion.least_mass.any():
         return 0.0
-    velocity, free = step.movement(motion.velocity), ~step.moving.outlines.held
+    velocity, free = step.movement(motion.velocity), ~step.moving.outlines.fixed
     fall = float((step.moving.mass / motion.least_mass)[free, :2].max(initial=0.0))
     return 2 * distance / (velocity + float(np.sqrt(velocity**2 + 2 * fall * distance)) + np.finfo(float).tiny)
 

@@ -157,9 +157,9 @@ def _chosen(contacts: MovingContacts, rows: IntArray, block: IntArray) -> Moving
     number = np.full(contacts.count, -1, np.int32)
     number[rows] = np.arange(len(rows))
     candidates = _rows_of(contacts.candidates, rows)
-    rival = candidates.rival
-    leaning = number[contacts.leaning]
-    plain = ("outlines", "candidates", "rivals", "leaning", "lean", "by_law")
+    opposing_candidate = candidates.opposing_candidate
+    entering = number[contacts.entering]
+    plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "by_law")
     others = {field.name for field in fields(contacts)}.difference(plain)
     return MovingContacts(
         outlines=contacts.outlines,
@@ -167,12 +167,12 @@ def _chosen(contacts: MovingContacts, rows: IntArray, block: IntArray) -> Moving
             candidates,
             block_a=block[candidates.block_a],
             block_b=block[candidates.block_b],
-            rival=np.where(rival >= 0, number[rival], -1),
+            opposing_candidate=np.where(opposing_candidate >= 0, number[opposing_candidate], -1),
         ),
         by_law=rows_by_law(contacts.law[rows]),
-        rivals=np.flatnonzero(rival >= 0),
-        leaning=leaning[leaning >= 0],
-        lean=contacts.lean[leaning >= 0],
+        opposing=np.flatnonzero(opposing_candidate >= 0),
+        entering=entering[entering >= 0],
+        entering_direction=contacts.entering_direction[entering >= 0],
         **{name: getattr(contacts, name)[rows] for name in others},
     )
 

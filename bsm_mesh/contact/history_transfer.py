@@ -1,4 +1,4 @@
-"""How the history of active contacts goes on: in the same candidate, or in the nearest when that has ended."""
+"""History transfer: active contacts continue in the same candidate, or in the nearest one when they have ended."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ def rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, 
 
 
 @nb.njit(cache=True, forceinline=True)
-def carry_on(active: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
-    """Find the candidate among the active contacts of its pair; one that has left its edge ends.
+def match_history(active: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
+    """Match a candidate with an active contact of its pair; one that has left its edge ends.
 
-    Corner on corner there is no history until it is pressed in: it would hold them together.
+    A corner-corner contact has no history until it is closed: its history would hold the corners together.
     """
-    if row.play > 0.0 and not -rules.let_in * h <= row.gap <= -row.play:
+    if row.corner_gap > 0.0 and not -rules.initial_penetration * h <= row.gap <= -row.corner_gap:
         return
     key = (np.int64(row.corner) << 32) | np.int64(row.edge)
     for q in range(active.size):
         if active[q].key == key and active[q].pressure > 0.0:
-            row.history, row.play = q, 0.0
-            row.in_range = -rules.leave * h <= row.along <= row.edge_length + rules.leave * h
+            row.history, row.corner_gap = q, 0.0
+            row.in_range = -rules.detach_tol * h <= row.tangential <= row.edge_length + rules.detach_tol * h
             if not row.in_range:
                 row.state = DROPPED
             return
 
 
 @nb.njit(cache=True, forceinline=True)
-def one_of_active_duals(
+def keep_one_active_dual(
     vertices: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
-    """Keep active row i unless its dual is active at the same point and bears more: else both would bear for ever."""
-    reach = 2.0 * (rules.fresh * h + max(0.0, -rows[i].gap))
+    """Keep active row i unless its dual at the same point carries more pressure: else both stay closed for ever."""
+    reach = 2.0 * (rules.new_penetration * h + max(0.0, -rows[i].gap))
     for j in range(rows.size):
         if j != i and rows[j].history >= 0 and rows[j].state != DROPPED:
             more = active[rows[j].history].pressure - active[rows[i].history].pressure
@@ -61,30 +61,30 @@ def one_of_active_duals(
 
 
 @nb.njit(cache=True, forceinline=True)
-def hand_over(
+def transfer_history(
     vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray
 ) -> None:  # pragma: no cover - compiled
-    """Give the history of every contact that has ended to the nearest candidate with an aligned normal, once."""
+    """Transfer the history of every contact that has ended to the nearest candidate with an aligned normal, once."""
     for q in range(active.size):
-        if active[q].pressure <= 0.0 or _goes_on(rows, q):
+        if active[q].pressure <= 0.0 or _continues(rows, q):
             continue
-        best, nearest = -1, rules.near * h
+        best, nearest = -1, rules.transfer_distance * h
         for i in range(rows.size):
-            if rows[i].history >= 0 or rows[i].play > 0.0 or not rows[i].in_range:
+            if rows[i].history >= 0 or rows[i].corner_gap > 0.0 or not rows[i].in_range:
                 continue
             distance = _distance(vertices, active[q], rows[i])
-            if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.aligned:
+            if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.min_cosine:
                 continue
-            taken = rows[i].inherits
+            taken = rows[i].predecessor
             if taken < 0 or distance < _distance(vertices, active[taken], rows[i]):
                 best, nearest = i, distance
         if best >= 0:
-            rows[best].inherits = q
+            rows[best].predecessor = q
 
 
 @nb.njit(cache=True, forceinline=True)
-def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
-    """Whether an active contact goes on in a row that stands."""
+def _continues(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
+    """Whether an active contact continues in a kept row."""
     found = False
     for i in range(rows.size):
         found |= rows[i].history == q and rows[i].state == KEPT
@@ -93,7 +93,7 @@ def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
 
 @nb.njit(cache=True, forceinline=True)
 def _distance(vertices: RecordArray, old: Record, row: Record) -> float:  # pragma: no cover - compiled
-    """Return the distance from where a contact was to the candidate's corner."""
+    """Return the distance from the last position of a contact to the candidate's corner."""
     return float(np.hypot(old.x - vertices[row.corner].x, old.y - vertices[row.corner].y))
 
 
