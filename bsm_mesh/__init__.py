@@ -45,7 +45,7 @@ from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
     from bsm_mesh.model.loads import Load
-    from bsm_mesh.solve.limit.analysis import LimitAnalysis
+    from bsm_mesh.solve.limit_analysis import LimitAnalysis
 
 __version__ = "0.1.0"
 
@@ -53,9 +53,9 @@ __version__ = "0.1.0"
 def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAnalysis:
     """Return whether the model is statically admissible, and the greatest factor on loads.
 
-    See `bsm_mesh.solve.limit.analysis.limit_analysis`; what it proves is one-sided.
+    See `bsm_mesh.solve.limit_analysis.limit_analysis`; what it proves is one-sided.
     """
-    from bsm_mesh.solve.limit import analysis as limit
+    from bsm_mesh.solve import limit_analysis as limit
 
     return limit.limit_analysis(model, live)
 

@@ -1,4 +1,4 @@
-"""Array types, the rule that a dataclass owns its arrays read-only, and a digest of its content."""
+"""Array types, the rule that a dataclass owns its arrays read-only, and a hash of its content."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ def own_array(owner: object, name: str, dtype: npt.DTypeLike, shape: tuple[int |
     object.__setattr__(owner, name, read_only(getattr(owner, name), dtype, shape, f"{type(owner).__name__}.{name}"))
 
 
-def digest(thing: Any) -> str:
+def content_hash(thing: Any) -> str:
     """Return the SHA-256 of a (nested) dataclass's content: equal models have equal digests.
 
-    Fields with ``metadata={"digest": False}`` (derived or cosmetic) do not count.
+    Fields with ``metadata={"in_hash": False}`` (derived or cosmetic) do not count.
     """
     state = hashlib.sha256()
     _feed(state, thing)
@@ -70,7 +70,7 @@ def _feed(state: Any, thing: Any) -> None:
     if dataclasses.is_dataclass(thing):
         state.update(type(thing).__name__.encode())
         for field in dataclasses.fields(thing):
-            if field.metadata.get("digest", True):
+            if field.metadata.get("in_hash", True):
                 state.update(field.name.encode())
                 _feed(state, getattr(thing, field.name))
     elif isinstance(thing, np.ndarray):

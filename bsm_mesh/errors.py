@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-MOST_SHOWN = 12
+MAX_SHOWN = 12
 
 
 class ModelError(ValueError):
@@ -30,8 +30,8 @@ class ModelError(ValueError):
     def _text(self) -> str:
         if len(self.faults) == 1:
             return self.faults[0]
-        shown = [f"  - {fault}" for fault in self.faults[:MOST_SHOWN]]
-        hidden = len(self.faults) - MOST_SHOWN
+        shown = [f"  - {fault}" for fault in self.faults[:MAX_SHOWN]]
+        hidden = len(self.faults) - MAX_SHOWN
         if hidden > 0:
             shown.append(f"  - and {hidden} more")
         return "\n".join([f"{len(self.faults)} faults:", *shown])
@@ -67,7 +67,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
         return " (there are none)"
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"; did you mean '{close[0]}'?" if close else ""
-    listed = ", ".join(names[:MOST_SHOWN]) + (", ..." if len(names) > MOST_SHOWN else "")
+    listed = ", ".join(names[:MAX_SHOWN]) + (", ..." if len(names) > MAX_SHOWN else "")
     return f"{hint} (known: {listed})"
 
 

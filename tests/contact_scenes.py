@@ -65,7 +65,7 @@ class Scene:
         return np.flatnonzero(found.in_range & (found.gap <= 1e-3 * self.outlines.size))
 
     def activated(self, found: Candidates, rows=None, pressure: float | np.ndarray = 1.0) -> ActiveContacts:
-        """Return rows (those that touch) as contacts that bore a pressure here."""
+        """Return rows (those that touch) as active contacts with a pressure."""
         rows = self.touching(found) if rows is None else np.asarray(rows)
         return ActiveContacts(
             pair=found.pair[rows],

@@ -20,8 +20,8 @@ COURSES, BRICKS = 24, 40  # of the wall
 def begun(model: bsm.Model) -> Step:
     """Return the first step from zero stress."""
     engine = Continuation(model, CONTINUATION, lambda *_: None)
-    contacts = engine.moving.gather(History.none(), engine.moving.start, first=True)
-    return Step(engine.moving, engine.factors, contacts, engine.moving.start, engine.least_lam)
+    contacts = engine.system.gather(History.none(), engine.system.start, first=True)
+    return Step(engine.system, engine.factors, contacts, engine.system.start, engine.min_lam)
 
 
 def block_on_a_base(tilt: float = 0.0, **given) -> bsm.Model:

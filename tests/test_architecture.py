@@ -44,7 +44,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "methods": {"algebra", "contacts", "motion", "step"},
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},
 }
-DOORS = {"cluster"}  # hand on names to users, define nothing
+DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothing
 
 
 def module_name(path: Path, root: Path) -> str:

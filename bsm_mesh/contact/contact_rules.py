@@ -99,9 +99,9 @@ def _resolve_pair(
     for i in range(rows.size):
         if rows[i].history < 0 and rows[i].state == UNDECIDED:
             _drop_second_edge(vertices, h, rules, rows, i)
-    for touching in (True, False):
+    for closing in (True, False):
         for i in range(rows.size):
-            if rows[i].state == UNDECIDED and is_closing(h, rules, rows[i]) == touching:
+            if rows[i].state == UNDECIDED and is_closing(h, rules, rows[i]) == closing:
                 _keep_unless_dual(vertices, h, band, rules, rows, i)
 
 

@@ -103,7 +103,7 @@ class JointCatalogue:
             a, b = int(sides[0][stiff[0]]), int(sides[1][stiff[0]])
             raise ModelError(
                 f"blocks {a} and {b} meet without a joint and their rocks are rigid; give the rock young and poisson, "
-                "or default_joint = ... for faces that bear none"
+                "or default_joint = ... for faces without one"
             )
         return ContactProperties(
             normal_stiffness=normal,

@@ -16,7 +16,7 @@ from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
-MOST_UTILISATION = 999.0  # shown where a contact without strength carries shear
+MAX_UTILISATION = 999.0  # shown where a contact without strength carries shear
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -101,7 +101,7 @@ def utilisation(model: Model, contacts: ContactTable, normal_force: FloatArray, 
     noise = 1e-12 * float(shear.max(initial=0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(shear > noise, shear / strength, 0.0)
-    return np.minimum(used, MOST_UTILISATION)
+    return np.minimum(used, MAX_UTILISATION)
 
 
 def _has_strength(rock: Rock) -> bool:

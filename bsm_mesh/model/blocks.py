@@ -58,7 +58,7 @@ class Blocks:
 
     vertices: FloatArray
     offsets: IntArray
-    nodes: IntArray = field(metadata={"digest": False})  # follows from the vertices
+    nodes: IntArray = field(metadata={"in_hash": False})  # follows from the vertices
     rock: IntArray
     rock_names: tuple[str, ...]
     edge_joint: IntArray

@@ -170,7 +170,7 @@ def pass_blocks(bolts: Sequence[Bolt], blocks: Blocks, stages: Sequence[Stage] =
             "move it off the joint"
         )
     _report_ends(faults, bolts, found)
-    raise_faults([f"{called(bolts, b)} {text}" for b, text in enumerate(faults) if text])
+    raise_faults([f"{label(bolts, b)} {text}" for b, text in enumerate(faults) if text])
     return found
 
 
@@ -193,8 +193,8 @@ def _along_edges(
         yield int(of_bolt[k]), int(edge[k]), float(shared[k])
 
 
-def called(bolts: Sequence[Bolt], number: int) -> str:
-    """Return how a bolt is called in messages: its number in the list, its name and its place."""
+def label(bolts: Sequence[Bolt], number: int) -> str:
+    """Return the label of a bolt in messages: its number in the list, its name and its place."""
     bolt = bolts[number]
     name = f" '{bolt.name}'" if bolt.name else ""
     return f"bolt {number + 1}{name} from {place(bolt.start)} to {place(bolt.end)}"

@@ -10,10 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, digest
+from bsm_mesh.arrays import FloatArray, content_hash
 from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.bolt_layout import called, pass_blocks
+from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.loads import ActingLoad, EdgeTractions, InSituTraction, Load, PointLoad, point_forces_of
@@ -78,7 +78,7 @@ class Model:
     in_situ: InSitu | None = None
     water: Water | None = None
     stages: tuple[Stage, ...] = ()
-    title: str = field(default="", metadata={"digest": False})
+    title: str = field(default="", metadata={"in_hash": False})
 
     def __post_init__(self) -> None:
         for name in ("rocks", "joints", "supports", "loads", "bolts", "stages"):
@@ -95,7 +95,7 @@ class Model:
     @property
     def digest(self) -> str:
         """SHA-256 of the content: equal models have equal digests."""
-        return digest(self)
+        return content_hash(self)
 
     @property
     def unit_weights(self) -> FloatArray:
@@ -175,7 +175,7 @@ def _faults(model: Model) -> list[str]:
 def _bolt_faults(model: Model) -> Sequence[str]:
     names = [stage.name for stage in model.stages]
     unknown = [
-        f"{called(model.bolts, k)}: there is no stage '{bolt.stage}'{nearest(bolt.stage, names)}"
+        f"{label(model.bolts, k)}: there is no stage '{bolt.stage}'{nearest(bolt.stage, names)}"
         for k, bolt in enumerate(model.bolts)
         if bolt.stage is not None and bolt.stage not in names
     ]

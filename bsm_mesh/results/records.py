@@ -55,7 +55,7 @@ class ContactForces:
     status : (m,) int8
         `ContactStatus`.
     utilisation : (m,) float64
-        Shear force over shear strength; 0 where the strength is unlimited, at most `MOST_UTILISATION`.
+        Shear force over shear strength; 0 where the strength is unlimited, at most `MAX_UTILISATION`.
     joint : (m,) int32
         Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
     water_pressure : (m,) float64 [Pa]
@@ -116,7 +116,8 @@ class StepRecord:
     stage, step : int
         Number of the stage, and of the step within it, from 0.
     residual : float
-        Greatest force (or moment over radius of gyration) out of balance of a block, over the reference weight.
+        Maximum norm of the residual: largest force (or moment over radius of gyration) on a block, over the reference
+        weight.
     max_displacement : float [m]
         Greatest displacement of a centroid so far.
     newton_iterations, factorizations : int

@@ -1,1 +1,1 @@
-"""Equilibrium: pattern and assembly, supports, linear solvers, schemes."""
+"""Solution of a model: stages, schemes, limit analysis. docs/architecture.md says where each equation is."""

@@ -22,17 +22,17 @@ class Options:
     scheme : {"linear", "continuation", "wang"}
         ``"linear"``: one step, small displacements, every contact carries tension and any shear (Wang ch. 3).
         ``"continuation"``: joints slip and open, blocks move far, the verdict is found (Wang ch. 4 in purpose).
-        ``"wang"``: the iteration of Wang Fig. 4.9, mended, to compare with the thesis only: slow where blocks slide.
+        ``"wang"``: the iteration of Wang Fig. 4.9, corrected, to compare with the thesis only: slow where blocks slide.
     tolerance : float
-        Greatest force out of balance of a block that counts as equilibrium, over the reference weight: the greatest of
-        the blocks' mean weight, the mean load of a loaded one and the contacts' mean force at the start.
+        Largest residual force of a block in equilibrium, over the reference weight: the greatest of the blocks' mean
+        weight, the mean load of a loaded one and the contacts' mean force at the start.
     max_steps : int
         Steps of the continuation, cycles of ``"wang"``, after which it gives up: `not_converged`.
     displacement_limit : float or None [m]
-        A block that has moved farther comes down; None: the size of the model.
+        A block with a larger displacement is unstable; None: the size of the model.
     sliding_stiffness : float
         ``"wang"``: part of their shear stiffness that sliding contacts keep in the stiffness matrix. 1 is the thesis;
-        the less, the farther a cycle moves what slides.
+        the less, the farther a cycle moves sliding blocks.
     linear_solver : {"auto", "pardiso", "superlu", "cluster"}
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which. ``"cluster"``:
         Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).

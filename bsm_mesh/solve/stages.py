@@ -1,7 +1,7 @@
-"""Stages one after the other: blocks go and come, what remains carries its forces on (Wang 4.5.2).
+"""Construction stages: blocks are excavated and placed, the others keep their forces (Wang 4.5.2).
 
-A scheme (`LinearScheme`, `ContinuationScheme`) keeps what contacts and blocks carry from stage to stage, in the
-numbers of the whole model, and solves the part of it that is there as a model of its own.
+A scheme (`LinearScheme`, `ContinuationScheme`) keeps the state of contacts and blocks from stage to stage, in the
+numbers of the whole model, and solves the blocks present as a submodel.
 """
 
 from __future__ import annotations
@@ -16,61 +16,61 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.parts import Part, part_of
 from bsm_mesh.model.stages import Stage, presence
+from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 
 Reporter = Callable[[str], None]
-Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # every step, and what gives the stage as it stands
+Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Outcome:
-    """What a scheme made of a part: the result in the part's numbers of blocks, and the forces in its bars."""
+    """The result of a stage in the numbers of its submodel, and the forces in its bars."""
 
     stage: StageResult
     bar_forces: FloatArray
 
 
 class Scheme(Protocol):
-    """What the stages need of a scheme."""
+    """A scheme, as used by the stages."""
 
     linear_solver: str
     moved: FloatArray
     """Displacement of every block since it was given, or placed, (n, 3)."""
 
     def set_in_situ(self) -> tuple[str, ...]:
-        """Set the contact forces from the in-situ field; return what there is to say about it."""
+        """Set the contact forces from the in-situ field; return notes on it."""
 
     def stage_bars(self, bars: Bars, number: int) -> Bars:
         """Return the supports for a stage."""
 
-    def change(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Forget contacts of blocks that do not stay (n,), cut their bolts, put in those that come (n,)."""
+    def remove_and_place_blocks(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Remove contacts of blocks that do not stay (n,), cut their bolts, place those that come (n,)."""
 
     def install(self, number: int) -> None:
-        """Install the bolts of a stage as the blocks stand."""
+        """Install the bolts of a stage at the current position."""
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
-        """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
+        """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
 
-    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
-        """Return the part in equilibrium, or in collapse, and keep its state."""
+    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the submodel in equilibrium or collapse, and keep its state."""
 
 
 @dataclass(eq=False, slots=True)
-class _Site:
-    """What changes from stage to stage, in the numbers of the whole."""
+class StageState:
+    """The state that changes from stage to stage, in the numbers of the whole."""
 
     present: BoolArray
     bars: Bars
     bar_forces: FloatArray
     forces: list[PointForces]
     water: Water | None
-    held: list[tuple[PointForces, float]] = field(default_factory=list)  # forces on new surfaces, part released
+    unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
     origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
@@ -84,7 +84,7 @@ def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Obser
     """
     here = presence(model.stages, model.blocks)
     bars = bars_of(model.supports, model.blocks)
-    site = _Site(
+    state = StageState(
         present=here[0],
         bars=bars,
         bar_forces=np.zeros(len(bars.block)),
@@ -98,69 +98,71 @@ def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Obser
 
         report("in-situ stress")
         notes = scheme.set_in_situ()
-        site.bar_forces = in_situ_bars(model, bars)
-    results = [_equilibrium(model, scheme, site, "initial", 0, (1.0,), observer, notes)]
+        state.bar_forces = in_situ_bars(model, bars)
+    results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, notes)]
     if model.in_situ is not None:
-        site.origin = scheme.moved.copy()
+        state.origin = scheme.moved.copy()
     for number, stage in enumerate(model.stages, start=1):
         if results[-1].status is not Status.STABLE:
             break
         report(f"stage {stage.name}")
-        _begin(model, scheme, site, stage, here[number], results[-1].contacts)
+        _begin(model, scheme, state, stage, here[number], results[-1].contacts)
         scheme.install(number)
-        results.append(_equilibrium(model, scheme, site, stage.name, number, stage.relaxation, observer, ()))
+        results.append(_equilibrium(model, scheme, state, stage.name, number, stage.relaxation, observer, ()))
     return tuple(results)
 
 
-def _begin(model: Model, scheme: Scheme, site: _Site, stage: Stage, now: BoolArray, contacts: ContactForces) -> None:
-    """Take away and put back the blocks of a stage, and add its loads."""
-    stays, leaves = site.present & now, site.present & ~now
-    site.held.append((_forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
-    scheme.change(stays, now & ~site.present)
+def _begin(
+    model: Model, scheme: Scheme, state: StageState, stage: Stage, now: BoolArray, contacts: ContactForces
+) -> None:
+    """Remove and place the blocks of a stage, and add its loads."""
+    stays, leaves = state.present & now, state.present & ~now
+    state.unreleased_forces.append((_forces_on_new_faces(scheme, contacts, stays, leaves), 0.0))
+    scheme.remove_and_place_blocks(stays, now & ~state.present)
     if stage.pressure:
-        site.forces.append(_pressure_on_new_faces(model, stays, leaves, stage.pressure))
-    site.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
-    site.water = site.water if stage.water is None else stage.water
-    site.origin[~stays] = 0.0
-    site.bar_forces[~stays[site.bars.block]] = 0.0
-    site.present = now
+        state.forces.append(_pressure_on_new_faces(model, stays, leaves, stage.pressure))
+    state.forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
+    state.water = state.water if stage.water is None else stage.water
+    state.origin[~stays] = 0.0
+    state.bar_forces[~stays[state.bars.block]] = 0.0
+    state.present = now
 
 
 def _equilibrium(
     model: Model,
     scheme: Scheme,
-    site: _Site,
+    state: StageState,
     name: str,
     number: int,
     factors: tuple[float, ...],
     observer: Observer,
     notes: tuple[str, ...],
 ) -> StageResult:
-    """Return a stage's result: equilibrium after every part of the held forces that is released."""
+    """Return a stage's result: equilibrium after every released part of the excavation forces."""
     before = scheme.moved.copy()
     steps: list[StepRecord] = []
     start_residual = None
 
-    def placed(stage: StageResult, part: Part, moved: FloatArray) -> StageResult:
-        displacement = (moved - site.origin) * site.present[:, None]
+    def placed(stage: StageResult, part: SubModel, moved: FloatArray) -> StageResult:
+        displacement = (moved - state.origin) * state.present[:, None]
         return replace(
             _in_whole(stage, part),
             name=name,
             displacement=displacement,
             bolts=replace(stage.bolts, displacement=displacement_at(model.blocks, displacement, stage.bolts)),
-            stage_displacement=(moved - before) * site.present[:, None],
-            origin=site.origin.copy(),
+            stage_displacement=(moved - before) * state.present[:, None],
+            origin=state.origin.copy(),
             start_residual=stage.start_residual if start_residual is None else start_residual,
             steps=tuple(steps),
             notes=(*notes, *stage.notes),
         )
 
     for factor in factors:
-        site.held = [(forces, max(released, factor)) for forces, released in site.held]
-        bars = scheme.stage_bars(site.bars, number)
-        part = part_of(model, site.present, bars, _all_forces(site), site.water)
+        state.unreleased_forces = [(forces, max(released, factor)) for forces, released in state.unreleased_forces]
+        bars = scheme.stage_bars(state.bars, number)
+        part = submodel_of(model, state.present, bars, _all_forces(state), state.water)
 
-        def watch(record: StepRecord, stage: Callable[[], StageResult], part: Part = part) -> None:
+        def watch(record: StepRecord, stage: Callable[[], StageResult], part: SubModel = part) -> None:
             def as_it_stands() -> StageResult:
                 now, moved = stage(), scheme.moved.copy()
                 moved[part.block] = now.displacement
@@ -169,14 +171,14 @@ def _equilibrium(
             steps.append(replace(record, stage=number, step=len(steps)))
             observer(steps[-1], as_it_stands)
 
-        outcome = scheme.solve(part, number, site.bar_forces[part.bar], watch)
-        site.bar_forces[part.bar] = outcome.bar_forces
+        outcome = scheme.solve(part, number, state.bar_forces[part.bar], watch)
+        state.bar_forces[part.bar] = outcome.bar_forces
         start_residual = outcome.stage.start_residual if start_residual is None else start_residual
         if outcome.stage.status is not Status.STABLE:
             break
-    site.held = [(forces, released) for forces, released in site.held if released < 1]
+    state.unreleased_forces = [(forces, released) for forces, released in state.unreleased_forces if released < 1]
     stage = placed(outcome.stage, part, scheme.moved)
-    if site.water is not None and site.water.table and not stage.water.any():
+    if state.water is not None and state.water.table and not stage.water.any():
         dry = "no block lies below the water table: check its level and unit"
         stage = replace(stage, notes=(*stage.notes, dry))
     return stage
@@ -190,19 +192,19 @@ def displacement_at(blocks: Blocks, displacement: FloatArray, bolts: BoltForces)
     return np.column_stack([u + versed * arm[:, 0] - sine * arm[:, 1], v + sine * arm[:, 0] + versed * arm[:, 1]])
 
 
-def _all_forces(site: _Site) -> PointForces:
-    held = [replace(forces, force=(1 - released) * forces.force) for forces, released in site.held if released < 1]
-    return joined([*site.forces, *held])
+def _all_forces(state: StageState) -> PointForces:
+    left = [(forces, 1 - released) for forces, released in state.unreleased_forces if released < 1]
+    return concatenate([*state.forces, *(replace(forces, force=part * forces.force) for forces, part in left)])
 
 
-def joined(parts: list[PointForces]) -> PointForces:
-    """Return the forces of several tables as one."""
+def concatenate(parts: list[PointForces]) -> PointForces:
+    """Return the point forces of several tables in one."""
     block, point, force = (np.concatenate([getattr(p, name) for p in parts]) for name in ("block", "point", "force"))
     return PointForces(block=block, point=point, force=force)
 
 
 def _forces_on_new_faces(scheme: Scheme, contacts: ContactForces, stays: BoolArray, leaves: BoolArray) -> PointForces:
-    """Return what the blocks that leave exerted on those that stay."""
+    """Return the excavation forces: those of the removed blocks on the others."""
     on_b, on_a = (
         np.flatnonzero(stays[one] & leaves[other])
         for one, other in ((contacts.block_b, contacts.block_a), (contacts.block_a, contacts.block_b))
@@ -230,7 +232,7 @@ def _pressure_on_new_faces(model: Model, stays: BoolArray, leaves: BoolArray, pr
     )
 
 
-def _in_whole(stage: StageResult, part: Part) -> StageResult:
+def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
     """Return a part's result in the numbers of the whole."""
     contacts, supports = stage.contacts, stage.supports
     return replace(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
-from bsm_mesh.errors import MOST_SHOWN, ModelError, counted, listing, nearest, raise_faults
+from bsm_mesh.errors import MAX_SHOWN, ModelError, counted, listing, nearest, raise_faults
 from bsm_mesh.model.edges import LongArray
 from converters.meshes.cells import CellGroup, MeshCells
 from converters.meshes.report import Note, NoteKind
@@ -165,9 +165,9 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
         if sizes:
             names = list(sizes)
             shown = ", ".join(
-                f"'{name}' ({counted(size, 'element')})" for name, size in list(sizes.items())[:MOST_SHOWN]
+                f"'{name}' ({counted(size, 'element')})" for name, size in list(sizes.items())[:MAX_SHOWN]
             )
-            more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
+            more = f" and {len(names) - MAX_SHOWN} more" if len(names) > MAX_SHOWN else ""
             text = (
                 f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
                 f'for example "{names[0]}" = "{example}:{names[0].rpartition(":")[2] or "name"}"'

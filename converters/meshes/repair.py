@@ -16,7 +16,7 @@ from bsm_mesh.model.polygons import owner_of_corner
 from converters.meshes.conform import conforming
 from converters.meshes.regions import components, not_simple, outline_regions, rim_of
 
-MOST_ROUNDS = 10  # a merged sliver may still be one
+MAX_ROUNDS = 10  # a merged sliver may still be one
 
 FindSlivers = Callable[[Blocks], IntArray]
 
@@ -61,7 +61,7 @@ def repair_blocks(
     changes: list[str] = []
     if snap > 0:
         blocks, changes = snap_corners(blocks, snap)
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         fine = conforming(blocks)
         label, merged = _merge(fine, find_slivers(blocks), across_joints)
         if not merged:

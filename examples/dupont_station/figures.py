@@ -14,7 +14,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from PIL import Image
 
 import bsm_mesh as bsm
-from bsm_mesh.model.parts import some_blocks
+from bsm_mesh.model.submodel import some_blocks
 
 P_I = 69e3  # Pa
 SHARE = 1.5  # m of wall a bolt

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 import bsm_mesh as bsm
-from bsm_mesh.model.parts import some_blocks
+from bsm_mesh.model.submodel import some_blocks
 from converters.continuum import solve_continuum
 
 HERE = Path(__file__).parent

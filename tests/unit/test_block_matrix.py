@@ -107,17 +107,18 @@ def test_constrain_is_a_change_of_axes():
         bsm.Fixed(blocks=[7]),
     ]
     support = build_constraints(model.replace(supports=supports))
-    assert sorted(support.held.tolist()) == [1, 2, 3]
+    assert sorted(support.constrained.tolist()) == [1, 2, 3]
     T = np.eye(3 * model.blocks.count)
     struck = np.zeros(3 * model.blocks.count, dtype=bool)
     for row, block in enumerate(support.block):
         T[3 * block : 3 * block + 3, 3 * block : 3 * block + 3] = support.basis[row]
-        struck[3 * block : 3 * block + support.held[row]] = True
+        struck[3 * block : 3 * block + support.constrained[row]] = True
     expected = T.T @ dense(pattern, data) @ T
     expected[struck] = 0
     expected[:, struck] = 0
     expected[struck, struck] = 1
-    constrain(pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held)
+    axes = support.number, support.basis, support.constrained
+    constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *axes)
     assert_allclose(dense(pattern, data), expected, rtol=0, atol=1e-12 * expected.max())
 
 

@@ -7,9 +7,9 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.continuation import first_step, strategies
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.methods import brittle
-from bsm_mesh.solve.methods import subdomain_newton as local_phase
-from bsm_mesh.solve.methods.brittle import NEAR, breaking
-from bsm_mesh.solve.step.attempt import Found
+from bsm_mesh.solve.methods import subdomain_newton as subdomain
+from bsm_mesh.solve.methods.brittle import NEAR, contacts_at_strength_drop
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import Step
 
 STIFFNESS, COHESION = 1e9, 1e6  # Pa/m, Pa
@@ -27,8 +27,8 @@ def block_on_a_base(cohesion: float = COHESION, tension: float = 0.0) -> Step:
         supports=[bsm.Fixed(blocks=[0])],
     )
     run = Continuation(model, bsm.Options(), lambda *_: None)
-    contacts = run.moving.gather(run.begin.history, run.moving.start, first=True)
-    return Step(run.moving, run.factors, contacts, run.moving.start, run.least_lam)
+    contacts = run.system.gather(run.begin.history, run.system.start, first=True)
+    return Step(run.system, run.factors, contacts, run.system.start, run.min_lam)
 
 
 def caught(step: Step, turn: float, pressed: float = PRESSED) -> np.ndarray:
@@ -37,17 +37,17 @@ def caught(step: Step, turn: float, pressed: float = PRESSED) -> np.ndarray:
     position[1] += [SHEARED, -pressed - 1e-5, -2e-5]  # the left corner at -pressed, the right one 20 micrometres deeper
     correction = np.zeros_like(position)
     correction[1, 2] = -turn  # clockwise: the left corner lifts by turn / 2
-    return breaking(step, step.balance_at(position), correction)
+    return contacts_at_strength_drop(step, step.residual_at(position), correction)
 
 
-def test_a_corner_that_bears_shear_and_would_open_breaks():
+def test_a_corner_that_carries_shear_and_would_open_is_released():
     step = block_on_a_base()
     rows = caught(step, 10 * PRESSED)
     assert len(rows) == 1
     at = step.evaluate(step.start + np.array([[0, 0, 0], [SHEARED, -PRESSED - 1e-5, -2e-5]]))
-    assert at.bearing[rows].all()
+    assert at.closed[rows].all()
     assert at.pressure[rows] == pytest.approx(0.5 * STIFFNESS * PRESSED, rel=0.01)
-    step.break_contacts(rows)
+    step.fail_contacts(rows)
     again = step.evaluate(step.start + np.array([[0, 0, 0], [SHEARED, -PRESSED - 1e-5, -2e-5]]))
     assert abs(again.shear[rows]) == pytest.approx(np.tan(np.radians(30)) * again.pressure[rows])
     assert len(caught(step, 10 * PRESSED)) == 0
@@ -67,14 +67,14 @@ def test_tensile_strength_holds_and_breaks():
     assert len(caught(step, 10 * PRESSED)) == 0
     rows = caught(step, 1e-4, pressed=-0.99e-4)
     assert len(rows) == 1
-    step.break_contacts(rows)
+    step.fail_contacts(rows)
     assert step.contacts.tension[rows] == 0
 
 
-def test_breaking_nothing_changes_nothing():
+def test_releasing_no_contact_changes_nothing():
     step = block_on_a_base()
     contacts = step.contacts
-    step.break_contacts(np.zeros(0, int))
+    step.fail_contacts(np.zeros(0, int))
     assert step.contacts is contacts
 
 
@@ -109,23 +109,23 @@ def test_a_tunnel_in_whose_wall_joints_fail_needs_it(monkeypatch):
 
     with_it = first_step()
     with monkeypatch.context() as whole_alone:
-        whole_alone.setattr(local_phase, "break_caught", lambda *_: False)
+        whole_alone.setattr(subdomain, "release_brittle_contacts", lambda *_: False)
         assert with_it < first_step(), "in the blocks solved apart too"
-    monkeypatch.setattr(brittle, "breaking", lambda *_: np.zeros(0, int))
+    monkeypatch.setattr(brittle, "contacts_at_strength_drop", lambda *_: np.zeros(0, int))
     assert 2 * with_it < first_step()
 
 
 @pytest.mark.parametrize("moving", [False, True])
-def test_what_broke_on_a_way_that_led_nowhere_is_whole_again(monkeypatch, moving):
-    def leads_nowhere(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
-        step.break_contacts(np.array([0]))
-        return Found(position, step.evaluate(position), converged=False)
+def test_failures_of_a_rejected_attempt_are_undone(monkeypatch, moving):
+    def leads_nowhere(step: Step, position: np.ndarray, *_: float, **__: bool) -> Attempt:
+        step.fail_contacts(np.array([0]))
+        return Attempt(position, step.evaluate(position), converged=False)
 
     step = block_on_a_base()
     assert not step.contacts.failed.any()
-    monkeypatch.setattr(strategies if moving else first_step, "softened_newton", leads_nowhere)
+    monkeypatch.setattr(strategies if moving else first_step, "regularized_newton", leads_nowhere)
     if moving:
-        step.lam = 1 / step.moving.d
+        step.lam = 1 / step.system.d
         found = strategies.MovingSteps(excavated=False).solve(step, 1e-3, from_rest=False, failures=0)
     else:
         found = first_step.solve_at_once(step, 1e-6)

@@ -22,7 +22,7 @@ def constraints(supports, polygons=None):
 
 
 def held(supports, polygons=None):
-    return constraints(supports, polygons)[1].held.tolist()
+    return constraints(supports, polygons)[1].constrained.tolist()
 
 
 def test_no_supports():
@@ -79,7 +79,7 @@ def test_given_displacements_satisfy_every_bar(degrees):
     for bar in range(len(c.bars.block)):
         block = c.bars.block[bar]
         row = corner_row(blocks.moments.centroid[block], c.bars.point[bar], c.bars.direction[bar])
-        assert_allclose(row @ c.given[block], c.bars.value[bar], atol=1e-16)
+        assert_allclose(row @ c.prescribed[block], c.bars.value[bar], atol=1e-16)
 
 
 def test_free_axes_do_not_move_the_bars():
@@ -87,7 +87,7 @@ def test_free_axes_do_not_move_the_bars():
     rng = np.random.default_rng(1)
     solution = rng.normal(size=(blocks.count, 3))
     for row, block in enumerate(c.block):
-        solution[block, : c.held[row]] = 0.0
+        solution[block, : c.constrained[row]] = 0.0
     U = c.expand(solution)
     for bar in range(len(c.bars.block)):
         block = c.bars.block[bar]
@@ -102,9 +102,9 @@ def test_reactions_do_no_work_on_free_motions_and_balance_the_held_part():
     assert_allclose(c.free_part(forces + reactions), c.free_part(forces), atol=ATOL)
     for row, block in enumerate(c.block):
         basis = c.basis[row]
-        free = basis[:, c.held[row] :]
+        free = basis[:, c.constrained[row] :]
         assert_allclose(free.T @ reactions[block], 0, atol=ATOL)
-        assert_allclose(basis[:, : c.held[row]].T @ (forces + reactions)[block], 0, atol=ATOL)
+        assert_allclose(basis[:, : c.constrained[row]].T @ (forces + reactions)[block], 0, atol=ATOL)
 
 
 @pytest.mark.parametrize("fixed", [{"boundary": "bottom"}, {"blocks": [0]}, {"blocks": [0, 0]}])

@@ -24,14 +24,14 @@ def test_one_contact_where_two_corners_meet_not_two():
 
 @pytest.mark.parametrize("shift", [-0.01, 0.01])
 @pytest.mark.parametrize("polygons", [[square(0, 0), square(0, 1)], [square(0, 1), square(0, 0)]])
-def test_of_two_fresh_duals_the_one_that_touches_stands(polygons, shift):
+def test_of_two_new_duals_the_closed_one_is_kept(polygons, shift):
     scene = Scene.of(polygons).moved(1, (shift, 0.0))
     found = scene.detect()
     assert found.count == 2
     assert len(scene.touching(found)) == 2
 
 
-def test_parallel_edges_that_share_no_length_do_not_support():
+def test_parallel_edges_without_overlap_do_not_support():
     """Seen: a slope that was stable at phi = 5, held by blocks that only met end to end."""
     start = Scene.of(grid(2, 2))
 
@@ -79,7 +79,7 @@ def test_a_block_does_not_snag_at_a_flush_joint_but_at_a_step():
     assert slide(0.03, RULES._replace(min_overlap=0.05))[0] < 1e-6
 
 
-def test_the_face_of_a_small_block_is_no_seam():
+def test_the_face_of_a_small_block_counts_as_overlap():
     """A whole edge is shared, however short: the rule must not take the support from under it."""
     for side in (0.004, 0.02):
         scene = Scene.of([rectangle(-3, -2, 0, 0), rectangle(-side, 0, 0, side), square(5, 0)])
@@ -107,7 +107,7 @@ def test_a_hinge_stays_at_an_edges_end():
     assert len(on_the_end.touching(on_the_end.detect(rules=off))) == 0
 
 
-def test_a_corner_within_a_corner_bears_on_one_edge_only():
+def test_a_corner_within_a_corner_is_closed_on_one_edge_only():
     """A sharp corner is a little within the upper right corner of a square, nearer to its right side."""
     arms = np.radians([20, 70])
     sharp = turned([(0, 0), *zip(np.cos(arms), np.sin(arms), strict=True)], 0, (3, 3))
@@ -126,7 +126,7 @@ def test_a_corner_within_a_corner_bears_on_one_edge_only():
 
 
 @pytest.mark.parametrize("floor", [[3, 1], [3, 2, 1.5, 1], [3, 1.01, 1]])
-def test_a_corner_in_a_notch_bears_on_floor_and_wall(floor):
+def test_a_corner_in_a_notch_is_closed_on_floor_and_wall(floor):
     notched = np.vstack([[(0, 0), (3, 0)], np.column_stack([floor, np.ones(len(floor))]), [(1, 3), (0, 3)]])
     start = Scene.of([notched, rectangle(1, 1, 2, 2)], fixed=[0])
     pressed = start.moved(1, (-1e-5, -2e-5))
@@ -140,7 +140,7 @@ def test_a_corner_in_a_notch_bears_on_floor_and_wall(floor):
     assert (near.normals(near.detect().edge[near.touching(near.detect())])[:, 1] > 0.9).sum() >= 2
 
 
-def test_a_tip_in_a_notch_bears_on_both_sides():
+def test_a_tip_in_a_notch_is_closed_on_both_sides():
     notched = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
     arms = np.radians([20, 70])
     tip = turned([(0, 0), *zip(np.cos(arms), np.sin(arms), strict=True)], 0, (1, 1))
@@ -148,7 +148,7 @@ def test_a_tip_in_a_notch_bears_on_both_sides():
     assert len(pressed.touching(pressed.detect())) == 2
 
 
-def test_a_fresh_contact_does_not_start_deep():
+def test_a_new_contact_does_not_start_with_a_large_penetration():
     """A contact that is first seen deep would push its blocks apart; only one that takes over may be deep."""
     start = Scene.of([rectangle(0, 0, 3, 1), rectangle(1, 1, 2, 2)])
     assert start.moved(1, (0.0, -0.9e-3)).detect().count == 2
@@ -232,7 +232,7 @@ def test_corners_that_just_touch_do_support_each_other():
     assert len(scene.touching(scene.detect())) == 2
 
 
-def test_a_tip_that_stands_on_an_edge_bears():
+def test_a_tip_that_stands_on_an_edge_is_closed():
     tip = np.array([(1, 1), (2, 3), (0, 3)])
     scene = Scene.of([rectangle(0, 0, 3, 1), tip])
     found = scene.detect()

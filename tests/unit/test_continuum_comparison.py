@@ -68,7 +68,7 @@ class TestCompare:
 
     def test_section(self):
         model, comparison = self.compared()
-        section = comparison.tangential(blocks_on_line(model.blocks, (7.5, 2.5), (-1.0, 2.5)))
+        section = comparison.along(blocks_on_line(model.blocks, (7.5, 2.5), (-1.0, 2.5)))
         assert_array_equal(section.block, np.arange(16, 24)[::-1])
         assert_allclose(section.bsm[:, 1, 1], section.fem[:, 1, 1], rtol=1e-8)
 

@@ -13,7 +13,7 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.history import History, commit
-from bsm_mesh.solve.step.block_system import MovingModel
+from bsm_mesh.solve.step.block_system import BlockSystem
 
 angles = st.floats(30.0, 140.0)
 turns = st.floats(-25.0, 25.0)
@@ -43,7 +43,7 @@ def wedge(angle, turn, up):
 
 def force_on_upper(lower, upper, shift, first=True):
     """Return the contact force on the upper block, moved by `shift` in one step, and the contacts of the step."""
-    moving = MovingModel(model_of([lower, upper], kn=1.0, friction=0.0))
+    moving = BlockSystem(model_of([lower, upper], kn=1.0, friction=0.0))
     contacts = moving.gather(History.none(), moving.start, first=first)
     position = moving.start.copy()
     position[1, :2] += shift
@@ -81,7 +81,7 @@ def test_the_nearer_way_out_bears(below, above, turn, other_turn, aside, apart, 
 def test_squares_that_meet_in_a_corner_bear_on_one_side(left, down):
     """Both ways out have parallel edges that only meet end to end: neither is a seam when pressed in."""
     force, contacts = force_on_upper(square(0, 0), square(1, 1), (-left, -down))
-    assert not contacts.touching.any(), "at the start they bear nothing"
+    assert not contacts.within_tolerance.any(), "at the start they bear nothing"
     expected = (0, 1) if down < left else (1, 0)
     assert_allclose(force / np.hypot(*force), expected, atol=1e-12)
     shallow, _ = force_on_upper(square(0, 0), square(1, 1), (-0.9 * RULES.min_overlap, -0.5))
@@ -154,17 +154,17 @@ def test_an_open_corner_may_turn_onto_an_edge(degrees):
 def test_a_corner_with_an_edge_into_the_other_block_bears_once_it_has_turned(sine, corners):
     """A slab aslant, pressed in deeper than its second corner is high, stands on the first until its edge is level."""
     slab = turned(rectangle(0, 0, 0.4, 0.2), 6.0)
-    moving = MovingModel(model_of([rectangle(-3, -1, 3, 0), slab, square(5, 0)]))
+    moving = BlockSystem(model_of([rectangle(-3, -1, 3, 0), slab, square(5, 0)]))
     given = moving.model, moving.outlines, moving.catalogue, History.none(), moving.start
     contacts = gather_contacts(*given, 0.15, first=True)
     position = moving.start.copy()
     position[1] += (0.0, -0.05, np.arcsin(sine) - np.radians(6.0))
     assert (corner_positions(moving.outlines, moving.outlines.placed(position))[4:6, 1] < 0).all()
-    assert moving.evaluate(contacts, position).bearing.sum() == corners
+    assert moving.evaluate(contacts, position).closed.sum() == corners
 
 
 def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():
-    """They met in its tip and bore nothing there; closed on each other they do."""
+    """They met in its tip without force; closed on each other they have one."""
     lower, upper = np.array([(0, 0), (3, -1), (3, 0)]), np.array([(0, 0), (3, 0.3), (2, 2)])
     scene = Scene.of([lower, np.array([(0, 0), (3, 0), (3, 0.3)]), upper])
     closed = scene.moved(1, (9, 0)).moved(2, degrees=-np.degrees(np.arctan2(0.3, 3)), about=(0, 0))
@@ -176,7 +176,7 @@ def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():
 
 def test_a_contact_that_was_let_in_deep_is_remembered_until_it_has_come_out():
     """Forgotten in a step in which it bears nothing, it was too deep to start anew: the block fell through."""
-    moving = MovingModel(model_of([square(0, 0), square(-1.5, 1)], friction=0.0))
+    moving = BlockSystem(model_of([square(0, 0), square(-1.5, 1)], friction=0.0))
     pressed, eased, out = (moving.start + np.array([(0, 0, 0), (0.53, -y, 0)]) for y in (4e-3, 1.5e-3, -1e-3))
 
     def taken(history, position):

@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.contacts import forces as moving
+from bsm_mesh.solve.contacts import forces
 from bsm_mesh.solve.contacts.forces import evaluate, rows_by_law
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.step.block_system import MovingModel
+from bsm_mesh.solve.step.block_system import BlockSystem
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 
@@ -20,14 +20,14 @@ LAWS = (bsm.MohrCoulomb(friction=35), bsm.Patton(friction=30, dilation=5, cohesi
 @pytest.fixture
 def pressed():
     """Contacts of a slope and a position at which some press, some are open, and all have slipped a little."""
-    model = MovingModel(benchmarks.jointed_slope(150).model())
+    model = BlockSystem(benchmarks.jointed_slope(150).model())
     contacts = model.gather(History.none(), model.start, first=True)
     return contacts, model.start + np.random.default_rng(0).normal(scale=2e-5, size=model.start.shape)
 
 
-def forces_of(contacts, law, position, friction_pressure=None):
+def forces_of(contacts, law, position, frozen_pressure=None):
     contacts = replace(contacts, law=law, by_law=rows_by_law(law))
-    return evaluate(contacts, LAWS, position, friction_pressure)
+    return evaluate(contacts, LAWS, position, frozen_pressure)
 
 
 @pytest.mark.parametrize("fixed", [False, True])
@@ -37,7 +37,7 @@ def test_some_contacts_at_a_time_answer_as_all_at_once(monkeypatch, pressed, law
     law = (np.arange(contacts.count) % laws).astype(np.int32)
     pressure = np.abs(np.random.default_rng(1).normal(scale=1e4, size=contacts.count)) if fixed else None
     whole = forces_of(contacts, law, position, pressure)
-    monkeypatch.setattr(moving, "AT_ONCE", 7)
+    monkeypatch.setattr(forces, "AT_ONCE", 7)
     parts = forces_of(contacts, law, position, pressure)
     assert whole.shear.any()
     assert not whole.sticking.all()
@@ -48,11 +48,11 @@ def test_some_contacts_at_a_time_answer_as_all_at_once(monkeypatch, pressed, law
 def test_open_contacts_bear_no_shear_and_do_not_stick(pressed):
     contacts, position = pressed
     at = forces_of(contacts, np.zeros(contacts.count, np.int32), position)
-    assert at.bearing.any()
-    assert not at.bearing.all()
-    assert not at.sticking[~at.bearing].any()
-    assert not at.shear[~at.bearing].any()
-    assert not at.strength[~at.bearing].any()
+    assert at.closed.any()
+    assert not at.closed.all()
+    assert not at.sticking[~at.closed].any()
+    assert not at.shear[~at.closed].any()
+    assert not at.strength[~at.closed].any()
 
 
 def test_every_contact_answers_by_its_own_law(pressed):

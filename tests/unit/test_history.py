@@ -1,4 +1,4 @@
-"""What contacts remember of an accepted step: who is kept, and as intact or failed."""
+"""Contact history of an accepted step: which are kept, and as intact or failed."""
 
 from dataclasses import replace
 
@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scenes import rectangle, square
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.contacts.forces import TOUCHING
+from bsm_mesh.solve.contacts.forces import CONTACT_TOLERANCE
 from bsm_mesh.solve.contacts.history import IDLE, History, commit
-from bsm_mesh.solve.step.block_system import MovingModel
+from bsm_mesh.solve.step.block_system import BlockSystem
 
 KN = 1e9
 
@@ -20,7 +20,7 @@ def block_on_a_base(tensile_strength=0.0):
     """Return a square metre on a base, with cohesion."""
     joint = bsm.Joint("J", KN, KN, law=bsm.MohrCoulomb(friction=30.0, cohesion=1e5), tensile_strength=tensile_strength)
     model = model_of([rectangle(-1, -1, 2, 0), square(0, 0)]).replace(joints=[joint])
-    return MovingModel(model)
+    return BlockSystem(model)
 
 
 def after_lifting(moving, height):
@@ -31,7 +31,7 @@ def after_lifting(moving, height):
 
 
 @pytest.mark.parametrize(("height", "kept"), [(0.0, 2), (0.5 * IDLE, 2), (3 * IDLE, 0)])
-def test_contacts_that_touch_without_bearing_keep_their_strength(height, kept):
+def test_contacts_that_touch_without_force_keep_their_strength(height, kept):
     moving = block_on_a_base()
     history, changed = after_lifting(moving, height)
     assert changed == 0
@@ -52,16 +52,16 @@ def test_contacts_pulled_past_their_tensile_strength_are_not_kept(part, kept):
 
 
 @pytest.mark.parametrize("gap", [0.5, 2.5])
-def test_contacts_that_bear_over_a_gap_reach_past_the_ends_of_their_edges(gap):
+def test_contacts_closed_over_a_gap_overhang_the_ends_of_their_edges(gap):
     """In situ they bear at gap 0 and on, `offset` wide: a corner at the very end of an edge must not lose it all."""
     moving = block_on_a_base()
-    near = TOUCHING * moving.outlines.size
+    near = CONTACT_TOLERANCE * moving.outlines.size
     contacts = moving.gather(History.none(), moving.start, first=True)
     contacts = replace(contacts, offset=np.full(contacts.count, 3 * near))
     lifted = moving.start + np.array([(0, 0, 0), (0, gap * near, 0)])
     history, _ = commit(contacts, moving.evaluate(contacts, lifted), lifted, moving.outlines.size)
     again = moving.gather(history, lifted, first=False)
-    bearing = moving.evaluate(again, lifted).bearing
-    assert bearing.sum() == 2
-    assert again.touching[bearing].all()
-    assert (again.reach[bearing] > 0).all()
+    closed = moving.evaluate(again, lifted).closed
+    assert closed.sum() == 2
+    assert again.within_tolerance[closed].all()
+    assert (again.edge_overhang[closed] > 0).all()

@@ -1,4 +1,4 @@
-"""History of contacts that go on, end, or hand it over to another; rules on and off, as in test_contact_rules."""
+"""History of contacts that continue, end, or transfer it to another; rules on and off, as in test_contact_rules."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from bsm_mesh.contact.search import ActiveContacts
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(min_value=0, max_value=2**32 - 1))
-def test_history_is_carried_on_or_handed_over_never_twice(seed):
+def test_history_is_continued_or_transferred_never_twice(seed):
     rng = np.random.default_rng(seed)
     scene = Scene.of(random_wall(rng, 4) if seed % 2 else delaunay_triangles(rng, 25))
     active = scene.activated(scene.detect())
@@ -68,7 +68,7 @@ def active_on_top(pair, keys, points):
     )
 
 
-def test_an_open_dual_waits_until_the_contact_that_stands_has_gone():
+def test_an_open_dual_waits_until_the_kept_contact_has_ended():
     start = column()
     active = start.activated(start.detect())
     found = start.moved(1, (0.03, -1e-5)).detect(active)
@@ -93,7 +93,7 @@ def test_a_contact_ends_when_it_leaves_the_edge_and_its_dual_takes_over_the_hist
 
 
 @pytest.mark.parametrize("off", [{"transfer_distance": 0.0}, {"min_cosine": 1.1}])
-def test_without_near_and_aligned_contacts_no_history_is_handed_over(off):
+def test_without_near_and_aligned_contacts_no_history_is_transferred(off):
     start = column()
     active = start.activated(start.detect())
     outside = start.moved(1, (2e-3, -1e-5))
@@ -101,7 +101,7 @@ def test_without_near_and_aligned_contacts_no_history_is_handed_over(off):
     assert (outside.detect(active, rules=RULES._replace(**off)).predecessor >= 0).sum() == 0
 
 
-def test_history_is_not_handed_round_a_corner():
+def test_history_is_not_transferred_round_a_corner():
     """A block that slips off the top and comes to lean on the side starts there without shear force."""
     start = Scene.of([square(0, 0), rectangle(0.9, 1, 1.9, 2)])
     active = start.activated(start.detect())
@@ -126,7 +126,7 @@ def test_history_goes_along_an_outline_from_edge_to_edge():
     assert found.predecessor[right].max() == found.predecessor[rows].max()
 
 
-def test_an_active_contact_has_a_greatest_depth():
+def test_an_active_contact_has_a_largest_penetration():
     start = Scene.of([rectangle(0, 0, 3, 1), rectangle(1, 1, 2, 2)])
     active = start.activated(start.detect())
     assert start.moved(1, (0.0, -0.24)).detect(active).count == 2
@@ -145,7 +145,7 @@ def test_two_active_duals_at_one_point_become_one():
     assert sorted(active.pressure[found.history]) == [3.0, 4.0], "those that bear more"
 
 
-def test_contacts_that_bore_nothing_are_not_active():
+def test_contacts_without_pressure_are_not_active():
     start = column()
     active = start.activated(start.detect(), pressure=0.0)
     found = start.moved(1, (0.0, -1e-5)).detect(active)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.continuation.loop import Continuation
-from bsm_mesh.solve.continuation.strategies import HAND_OVER
+from bsm_mesh.solve.continuation.strategies import SWITCH_RESIDUAL
 from bsm_mesh.solve.methods.interior_kernels import BONDED, LIMITED, mean_product, smoothed_pressure, smoothed_shear
 from bsm_mesh.solve.methods.interior_point import interior_point
 from bsm_mesh.solve.methods.newton import elastic_position, newton
@@ -85,16 +85,16 @@ def wall(tilt, courses=8, bricks=8):
 def first_step(model):
     """Return the continuation of a model and the step that looks for equilibrium at once."""
     engine = Continuation(model, bsm.Options(scheme="continuation"), lambda *record: None)
-    contacts = engine.moving.gather(History.none(), engine.moving.start, first=True)
-    return Step(engine.moving, engine.factors, contacts, engine.moving.start, engine.least_lam)
+    contacts = engine.system.gather(History.none(), engine.system.start, first=True)
+    return Step(engine.system, engine.factors, contacts, engine.system.start, engine.min_lam)
 
 
 def test_it_ends_where_newton_can_take_over():
     step = first_step(wall(5.0))
-    near = interior_point(step, elastic_position(step), HAND_OVER)
+    near = interior_point(step, elastic_position(step), SWITCH_RESIDUAL)
     assert near is not None
-    forces = step.unbalanced(near, step.evaluate(near).forces)
-    assert step.sizes(forces, step.moving.weight(step.evaluate(near)))[0] < HAND_OVER
+    forces = step.residual(near, step.evaluate(near).forces)
+    assert step.residual_norms(forces, step.system.weight(step.evaluate(near)))[0] < SWITCH_RESIDUAL
     found = newton(step, near, 5e-7)
     assert found.converged
     assert step.factors.count < 20
@@ -103,4 +103,4 @@ def test_it_ends_where_newton_can_take_over():
 def test_it_finds_nothing_where_nothing_is():
     """A wall on a slope steeper than its friction slides for ever."""
     step = first_step(wall(40.0))
-    assert interior_point(step, elastic_position(step), HAND_OVER) is None
+    assert interior_point(step, elastic_position(step), SWITCH_RESIDUAL) is None

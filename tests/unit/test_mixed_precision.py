@@ -9,7 +9,7 @@ from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.block_matrix import whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import WORTH_SINGLE, make_linear_solver
-from bsm_mesh.solve.algebra.mixed_precision import ACCURACY, RefinedPardiso
+from bsm_mesh.solve.algebra.mixed_precision import ACCURACY, MixedPrecisionPardiso
 
 pytestmark = pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 SPRING = 1e10
@@ -29,7 +29,7 @@ def chain(n, softest, friction=0.3):
 def test_a_solution_is_as_accurate_as_promised():
     pattern, data, matrix = chain(400, SPRING)
     force = np.random.default_rng(0).normal(size=(400, 3)) * 1e4
-    solver = RefinedPardiso(pattern)
+    solver = MixedPrecisionPardiso(pattern)
     solver.factorize(data)
     left = force.ravel() - matrix @ solver.solve(force).ravel()
     root = np.sqrt(matrix.diagonal())
@@ -42,7 +42,7 @@ def test_a_solution_is_as_accurate_as_promised():
 def test_forces_of_any_size(size):
     pattern, data, matrix = chain(50, SPRING)
     force = np.ones((50, 3))
-    solver = RefinedPardiso(pattern)
+    solver = MixedPrecisionPardiso(pattern)
     solver.factorize(data)
     exact = np.linalg.solve(matrix.toarray(), force.ravel())
     assert_allclose(solver.solve(size * force).ravel(), size * exact, rtol=1e-2)
@@ -52,7 +52,7 @@ def test_forces_of_any_size(size):
 def test_what_single_precision_cannot_hold_is_solved_in_double():
     pattern, data, matrix = chain(50, 1e-8 * SPRING)
     force = np.ones((50, 3))
-    solver = RefinedPardiso(pattern)
+    solver = MixedPrecisionPardiso(pattern)
     solver.factorize(data)
     assert_allclose(matrix @ solver.solve(force).ravel(), force.ravel(), rtol=1e-4)
     solver.close()
@@ -63,14 +63,14 @@ def test_a_singular_matrix_noticed_late_is_no_crash(monkeypatch):
         raise SingularMatrixError("no pivot")
 
     pattern, data, _ = chain(50, 1e-8 * SPRING)
-    solver = RefinedPardiso(pattern)
+    solver = MixedPrecisionPardiso(pattern)
     solver.factorize(data)
     monkeypatch.setattr(pardiso.Pardiso, "factorize", singular)
     assert np.isnan(solver.solve(np.ones((50, 3)))).all()
 
 
 def test_large_systems_of_corrections_take_it():
-    for rows, kind in ((WORTH_SINGLE, RefinedPardiso), (WORTH_SINGLE - 1, pardiso.Pardiso)):
+    for rows, kind in ((WORTH_SINGLE, MixedPrecisionPardiso), (WORTH_SINGLE - 1, pardiso.Pardiso)):
         pattern, data, _ = chain(rows, SPRING)
         solver = make_linear_solver("pardiso", pattern, np.zeros((rows, 2)), corrections=True)
         assert type(solver) is kind
@@ -83,14 +83,14 @@ def test_large_systems_of_corrections_take_it():
 def test_refinement_goes_on_while_each_leaves_less_than_half(monkeypatch, lacks, single):
     """Factors whose solutions lack a fifth need six refinements; those that lack more are made again in double."""
     pattern, data, matrix = chain(50, SPRING)
-    force, real, count = np.ones((50, 3)), RefinedPardiso._solved, []
+    force, real, count = np.ones((50, 3)), MixedPrecisionPardiso._solved, []
 
     def poor(self, right_side):
         count.append(1)
         return (1 - lacks) * real(self, right_side)
 
-    monkeypatch.setattr(RefinedPardiso, "_solved", poor)
-    solver = RefinedPardiso(pattern)
+    monkeypatch.setattr(MixedPrecisionPardiso, "_solved", poor)
+    solver = MixedPrecisionPardiso(pattern)
     solver.factorize(data)
     assert_allclose(matrix @ solver.solve(force).ravel(), force.ravel(), rtol=1e-3)
     assert solver._single == single

@@ -15,8 +15,8 @@ class DrivenContact:
     def __init__(self, pressure: float, strength: float, tension: float = 0.0) -> None:
         self.frame = np.array([[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]], np.float32)  # n is up: out of b, which is below
         self.spring = np.array([[10.0, 10.0, pressure, strength, strength, 0.0]], np.float32)
-        self.tension, self.stuck = np.full(1, tension, np.float32), np.zeros(1, np.float32)
-        self.bore, self.slipped = np.zeros(1, bool), np.zeros(1, bool)
+        self.tension, self.shear_offset = np.full(1, tension, np.float32), np.zeros(1, np.float32)
+        self.contacted, self.slipped = np.zeros(1, bool), np.zeros(1, bool)
 
     def drive(self, *movements: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
         """Move a by each of some movements in a cycle; return the changes of its shear force and of forces on it."""
@@ -25,7 +25,7 @@ class DrivenContact:
         shears, forces = [], []
         for u, v in movements:
             place[0] += u, v, 0.0
-            kept = self.tension, self.stuck, self.bore, self.slipped
+            kept = self.tension, self.shear_offset, self.contacted, self.slipped
             given = self.frame, self.spring, *kept, none, none, np.ones((2, 3)), *free, 0.0
             push = np.zeros((2, 3))
             relax_cycles(np.zeros(1), 0, np.arange(2), *sides, *given, none.copy(), push, np.stack([place, place]))
@@ -57,14 +57,14 @@ def test_a_contact_pushes_as_far_as_it_is_closed_and_pulls_until_it_breaks():
     assert_allclose(forces[:, 1], [-2.0, -1.0, -1.0, 1.0], atol=1e-6)  # of 1 N/m at first: -1, gone, gone, 2
 
 
-def test_contacts_that_bore_at_any_time_are_known():
+def test_contacts_closed_at_any_time_are_known():
     """It opens in the second cycle; the other never closes."""
     contact = DrivenContact(pressure=1.0, strength=0.0)
     contact.drive((0.0, 0.05), (0.0, 0.5))
-    assert contact.bore.all()
-    contact.bore[:] = False
+    assert contact.contacted.all()
+    contact.contacted[:] = False
     contact.drive((0.0, 0.1))
-    assert not contact.bore.any()
+    assert not contact.contacted.any()
 
 
 @pytest.mark.parametrize("tilt", [20.0, 40.0])
@@ -74,8 +74,8 @@ def test_it_does_not_matter_how_many_cycles_go_by_at_once(tilt):
     for at_once in (1, 5, 100):
         motion, ways[at_once] = DampedMotion(begun(block_on_a_base(tilt)), 300, 0.1), []
         while motion.done < 600:
-            motion.go_on(at_once)
+            motion.advance(at_once)
             if motion.done % 100 == 0:
-                ways[at_once].append(motion.balance.position[1, 0])
+                ways[at_once].append(motion.residual.position[1, 0])
     for at_once in (1, 5):
         assert_allclose(ways[at_once], ways[100], atol=2e-3 * max(ways[100]))

@@ -1,4 +1,4 @@
-"""What is tried near rest, where few blocks or few contacts are the cause of what is out of balance."""
+"""Methods near rest, where few blocks or few contacts are the cause of the residual."""
 
 from dataclasses import replace
 
@@ -9,11 +9,11 @@ from step_scenes import CONTINUATION, STIFFNESS, WEIGHT, begun, block_on_a_base
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation import strategies
 from bsm_mesh.solve.continuation.loop import Continuation
-from bsm_mesh.solve.methods import regularized_newton as softened
+from bsm_mesh.solve.methods import regularized_newton as regularized
 from bsm_mesh.solve.motion.damped_motion import DampedMotion
-from bsm_mesh.solve.motion.relaxation import CALMED, PATIENTLY, calm, relax
-from bsm_mesh.solve.step.attempt import Found
-from bsm_mesh.solve.step.equations import Balance, Step
+from bsm_mesh.solve.motion.relaxation import DAMPING_TRANSITS, PATIENT_TRANSITS, damp_to_rest, relax
+from bsm_mesh.solve.step.attempt import Attempt
+from bsm_mesh.solve.step.equations import Residual, Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
 
@@ -21,15 +21,15 @@ benchmarks = pytest.importorskip("benchmarks.scenes")
 def moving_step() -> Step:
     """Return one of a block on a base, damped."""
     step = begun(block_on_a_base())
-    step.lam = 1 / step.moving.d
+    step.lam = 1 / step.system.d
     return step
 
 
-def out_of_balance(step: Step, forces: list[float]) -> Balance:
+def with_residuals(step: Step, forces: list[float]) -> Residual:
     """Return that of as many blocks, each with a force [weights]."""
     size, weight = np.array(forces), 2.0
     greatest, norm = float(size.max()), float(np.linalg.norm(size)) * weight
-    return Balance(np.zeros((len(size), 3)), step.balance_at(step.start).evaluate, size, greatest, norm, weight)
+    return Residual(np.zeros((len(size), 3)), step.residual_at(step.start).evaluate, size, greatest, norm, weight)
 
 
 @pytest.mark.parametrize(
@@ -41,21 +41,21 @@ def out_of_balance(step: Step, forces: list[float]) -> Balance:
         ([10.0] + 399 * [0.2], False),  # little beside the greatest, but not little
     ],
 )
-def test_few_blocks_are_the_cause_where_little_is_out_of_balance_beside_the_greatest(forces, few):
+def test_a_residual_is_localized_where_its_rms_is_small_beside_its_maximum(forces, few):
     step = begun(block_on_a_base())
-    assert softened._is_of_few(step, out_of_balance(step, forces)) is few
+    assert regularized._is_localized(step, with_residuals(step, forces)) is few
 
 
 @pytest.mark.parametrize(("inner", "is_calmed"), [(1e-4, True), (1e-2, False)])
-def test_near_rest_what_newtons_method_does_not_end_is_calmed_first(monkeypatch, inner, is_calmed):
+def test_near_rest_damped_motion_comes_after_newtons_method(monkeypatch, inner, is_calmed):
     step = moving_step()
 
-    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
-        return Found(position, step.evaluate(position), converged=False)
+    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Attempt:
+        return Attempt(position, step.evaluate(position), converged=False)
 
-    calmed = Found(step.start, step.evaluate(step.start), converged=True)
-    monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "calm", lambda *_, **__: calmed)
+    calmed = Attempt(step.start, step.evaluate(step.start), converged=True)
+    monkeypatch.setattr(strategies, "regularized_newton", fails)
+    monkeypatch.setattr(strategies, "damp_to_rest", lambda *_, **__: calmed)
     assert (
         strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=1) is calmed
     ) is is_calmed
@@ -71,13 +71,13 @@ def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monke
     def gives_up(_: Step, position: np.ndarray, inner: float, *, patient: bool = False) -> None:
         asked.append(("start" if position is step.start else "there", inner, patient))
 
-    def fails(step: Step, *_: float, **__: bool) -> Found:
-        return Found(there, step.evaluate(there), converged=False)
+    def fails(step: Step, *_: float, **__: bool) -> Attempt:
+        return Attempt(there, step.evaluate(there), converged=False)
 
-    monkeypatch.setattr(strategies, "calm", gives_up)
-    monkeypatch.setattr(strategies, "softened_newton", fails)
+    monkeypatch.setattr(strategies, "damp_to_rest", gives_up)
+    monkeypatch.setattr(strategies, "regularized_newton", fails)
     strategies.MovingSteps(excavated=False).solve(step, 1e-6, from_rest=False, failures=failures)
-    inner = strategies.CALM_ENOUGH * 1e-6
+    inner = strategies.REST_FACTOR * 1e-6
     assert asked == [(begin, inner, failures > 0 and begin == "start") for begin in begins]
 
 
@@ -85,42 +85,46 @@ def test_cycles_begin_where_newtons_method_ended_if_that_is_nearer_to_rest(monke
     ("excavated", "part", "failures", "stressed", "inner", "before", "ends"),
     [
         (True, 0.1, 0, 1.0, 1e-2, 0.1, "taken"),
-        (True, 0.1, strategies.MOST_FAILURES, 1.0, 1e-2, 0.1, "taken"),
+        (True, 0.1, strategies.MAX_FAILURES, 1.0, 1e-2, 0.1, "taken"),
         (True, 0.6, 0, 1.0, 1e-2, 1.0, "shorter"),
-        (True, 0.6, strategies.MOST_FAILURES, 1.0, 1e-2, 1.0, "held"),
+        (True, 0.6, strategies.MAX_FAILURES, 1.0, 1e-2, 1.0, "held"),
         (True, 4.0, 0, 50.0, 2e-2, 8.0, "taken"),
         (True, 4.0, 0, 50.0, 2e-2, 5.0, "shorter"),  # they hardly come nearer to balance, and would not ever
         (True, 6.0, 0, 50.0, 2e-2, 20.0, "shorter"),  # more than a tenth of what contacts bear,
         (True, 6.0, 1, 50.0, 2e-2, 20.0, "taken"),  # of which a shorter step may leave more
         (True, 4.0, 1, 50.0, 2e-2, 5.0, "shorter"),
-        (True, 20.0, 1, 50.0, 2e-2, 40.0, "shorter"),  # not only few blocks lack it
-        (True, 20.0, strategies.MOST_FAILURES, 50.0, 2e-2, 40.0, "held"),
+        (True, 20.0, 1, 50.0, 2e-2, 40.0, "shorter"),  # the residual is not localized
+        (True, 20.0, strategies.MAX_FAILURES, 50.0, 2e-2, 40.0, "held"),
         (True, 0.6, 0, 50.0, 1e-2, 1.0, "shorter"),  # it lacked no more than its weight: free blocks fall
         (False, 0.1, 0, 1.0, 1e-2, 0.1, "from inside"),
     ],
 )
-def test_after_an_excavation_the_others_are_not_solved_again_for_what_few_blocks_lack(
+def test_after_an_excavation_a_localized_residual_is_accepted(
     monkeypatch, excavated, part, failures, stressed, inner, before, ends
 ):
-    """One of 800 blocks lacks a part of its weight: it moves on from there, or a shorter step is tried at once.
+    """One of 800 blocks has a residual below its weight: it moves on from there, or a shorter step is tried at once.
 
-    In stressed rock it may lack some weights, if it had lacked more.
+    In stressed rock the residual may be some weights, if it was more before.
     """
     step, tried = moving_step(), []
-    step.moving.stressed = stressed
-    began, left = (out_of_balance(step, [lacks] + 799 * [0.0]) for lacks in (before, part))
+    step.system.residual_scale = stressed
+    began, left = (with_residuals(step, [lacks] + 799 * [0.0]) for lacks in (before, part))
     there = step.start.copy()
-    monkeypatch.setattr(Step, "balance_at", lambda _, position: left if position is there else began)
+    monkeypatch.setattr(Step, "residual_at", lambda _, position: left if position is there else began)
 
-    def fails(step: Step, *_: float, enough=None, **__: bool) -> Found:
-        return Found(there, step.evaluate(there), converged=enough is not None and enough(left))
+    def fails(step: Step, *_: float, enough=None, **__: bool) -> Attempt:
+        return Attempt(there, step.evaluate(there), converged=enough is not None and enough(left))
 
     def counted(name):
-        return lambda step, *_, **__: tried.append(name) or Found(step.start, step.evaluate(step.start), converged=True)
+        def solves(step, *_, **__):
+            tried.append(name)
+            return Attempt(step.start, step.evaluate(step.start), converged=True)
 
-    monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "from_inside", counted("from inside"))
-    monkeypatch.setattr(strategies, "_with_friction_held", counted("held"))
+        return solves
+
+    monkeypatch.setattr(strategies, "regularized_newton", fails)
+    monkeypatch.setattr(strategies, "newton_from_interior_point", counted("from inside"))
+    monkeypatch.setattr(strategies, "_with_frozen_friction", counted("held"))
     found = strategies.MovingSteps(excavated=excavated).solve(step, inner, from_rest=False, failures=failures)
     assert tried == ([ends] if ends in ("held", "from inside") else [])
     assert found.converged is (ends != "shorter")
@@ -139,21 +143,21 @@ def test_blocks_that_fall_from_a_roof_leave_the_others_at_rest():
 
 
 @pytest.mark.parametrize(("inner", "failures", "is_held"), [(1e-4, 1, True), (1e-4, 0, False), (1e-2, 1, False)])
-def test_near_rest_strengths_are_held_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
+def test_near_rest_friction_is_frozen_in_a_step_that_failed_before(monkeypatch, inner, failures, is_held):
     step = moving_step()
     held = []
 
-    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Found:
-        return Found(position, step.evaluate(position), converged=False)
+    def fails(step: Step, position: np.ndarray, *_: float, **__: bool) -> Attempt:
+        return Attempt(position, step.evaluate(position), converged=False)
 
-    def holds(step: Step, position: np.ndarray, inner: float) -> Found:
+    def holds(step: Step, position: np.ndarray, inner: float) -> Attempt:
         held.append(inner)
-        return Found(position, step.evaluate(position), converged=True)
+        return Attempt(position, step.evaluate(position), converged=True)
 
-    monkeypatch.setattr(strategies, "softened_newton", fails)
-    monkeypatch.setattr(strategies, "calm", lambda *_, **__: None)
-    monkeypatch.setattr(strategies, "_with_friction_held", holds)
-    monkeypatch.setattr(strategies, "can_slide", lambda _: False)
+    monkeypatch.setattr(strategies, "regularized_newton", fails)
+    monkeypatch.setattr(strategies, "damp_to_rest", lambda *_, **__: None)
+    monkeypatch.setattr(strategies, "_with_frozen_friction", holds)
+    monkeypatch.setattr(strategies, "can_follow_dynamically", lambda _: False)
     strategies.MovingSteps(excavated=False).solve(step, inner, from_rest=False, failures=failures)
     assert bool(held) is is_held
 
@@ -163,15 +167,15 @@ def nearly_at_rest() -> Step:
     rest = relax(begun(benchmarks.leaning_slope(1000, friction=32.0).model()), 5e-7)
     off = 1e-3 * WEIGHT / STIFFNESS * np.random.default_rng(1).normal(size=rest.start.shape)
     off[rest.supports.block] = 0.0
-    return Step(rest.moving, rest.factors, rest.contacts, rest.start + off, rest.lam)
+    return Step(rest.system, rest.factors, rest.contacts, rest.start + off, rest.lam)
 
 
 def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
     step = nearly_at_rest()
-    before, contacts = step.balance_at(step.start), step.contacts
-    found = calm(step, step.start, 0.1 * before.greatest)
+    before, contacts = step.residual_at(step.start), step.contacts
+    found = damp_to_rest(step, step.start, 0.1 * before.max_norm)
     assert found.converged
-    assert step.balance_at(found.position).greatest < 0.1 * before.greatest
+    assert step.residual_at(found.position).max_norm < 0.1 * before.max_norm
     assert step.contacts is not contacts  # with what slipped on the way
     assert step.contacts.candidates is contacts.candidates
     at = step.evaluate(found.position)
@@ -180,11 +184,11 @@ def test_what_is_nearly_at_rest_comes_to_rest_in_a_few_cycles():
 
 def test_cycles_begin_where_they_are_told_to():
     step = nearly_at_rest()
-    there = calm(step, step.start, 0.1 * step.balance_at(step.start).greatest).position
+    there = damp_to_rest(step, step.start, 0.1 * step.residual_at(step.start).max_norm).position
     again = nearly_at_rest()
-    goal = 0.5 * again.balance_at(there).greatest
-    found = calm(again, there, goal)
-    assert again.balance_at(found.position).greatest < goal
+    goal = 0.5 * again.residual_at(there).max_norm
+    found = damp_to_rest(again, there, goal)
+    assert again.residual_at(found.position).max_norm < goal
     moved = [np.abs(found.position - position).max() for position in (there, again.start)]
     assert moved[0] < 0.5 * moved[1]
 
@@ -192,50 +196,50 @@ def test_cycles_begin_where_they_are_told_to():
 @pytest.mark.parametrize("patient", [False, True])
 def test_with_patience_cycles_go_on_for_as_long_as_they_lead_nearer_to_rest(patient):
     step = nearly_at_rest()
-    found = calm(step, step.start, 1e-3 * step.balance_at(step.start).greatest, patient=patient)
+    found = damp_to_rest(step, step.start, 1e-3 * step.residual_at(step.start).max_norm, patient=patient)
     assert (found is not None) is patient
 
 
-@pytest.mark.parametrize(("patient", "most"), [(False, CALMED), (True, PATIENTLY)])
+@pytest.mark.parametrize(("patient", "most"), [(False, DAMPING_TRANSITS), (True, PATIENT_TRANSITS)])
 def test_cycles_end_where_they_do_not_lead_nearer_to_rest(monkeypatch, patient, most):
     """A block that falls, one of two."""
     step = begun(block_on_a_base())
-    step.contacts = replace(step.contacts, touching=np.zeros_like(step.contacts.touching))
+    step.contacts = replace(step.contacts, within_tolerance=np.zeros_like(step.contacts.within_tolerance))
     up = step.start + np.array([[0.0, 0.0, 0.0], [0.0, 0.01, 0.0]])
-    cycles, go_on = [], DampedMotion.go_on
-    monkeypatch.setattr(DampedMotion, "go_on", lambda self, count: cycles.append(count) or go_on(self, count))
-    assert calm(step, up, 1e-6, patient=patient) is None
+    cycles, advance = [], DampedMotion.advance
+    monkeypatch.setattr(DampedMotion, "advance", lambda self, count: cycles.append(count) or advance(self, count))
+    assert damp_to_rest(step, up, 1e-6, patient=patient) is None
     assert sum(cycles) == np.ceil(most * np.sqrt(2))
 
 
 def test_what_does_not_is_left_as_it_is():
     step = nearly_at_rest()
     contacts = step.contacts
-    assert calm(step, step.start, 1e-15) is None
+    assert damp_to_rest(step, step.start, 1e-15) is None
     assert step.contacts is contacts
 
 
 @pytest.mark.filterwarnings("error")
 def test_cycles_that_burst_end_at_once(monkeypatch):
     step = nearly_at_rest()
-    went_on, go_on = [], DampedMotion.go_on
+    went_on, advance = [], DampedMotion.advance
 
     def bursts(cycles, count):
         went_on.append(count)
-        go_on(cycles, count)
-        cycles.balance = replace(cycles.balance, norm=np.inf, greatest=np.nan)
+        advance(cycles, count)
+        cycles.residual = replace(cycles.residual, l2_norm=np.inf, max_norm=np.nan)
 
-    monkeypatch.setattr(DampedMotion, "go_on", bursts)
-    assert calm(step, step.start, 1e-15) is None
+    monkeypatch.setattr(DampedMotion, "advance", bursts)
+    assert damp_to_rest(step, step.start, 1e-15) is None
     assert len(went_on) == 1
 
 
-def test_what_residuals_ask_is_asked_of_steps_by_the_weight_of_a_block():
+def test_tolerances_of_steps_are_relative_to_the_weight_of_a_block():
     """Contacts bear twenty times that at the start."""
     run = Continuation(block_on_a_base(), CONTINUATION, lambda *_: None)
-    run.moving.stressed = 20.0
+    run.system.residual_scale = 20.0
     run.begin = replace(run.begin, intact=False)
     assert run.tolerance == pytest.approx(20.0 * CONTINUATION.tolerance, rel=1e-12)
-    assert run._inner(0.0) == pytest.approx(10.0 * CONTINUATION.tolerance, rel=1e-12)
-    assert run._moving_lam(0.01) * run.moving.d == pytest.approx(0.2)
-    assert run._moving_lam(0.1) * run.moving.d == pytest.approx(1.0)
+    assert run._step_tolerance(0.0) == pytest.approx(10.0 * CONTINUATION.tolerance, rel=1e-12)
+    assert run._moving_lam(0.01) * run.system.d == pytest.approx(0.2)
+    assert run._moving_lam(0.1) * run.system.d == pytest.approx(1.0)

@@ -12,8 +12,7 @@ import pytest
 from scenes import grid
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.algebra import pardiso
-from bsm_mesh.solve.algebra import pardiso_mpi as cluster
+from bsm_mesh.solve.algebra import pardiso, pardiso_mpi
 
 ROOT = Path(__file__).parents[2]
 BESIDE = str(Path(sys.executable).parent)
@@ -96,7 +95,7 @@ def test_command_line(tmp_path):
 
 def test_without_mpi(monkeypatch):
     monkeypatch.setitem(sys.modules, "mpi4py", None)
-    cluster._communicator.cache_clear()
+    pardiso_mpi._communicator.cache_clear()
     rock = bsm.Rock("rock", unit_weight=25e3, young=1e9, poisson=0.25)
     blocks = bsm.Blocks.from_polygons(grid(2, 1), rock="rock")
     model = bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(blocks=[0])])

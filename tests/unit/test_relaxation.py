@@ -11,12 +11,12 @@ from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation import first_step, strategies
 from bsm_mesh.solve.continuation import loop as continuation
-from bsm_mesh.solve.methods import smoothing_path as path_following
+from bsm_mesh.solve.methods import smoothing_path
 from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.motion import relaxation, sliding
 from bsm_mesh.solve.motion.damped_motion import DampedMotion
-from bsm_mesh.solve.motion.relaxation import calm, relax
-from bsm_mesh.solve.step.attempt import Found
+from bsm_mesh.solve.motion.relaxation import damp_to_rest, relax
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
@@ -52,9 +52,9 @@ def test_a_block_that_slides_on_keeps_its_velocity():
 def test_many_blocks_that_slide_on_are_followed_with_the_velocity_that_they_have_come_to(monkeypatch):
     """No ramp is run through again. Of few blocks implicit steps tell what becomes of them."""
     model = benchmarks.jointed_slope(300, friction=25.0).model()
-    begun_with, slid = [], sliding.slide
+    begun_with, slid = [], sliding.follow_dynamically
     monkeypatch.setattr(
-        strategies, "slide", lambda step, *given: begun_with.append(step.velocity) or slid(step, *given)
+        strategies, "follow_dynamically", lambda step, *given: begun_with.append(step.velocity) or slid(step, *given)
     )
     assert bsm.run(model, CONTINUATION).status == "unstable"
     assert begun_with
@@ -64,20 +64,20 @@ def test_many_blocks_that_slide_on_are_followed_with_the_velocity_that_they_have
     assert found.converged
     assert found.velocity is sliding_on.velocity
     assert found.position is sliding_on.start
-    monkeypatch.setattr(sliding, "MANY", len(step.start) + 1)
+    monkeypatch.setattr(sliding, "MIN_BLOCKS", len(step.start) + 1)
     assert first_step.relaxed_step(step, 1e-6) is None
 
 
-def test_blocks_rest_within_their_strength_and_in_balance():
+def test_blocks_rest_within_their_strength_and_in_equilibrium():
     step = begun(benchmarks.leaning_slope(1000, friction=32.0).model())
     given = step.contacts
     rest = relax(step, 5e-7)
-    at, left = rest.evaluate(rest.start), rest.balance_at(rest.start)
-    assert rest.is_scattered(left, relaxation.REFINED[-1])
-    assert (at.pressure[at.bearing] > 0).all()
+    at, left = rest.evaluate(rest.start), rest.residual_at(rest.start)
+    assert rest.is_localized(left, relaxation.REFINED[-1])
+    assert (at.pressure[at.closed] > 0).all()
     assert (np.abs(at.shear) <= at.strength * (1 + 1e-12)).all()
-    slipped = np.abs(at.tangential - rest.contacts.first_tangential)[at.bearing]
-    elastic = (np.abs(at.shear) / rest.contacts.shear_stiffness)[at.bearing]
+    slipped = np.abs(at.tangential - rest.contacts.first_tangential)[at.closed]
+    elastic = (np.abs(at.shear) / rest.contacts.shear_stiffness)[at.closed]
     assert (slipped > 2 * elastic).sum() > 100
     assert step.contacts is given  # nothing is done to the step it began with
 
@@ -98,7 +98,7 @@ def test_damping_and_ramp_decide_little(monkeypatch):
     monkeypatch.setattr(relaxation, "DAMPING", 0.8)
     assert_allclose(settlement(), usual, rtol=0.04)
     monkeypatch.undo()
-    monkeypatch.setattr(relaxation, "RAMP", 80.0)
+    monkeypatch.setattr(relaxation, "RAMP_TRANSITS", 80.0)
     assert_allclose(settlement(), usual, rtol=0.04)
     path = -bsm.run(model, CONTINUATION).stages[-1].displacement[:, 1].sum()  # followed from the start in one step
     assert_allclose(settlement(), path, rtol=0.04)
@@ -166,7 +166,7 @@ def test_cohesion_that_failed_is_gone():
     for part, rests in ((6.0, True), (0.8, False)):
         law = bsm.MohrCoulomb(friction=25, cohesion=part * holds)
         rest = relax(begun(block_on_a_base(30.0, law=law)), 1e-6)
-        assert (rest.velocity is None and rest.balance_at(rest.start).greatest < 1e-6) is rests
+        assert (rest.velocity is None and rest.residual_at(rest.start).max_norm < 1e-6) is rests
 
 
 def test_cohesion_is_gone_where_blocks_slipped():
@@ -175,12 +175,12 @@ def test_cohesion_is_gone_where_blocks_slipped():
     rest = relax(begun(model.replace(joints=(replace(model.joints[0], law=law),))), 1e-6)
     contacts, at = rest.contacts, rest.evaluate(rest.start)
     slid = np.abs(at.tangential - contacts.first_tangential) > 5 * np.abs(at.shear) / contacts.shear_stiffness + 1e-6
-    assert (slid & at.bearing).sum() > 20
-    assert contacts.failed[slid & at.bearing].all()
-    assert not contacts.failed[at.bearing].all()
+    assert (slid & at.closed).sum() > 20
+    assert contacts.failed[slid & at.closed].all()
+    assert not contacts.failed[at.closed].all()
 
 
-def test_cycles_bear_less_mass_than_they_are_given(monkeypatch):
+def test_cycles_are_stable_with_smaller_masses(monkeypatch):
     """With nine tenths of them blocks still come to rest; with a third waves grow."""
     model = benchmarks.leaning_slope(300).model()
     masses = DampedMotion._mass
@@ -195,13 +195,13 @@ def test_with_bolts_it_does_not_begin():
     bolt = bsm.Bolt(start=(1.5, 1.8), end=(1.5, 0.2), diameter=0.025)
     step = begun(model.replace(bolts=(bolt,)))
     assert relax(step, 1e-6) is None
-    assert calm(step, step.start, 1e9) is None
+    assert damp_to_rest(step, step.start, 1e9) is None
 
 
 def test_a_slow_path_is_left_for_it(monkeypatch):
     model = benchmarks.leaning_slope(1000).model(1.0)
     path = bsm.run(model, CONTINUATION)
-    monkeypatch.setattr(path_following, "PATIENCE", 0)
+    monkeypatch.setattr(smoothing_path, "PATIENCE", 0)
     relaxed = bsm.run(model, CONTINUATION)
     assert relaxed.stages[-1].status == "stable"
     assert relaxed.check().ok
@@ -218,23 +218,23 @@ def test_what_newton_does_not_end_is_taken_only_where_all_but_few_blocks_rest(mo
     rest = relax(step, 1e-9)
 
     def gives_up(step, position, *_):
-        return Found(position, step.evaluate(position), converged=False)
+        return Attempt(position, step.evaluate(position), converged=False)
 
-    monkeypatch.setattr(first_step, "softened_newton", gives_up)
+    monkeypatch.setattr(first_step, "regularized_newton", gives_up)
     for relaxed, taken in ((step, False), (rest, True)):
         monkeypatch.setattr(first_step, "relax", lambda *_, found=relaxed: found)
         assert (first_step.relaxed_step(step, 1e-6) is not None) is taken
 
 
-def test_contacts_are_looked_for_once_where_blocks_stand(monkeypatch):
+def test_contacts_are_searched_once_at_a_position(monkeypatch):
     step, searched = begun(benchmarks.leaning_slope(300).model()), []
-    gather = step.moving.gather
+    gather = step.system.gather
 
     def watched(history, position, *, first):
         searched.append(position)
         return gather(history, position, first=first)
 
-    monkeypatch.setattr(step.moving, "gather", watched)
+    monkeypatch.setattr(step.system, "gather", watched)
     rest = relax(step, 1e-6)
     assert searched[-1] is rest.start
     assert len({id(position) for position in searched}) == len(searched)
@@ -246,9 +246,9 @@ def test_no_block_is_lighter_than_is_asked():
     masses = {}
     for lightest in (0.0, 0.5):
         relaxation = DampedMotion(step, 1, 0.5, lightest=lightest)
-        relaxation.go_on(1)
+        relaxation.advance(1)
         masses[lightest] = relaxation.least_mass
-    free = ~step.moving.outlines.fixed
+    free = ~step.system.outlines.fixed
     floor = 0.5 * masses[0.0][free].mean(axis=0)
     assert (masses[0.0][free] < floor).any()
     assert_allclose(masses[0.5], np.maximum(masses[0.0], floor), rtol=1e-12)

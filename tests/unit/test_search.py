@@ -22,7 +22,7 @@ from bsm_mesh.contact import search
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
-from bsm_mesh.solve.contacts import contact_set as gathering
+from bsm_mesh.solve.contacts import contact_set
 
 ATOL = 1e-9  # m, of blocks about 1 m large near the origin
 seeds = st.integers(min_value=0, max_value=2**32 - 1)
@@ -238,7 +238,7 @@ def test_pairs_looked_at_apart_by_two_threads_find_the_same(monkeypatch):
         given.append([(getattr(alone, name) >= 0).any() for name in ("history", "predecessor", "opposing_candidate")])
         return alone
 
-    monkeypatch.setattr(gathering, "detect_contacts", both)
+    monkeypatch.setattr(contact_set, "detect_contacts", both)
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(
             [rectangle(-1, -1, 15, 0), *running_bond(4, 4), *(np.add(square, (8, 0)) for square in grid(3, 3))],

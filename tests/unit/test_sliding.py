@@ -8,12 +8,12 @@ from step_scenes import CONTINUATION, WEIGHT, begun, block_on_a_base
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation import strategies
 from bsm_mesh.solve.continuation.loop import Continuation, _Taken
-from bsm_mesh.solve.continuation.strategies import LONGEST_FOLLOWED, MovingSteps
-from bsm_mesh.solve.continuation.verdict import FREE_MOVE, Falling
+from bsm_mesh.solve.continuation.strategies import MAX_PAUSE_FOLLOWED, MovingSteps
+from bsm_mesh.solve.continuation.verdict import FREE_MOVE, CollapseCriterion
 from bsm_mesh.solve.motion import damped_motion, sliding
 from bsm_mesh.solve.motion.damped_motion import DampedMotion
-from bsm_mesh.solve.motion.sliding import DAMPING, can_slide, slide, slides
-from bsm_mesh.solve.step.attempt import Found
+from bsm_mesh.solve.motion.sliding import DAMPING, can_follow_dynamically, follow_dynamically, is_fast
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import Step
 
 benchmarks = pytest.importorskip("benchmarks.scenes")
@@ -23,12 +23,12 @@ TILT, FRICTION = 50.0, 35.0
 @pytest.fixture(autouse=True)
 def few_are_many(monkeypatch):
     """Let cycles follow few blocks as well: their motion is known in closed form."""
-    monkeypatch.setattr(sliding, "MANY", 0)
+    monkeypatch.setattr(sliding, "MIN_BLOCKS", 0)
 
 
-def after(step: Step, found: Found) -> Step:
+def after(step: Step, found: Attempt) -> Step:
     """Return the next step, from where one has led."""
-    there = Step(step.moving, step.factors, step.contacts, found.position, step.lam)
+    there = Step(step.system, step.factors, step.contacts, found.position, step.lam)
     there.velocity = found.velocity
     return there
 
@@ -39,15 +39,15 @@ def test_a_block_gains_the_velocity_that_friction_and_damping_leave_it(monkeypat
     monkeypatch.setattr(
         DampedMotion, "_mass", lambda *given, mass=DampedMotion._mass: masses.append(mass(*given)) or masses[-1]
     )
-    monkeypatch.setattr(sliding, "LONGEST_SLIDE", 1e4)
+    monkeypatch.setattr(sliding, "MAX_TRANSITS", 1e4)
     step = begun(block_on_a_base(TILT))
     for _ in range(4):
-        before, found = step.start, slide(step, 1e-6)
+        before, found = step.start, follow_dynamically(step, 1e-6)
         assert found.converged
-        assert found.bore.sum() == 2
-        assert 1.0 <= step.movement(found.position - before) / step.moving.d < 1.0 + 3 * sliding.AT_ONCE
+        assert found.contacted_during_step.sum() == 2
+        assert 1.0 <= step.movement(found.position - before) / step.system.d < 1.0 + 3 * sliding.AT_ONCE
         step = after(step, found)
-        assert slides(step)
+        assert is_fast(step)
     angle = np.radians(TILT)
     pull = (1 - DAMPING) * (np.sin(angle) - np.cos(angle) * np.tan(np.radians(FRICTION))) * WEIGHT
     gone, velocity = step.start[1, 0], step.velocity[1, 0]
@@ -56,20 +56,20 @@ def test_a_block_gains_the_velocity_that_friction_and_damping_leave_it(monkeypat
 
 def test_a_step_of_slow_blocks_ends_after_some_cycles_and_one_at_rest_with_none(monkeypatch):
     step, gone = begun(block_on_a_base(TILT)), []
-    go_on = DampedMotion.go_on
+    advance = DampedMotion.advance
     monkeypatch.setattr(
-        DampedMotion, "go_on", lambda self, count, **keys: gone.append(count) or go_on(self, count, **keys)
+        DampedMotion, "advance", lambda self, count, **keys: gone.append(count) or advance(self, count, **keys)
     )
-    found = slide(step, 1e-6)
-    assert sum(gone) >= sliding.LONGEST_SLIDE * np.sqrt(2)
-    assert step.movement(found.position - step.start) < step.moving.d
-    assert not slides(after(step, found))
+    found = follow_dynamically(step, 1e-6)
+    assert sum(gone) >= sliding.MAX_TRANSITS * np.sqrt(2)
+    assert step.movement(found.position - step.start) < step.system.d
+    assert not is_fast(after(step, found))
     gone.clear()
-    slide(after(step, found), 1e9)
+    follow_dynamically(after(step, found), 1e9)
     assert not gone
 
 
-def test_what_was_out_of_balance_is_brought_on_slowly_once(monkeypatch):
+def test_the_initial_residual_is_ramped_once(monkeypatch):
     ramps, begin = [], DampedMotion.__init__
     monkeypatch.setattr(
         DampedMotion,
@@ -77,18 +77,18 @@ def test_what_was_out_of_balance_is_brought_on_slowly_once(monkeypatch):
         lambda self, step, ramp, damping, **keys: ramps.append(ramp) or begin(self, step, ramp, damping, **keys),
     )
     step = begun(block_on_a_base(TILT))
-    slide(after(step, slide(step, 1e-6)), 1e-6)
-    assert ramps == [int(sliding.RAMP * np.sqrt(2)), 1]
+    follow_dynamically(after(step, follow_dynamically(step, 1e-6)), 1e-6)
+    assert ramps == [int(sliding.RAMP_TRANSITS * np.sqrt(2)), 1]
 
 
 def test_cycles_that_burst_are_no_step(monkeypatch):
     step = begun(block_on_a_base(TILT))
 
     def bursts(self, *_, **__):
-        self.balance = step.balance_at(np.full_like(step.start, np.nan))
+        self.residual = step.residual_at(np.full_like(step.start, np.nan))
 
-    monkeypatch.setattr(DampedMotion, "go_on", bursts)
-    assert not slide(step, 1e-6).converged
+    monkeypatch.setattr(DampedMotion, "advance", bursts)
+    assert not follow_dynamically(step, 1e-6).converged
 
 
 def falling_onto_another(gap: float) -> bsm.Model:
@@ -103,7 +103,7 @@ def test_a_block_is_met_however_it_is_accelerated(gap):
     """It begins to fall so far above another that it would be there within a hundred cycles."""
     step = begun(falling_onto_another(gap))
     for _ in range(6):
-        found = slide(step, 1e-6)
+        found = follow_dynamically(step, 1e-6)
         step = after(step, found)
     assert (found.position[2, 1] - found.position[1, 1]) == pytest.approx(-gap, abs=1e-3)
 
@@ -111,105 +111,112 @@ def test_a_block_is_met_however_it_is_accelerated(gap):
 def test_a_block_that_was_slower_is_met_too(monkeypatch):
     """In its first cycle it hardly falls, in the next hundred onto another: as if all contacts had counted."""
     step, ways = begun(falling_onto_another(0.006)), []
-    for room in (damped_motion.ROOM, np.inf):
-        monkeypatch.setattr(damped_motion, "ROOM", room)
-        motion, margin = DampedMotion(step, 1, DAMPING, lightest=0.5), step.moving.d
-        motion.go_on(1, margin=margin)
-        motion.go_on(100, margin=margin)
-        ways.append(motion.balance.position)
+    for room in (damped_motion.REACH_MARGIN, np.inf):
+        monkeypatch.setattr(damped_motion, "REACH_MARGIN", room)
+        motion, margin = DampedMotion(step, 1, DAMPING, lightest=0.5), step.system.d
+        motion.advance(1, margin=margin)
+        motion.advance(100, margin=margin)
+        ways.append(motion.residual.position)
     assert ways[0][2, 1] - ways[0][1, 1] == pytest.approx(-0.006, abs=1e-3)
     assert_array_equal(*ways)
 
 
-def test_how_long_a_held_base_is_changes_nothing():
+def test_how_long_a_fixed_base_is_changes_nothing():
     """Neither how far blocks may fall in some cycles, nor the masses of those on it."""
     found = []
     for length in (4.0, 400.0):
         polygons = [[(0, 0), (length, 0), (length, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]]
         step = begun(block_on_a_base(blocks=bsm.Blocks.from_polygons(polygons, rock="r")))
         motion = DampedMotion(step, 1, DAMPING, lightest=0.5)
-        motion.go_on(1)
+        motion.advance(1)
         found.append([sliding._cycles_within(0.01, motion, step), *motion.least_mass[1]])
     assert_allclose(*found, rtol=1e-9)
 
 
-def test_neither_bolts_nor_driven_supports_allow_it():
+def test_neither_bolts_nor_prescribed_displacements_allow_it():
     wall = benchmarks.bolted_wall(100)
-    assert not can_slide(begun(wall.model()))
+    assert not can_follow_dynamically(begun(wall.model()))
     step = begun(block_on_a_base(TILT))
-    assert can_slide(step)
-    step.driven = True
-    assert not can_slide(step)
+    assert can_follow_dynamically(step)
+    step.supports_move = True
+    assert not can_follow_dynamically(step)
 
 
 def test_few_blocks_are_not_followed(monkeypatch):
     step = begun(block_on_a_base(TILT))
-    monkeypatch.setattr(sliding, "MANY", len(step.start))
-    assert can_slide(step)
-    monkeypatch.setattr(sliding, "MANY", len(step.start) + 1)
-    assert not can_slide(step)
+    monkeypatch.setattr(sliding, "MIN_BLOCKS", len(step.start))
+    assert can_follow_dynamically(step)
+    monkeypatch.setattr(sliding, "MIN_BLOCKS", len(step.start) + 1)
+    assert not can_follow_dynamically(step)
 
 
-def test_a_block_that_bore_on_the_way_does_not_fall():
+def test_a_block_in_contact_during_the_step_does_not_fall():
     """It hops: without contact at the end of every step, but not on the way."""
     step = begun(block_on_a_base())
     up = FREE_MOVE * np.arange(1, 5)[:, None, None] * np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0]])
     for held, falls in ((True, False), (False, True)):
-        falling = Falling(step.moving, step.start, 10.0)
-        bore = np.full(step.contacts.count, held)
-        reasons = [falling.look(step.contacts, bore, step.start + movement)[0] for movement in up]
+        falling = CollapseCriterion(step.system, step.start, 10.0)
+        contacted = np.full(step.contacts.count, held)
+        reasons = [falling.check(step.contacts, contacted, step.start + movement)[0] for movement in up]
         assert bool(any(reasons)) is falls
 
 
 @pytest.mark.parametrize("slid", [True, False])
-def test_what_bore_in_a_step_decides_who_falls(monkeypatch, slid):
+def test_contacts_during_a_step_decide_which_blocks_fall(monkeypatch, slid):
     run = Continuation(block_on_a_base(), CONTINUATION, lambda *_: None)
     looked = []
 
     def takes(contacts, anchor, lam, *_, **__):
-        step = Step(run.moving, run.factors, contacts, anchor, lam)
-        bore = np.ones(contacts.count, dtype=bool)
-        return _Taken(Found(anchor, step.evaluate(anchor), converged=True, bore=bore if slid else None), step)
+        step = Step(run.system, run.factors, contacts, anchor, lam)
+        contacted = np.ones(contacts.count, dtype=bool)
+        during = contacted if slid else None
+        return _Taken(Attempt(anchor, step.evaluate(anchor), converged=True, contacted_during_step=during), step)
 
     monkeypatch.setattr(run, "_first", lambda *_: None)
-    monkeypatch.setattr(run, "_take", takes)
+    monkeypatch.setattr(run, "_solve_step", takes)
     monkeypatch.setattr(
-        run.falling, "look", lambda _, bore, __: looked.append(bore) or ("seen", np.zeros(0, dtype=np.int32))
+        run.collapse, "check", lambda _, during, __: looked.append(during) or ("seen", np.zeros(0, dtype=np.int32))
     )
     assert run.run().reason == "seen"
     assert looked[0].all() == slid  # where it was given the block touches, and bears nothing yet
 
 
-def no_solution(step: Step, *_: object, **__: object) -> Found:
-    return Found(step.start, step.evaluate(step.start), converged=False)
+def no_solution(step: Step, *_: object, **__: object) -> Attempt:
+    return Attempt(step.start, step.evaluate(step.start), converged=False)
 
 
 @pytest.mark.parametrize(
     ("from_rest", "inner", "failures", "excavated", "ends"),
     [
         (True, 1e-2, 0, False, "unsolved"),  # with the least regularisation there is mostly no solution
-        (True, 1e-2, 1, False, "from inside"),
+        (True, 1e-2, 1, False, "inside"),
         (True, 1e-2, 2, False, "slides"),
-        (True, 1e-2, 2, True, "from inside"),
-        (False, 1e-2, 0, False, "from inside"),
+        (True, 1e-2, 2, True, "inside"),
+        (False, 1e-2, 0, False, "inside"),
         (False, 1e-2, 1, False, "slides"),
         (False, 1e-2, 2, True, "held"),
-        (False, 1e-4, 0, False, "from inside"),
+        (False, 1e-4, 0, False, "inside"),
         (False, 1e-4, 1, False, "slides"),
-        (False, 1e-4, 1, True, "from inside"),
+        (False, 1e-4, 1, True, "inside"),
     ],
 )
-def test_what_newtons_method_does_not_end_slides(monkeypatch, from_rest, inner, failures, excavated, ends):
+def test_without_a_solution_by_newtons_method_blocks_are_followed_dynamically(
+    monkeypatch, from_rest, inner, failures, excavated, ends
+):
     step, tried = begun(block_on_a_base()), []
-    step.start = step.start + np.array([[0.0], [1.0]])  # nothing that few blocks lack
+    step.start = step.start + np.array([[0.0], [1.0]])  # not localized
 
     def counted(name):
         return lambda step, *_, **__: tried.append(name) or no_solution(step)
 
-    for name in ("softened_newton", "newton"):
+    for name in ("regularized_newton", "newton"):
         monkeypatch.setattr(strategies, name, no_solution)
-    monkeypatch.setattr(strategies, "calm", lambda *_, **__: None)
-    for name, called in (("from_inside", "from inside"), ("slide", "slides"), ("_with_friction_held", "held")):
+    monkeypatch.setattr(strategies, "damp_to_rest", lambda *_, **__: None)
+    for name, called in (
+        ("newton_from_interior_point", "inside"),
+        ("follow_dynamically", "slides"),
+        ("_with_frozen_friction", "held"),
+    ):
         monkeypatch.setattr(strategies, name, counted(called))
     MovingSteps(excavated=excavated).solve(step, inner, from_rest=from_rest, failures=failures)
     assert (tried[-1:] or ["unsolved"]) == [ends]
@@ -222,33 +229,33 @@ def test_slow_blocks_are_followed_for_more_and_more_steps_until_newtons_method_s
 
     def newtons(step, *_, **__):
         tried.append("newton")
-        return Found(step.start, step.evaluate(step.start), converged=solves.pop(0))
+        return Attempt(step.start, step.evaluate(step.start), converged=solves.pop(0))
 
-    monkeypatch.setattr(strategies, "softened_newton", newtons)
-    monkeypatch.setattr(strategies, "slide", lambda step, _: tried.append("slide") or no_solution(step))
+    monkeypatch.setattr(strategies, "regularized_newton", newtons)
+    monkeypatch.setattr(strategies, "follow_dynamically", lambda step, _: tried.append("slide") or no_solution(step))
     moving = MovingSteps(excavated=False)
     while solves:
         moving.solve(step, 1e-2, from_rest=False, failures=0)
     lengths = [len(run) for run in "".join(name[0] for name in tried).split("n")]
-    assert lengths == [0, 2, 3, 1 + LONGEST_FOLLOWED, 1 + LONGEST_FOLLOWED, 0, 1]
+    assert lengths == [0, 2, 3, 1 + MAX_PAUSE_FOLLOWED, 1 + MAX_PAUSE_FOLLOWED, 0, 1]
 
 
 def test_fast_blocks_are_followed_without_a_factorization(monkeypatch):
     step = begun(block_on_a_base(TILT))
-    step.velocity = np.full_like(step.start, step.moving.d)
-    monkeypatch.setattr(strategies, "slide", lambda *_: "slid")
+    step.velocity = np.full_like(step.start, step.system.d)
+    monkeypatch.setattr(strategies, "follow_dynamically", lambda *_: "slid")
     assert MovingSteps(excavated=False).solve(step, 1e-2, from_rest=False, failures=0) == "slid"
     assert step.factors.count == 0
 
 
 def test_a_slide_that_burst_is_not_repeated(monkeypatch):
     step, tried = begun(block_on_a_base(TILT)), []
-    step.velocity = np.full_like(step.start, step.moving.d)
-    monkeypatch.setattr(strategies, "slide", lambda step, _: tried.append("slide") or no_solution(step))
+    step.velocity = np.full_like(step.start, step.system.d)
+    monkeypatch.setattr(strategies, "follow_dynamically", lambda step, _: tried.append("slide") or no_solution(step))
     monkeypatch.setattr(
         strategies,
-        "softened_newton",
-        lambda step, *_, **__: tried.append("newton") or Found(step.start, step.evaluate(step.start), converged=True),
+        "regularized_newton",
+        lambda step, *_, **__: tried.append("newton") or Attempt(step.start, step.evaluate(step.start), converged=True),
     )
     moving = MovingSteps(excavated=False)
     for failures in (0, 1):
@@ -258,8 +265,8 @@ def test_a_slide_that_burst_is_not_repeated(monkeypatch):
 
 def test_blocks_that_came_to_rest_while_they_were_followed_are_confirmed_by_newtons_method(monkeypatch):
     step = begun(block_on_a_base())
-    step.velocity = np.full_like(step.start, step.moving.d)
-    monkeypatch.setattr(strategies, "slide", no_solution)
+    step.velocity = np.full_like(step.start, step.system.d)
+    monkeypatch.setattr(strategies, "follow_dynamically", no_solution)
     assert MovingSteps(excavated=False).solve(step, 10.0, from_rest=False, failures=0).converged
 
 

@@ -66,7 +66,7 @@ def test_results_come_back_from_among_snapshots(tmp_path: Path) -> None:
 
 
 def test_a_snapshot_is_the_state_of_its_step() -> None:
-    """Its forces leave out of balance what the record says."""
+    """Its forces have the residual of the record."""
     model, seen = pushed(), []
 
     def look(record: StepRecord, results: object) -> None:

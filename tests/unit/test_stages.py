@@ -11,8 +11,8 @@ from scenes import LINEAR, grid
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loads import point_forces_of
-from bsm_mesh.model.parts import part_of
 from bsm_mesh.model.stages import presence
+from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
 
 CONTINUATION = bsm.Options(scheme="continuation")
@@ -93,7 +93,7 @@ def test_a_part_keeps_joints_boundaries_supports_and_loads():
     )
     present = np.array([True, True, False, True, True, True])
     bars, forces = bars_of(model.supports, model.blocks), point_forces_of(model.loads, model.blocks)
-    part = part_of(model, present, bars, forces, None)
+    part = submodel_of(model, present, bars, forces, None)
     assert part.block.tolist() == [0, 1, 3, 4, 5]
     assert_array_equal(part.model.blocks.vertices, model.blocks.vertices[part.corner])
     assert part.corner[part.model.blocks.boundaries["top"]].tolist() == model.blocks.boundaries["top"].tolist()

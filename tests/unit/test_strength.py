@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scenes import grid, square
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.strength import MOST_UTILISATION, peak_strength, utilisation
+from bsm_mesh.contact.strength import MAX_UTILISATION, peak_strength, utilisation
 from bsm_mesh.contact.table import initial_contacts
 
 RTOL = 1e-13
@@ -73,7 +73,7 @@ def test_tension_gives_no_friction():
 
 def test_no_strength_is_capped_and_no_shear_is_no_use():
     found = used([RIGID], joint(bsm.MohrCoulomb(friction=35)), [1e5, 0], [3e3, 1e-12])
-    assert_allclose(found, [MOST_UTILISATION, 0])
+    assert_allclose(found, [MAX_UTILISATION, 0])
 
 
 def test_without_a_law_the_strength_is_unlimited():

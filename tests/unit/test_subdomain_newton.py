@@ -1,4 +1,4 @@
-"""Blocks far out of balance are solved apart: they come to rest, and no others move."""
+"""Subdomain Newton: blocks with a large residual come to rest, and no others move."""
 
 from copy import copy
 
@@ -10,13 +10,13 @@ from step_scenes import BRICKS, wall_at_rest
 
 from bsm_mesh.solve.contacts.forces import tangent_stiffness
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.continuation.stability import fall_rate
-from bsm_mesh.solve.methods import regularized_newton as softened
-from bsm_mesh.solve.methods import subdomain_newton as local_phase
+from bsm_mesh.solve.continuation.stability import instability_rate
+from bsm_mesh.solve.methods import regularized_newton as regularized
+from bsm_mesh.solve.methods import subdomain_newton as subdomain
 from bsm_mesh.solve.methods.newton import chord_method
-from bsm_mesh.solve.methods.regularized_newton import softened_newton
-from bsm_mesh.solve.methods.subdomain_newton import RINGS, relax_locally
-from bsm_mesh.solve.step.attempt import Found
+from bsm_mesh.solve.methods.regularized_newton import regularized_newton
+from bsm_mesh.solve.methods.subdomain_newton import OVERLAP_LAYERS, subdomain_newton
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import Step
 from bsm_mesh.solve.step.subproblem import LocalStep
 
@@ -30,9 +30,9 @@ def rest() -> tuple[Step, np.ndarray]:
 
 
 def sizes(step: Step, position: np.ndarray) -> np.ndarray:
-    """Return the greatest force out of balance of every block over a brick's weight."""
-    forces = step.unbalanced(position, step.evaluate(position).forces)
-    return np.abs(step.free(forces)).max(axis=1) / step.moving.mean_weight
+    """Return the residual of every block over a brick's weight."""
+    forces = step.residual(position, step.evaluate(position).forces)
+    return np.abs(step.project(forces)).max(axis=1) / step.system.mean_weight
 
 
 def test_a_block_out_of_place_comes_to_rest_and_those_far_from_it_stay(rest):
@@ -41,41 +41,42 @@ def test_a_block_out_of_place_comes_to_rest_and_those_far_from_it_stay(rest):
     pushed[BLOCK, :2] += 2e-6
     before = sizes(step, pushed)
     assert before.max() > 1
-    relaxed = relax_locally(step, pushed, TOLERANCE)
+    relaxed = subdomain_newton(step, pushed, TOLERANCE)
     moved = np.flatnonzero((relaxed != pushed).any(axis=1))
     away = np.hypot(*(position - position[BLOCK])[:, :2].T)
     assert len(moved) > 10
-    assert away[moved].max() < 1.2 * (RINGS + 2)
+    assert away[moved].max() < 1.2 * (OVERLAP_LAYERS + 2)
     assert sizes(step, relaxed).max() < 0.05 * before.max()
 
 
-def test_where_too_many_are_out_of_balance_the_worst_are_solved_apart(rest):
+def test_where_too_many_residuals_are_large_the_cutoff_is_raised(rest):
     step, position = rest
     pushed = position + np.random.default_rng(0).uniform(-2e-8, 2e-8, position.shape)
     pushed[BLOCK, :2] += 2e-6
     before = sizes(step, pushed)
-    assert (before > local_phase.FLAGGED * before.max()).mean() > local_phase.MOST_BLOCKS
-    assert relax_locally(step, pushed, TOLERANCE) is pushed
-    relaxed = relax_locally(step, pushed, TOLERANCE, fewer=True)
+    assert (before > subdomain.RESIDUAL_CUTOFF * before.max()).mean() > subdomain.MAX_BLOCKS
+    assert subdomain_newton(step, pushed, TOLERANCE) is pushed
+    relaxed = subdomain_newton(step, pushed, TOLERANCE, fewer=True)
     assert sizes(step, relaxed).max() < 0.1 * before.max()
     moved = (relaxed != pushed).any(axis=1)
-    assert 10 < moved.sum() < local_phase.MOST_BLOCKS * len(moved)
+    assert 10 < moved.sum() < subdomain.MAX_BLOCKS * len(moved)
 
 
-def test_few_blocks_may_lack_more_than_the_tolerance_where_that_is_enough(rest, monkeypatch):
+def test_few_blocks_may_exceed_the_tolerance_where_that_is_accepted(rest, monkeypatch):
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 1e-9
-    monkeypatch.setattr(softened, "_settled", lambda step, position, *_, **__: position)
-    monkeypatch.setattr(softened, "newton", lambda step, at, *_, **__: Found(at, step.evaluate(at), converged=False))
-    assert TOLERANCE < step.balance_at(pushed).greatest < 3e-3
-    assert softened_newton(step, pushed, TOLERANCE, enough=lambda here: here.greatest < 3e-3).converged
-    assert not softened_newton(step, pushed, TOLERANCE, enough=lambda here: here.greatest < TOLERANCE).converged
-    assert not softened_newton(step, pushed, TOLERANCE).converged
+    monkeypatch.setattr(regularized, "subdomain_and_chord_sweep", lambda step, position, *_, **__: position)
+    stays = lambda step, at, *_, **__: Attempt(at, step.evaluate(at), converged=False)  # noqa: E731
+    monkeypatch.setattr(regularized, "newton", stays)
+    assert TOLERANCE < step.residual_at(pushed).max_norm < 3e-3
+    assert regularized_newton(step, pushed, TOLERANCE, enough=lambda here: here.max_norm < 3e-3).converged
+    assert not regularized_newton(step, pushed, TOLERANCE, enough=lambda here: here.max_norm < TOLERANCE).converged
+    assert not regularized_newton(step, pushed, TOLERANCE).converged
 
 
 @pytest.mark.parametrize(("alone", "together", "rounds"), [(1.0, 1.0, 1), (0.9, 1.0, 3), (1.0, 0.9, 3)])
-def test_blocks_are_not_solved_apart_again_where_nothing_has_changed(rest, monkeypatch, alone, together, rounds):
+def test_a_subdomain_is_not_solved_again_where_nothing_has_changed(rest, monkeypatch, alone, together, rounds):
     step, position = rest
     asked = []
 
@@ -86,22 +87,22 @@ def test_blocks_are_not_solved_apart_again_where_nothing_has_changed(rest, monke
         asked.append(at)
         return nearer(position, at, alone)
 
-    def corrected(step: Step, at: np.ndarray, *_: float, **__: bool) -> Found:
-        return Found(there := nearer(position, at, together), step.evaluate(there), converged=False)
+    def corrected(step: Step, at: np.ndarray, *_: float, **__: bool) -> Attempt:
+        return Attempt(there := nearer(position, at, together), step.evaluate(there), converged=False)
 
-    monkeypatch.setattr(softened, "_settled", apart)
-    monkeypatch.setattr(softened, "newton", corrected)
+    monkeypatch.setattr(regularized, "subdomain_and_chord_sweep", apart)
+    monkeypatch.setattr(regularized, "newton", corrected)
     pushed = position.copy()
     pushed[BLOCK, :2] += 1e-9
-    softened_newton(step, pushed, TOLERANCE)
+    regularized_newton(step, pushed, TOLERANCE)
     assert len(asked) == rounds
 
 
-def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
+def test_a_cluster_with_a_growing_residual_is_rejected_alone(rest, monkeypatch):
     step, position = rest
     pushed, other, contacts = position.copy(), BLOCK + 20 * BRICKS, step.contacts
     pushed[[BLOCK, other], :2] += 2e-6
-    real, spoiled, broken = local_phase._relaxed, [], []
+    real, spoiled, broken = subdomain._solve_subdomain, [], []
 
     def spoil_one(local: LocalStep, *how: float) -> tuple[np.ndarray, bool]:
         found, _ = real(local, *how)
@@ -111,12 +112,12 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
         found[chosen, 0] += 1e-4 * np.random.default_rng(0).normal(size=len(chosen))
         spoiled.extend(local.blocks[chosen])
         one_of_each = np.array([np.flatnonzero(local.cluster_of_row == k)[0] for k in range(2)])
-        local.break_contacts(one_of_each)
+        local.fail_contacts(one_of_each)
         broken.append(local.rows[one_of_each[1 - label]])
         return found, False
 
-    monkeypatch.setattr(local_phase, "_relaxed", spoil_one)
-    relaxed = relax_locally(step, pushed, TOLERANCE)
+    monkeypatch.setattr(subdomain, "_solve_subdomain", spoil_one)
+    relaxed = subdomain_newton(step, pushed, TOLERANCE)
     moved = (relaxed != pushed).any(axis=1)
     assert moved[BLOCK]
     assert not moved[spoiled].any()
@@ -128,11 +129,12 @@ def test_a_cluster_that_gets_worse_is_taken_back_alone(rest, monkeypatch):
     step.contacts = contacts
 
 
-def test_more_rings_move_more_blocks(rest):
+def test_more_layers_move_more_blocks(rest):
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 2e-6
-    moved = [(relax_locally(step, pushed, TOLERANCE, rings=k) != pushed).any(axis=1).sum() for k in (2, RINGS)]
+    solved = [subdomain_newton(step, pushed, TOLERANCE, layers=k) for k in (2, OVERLAP_LAYERS)]
+    moved = [(position != pushed).any(axis=1).sum() for position in solved]
     assert moved[1] > 2 * moved[0] > 0
 
 
@@ -141,12 +143,12 @@ def test_a_cluster_may_spread_what_it_had_where_that_is_said(rest, monkeypatch):
     pushed, spread = position.copy(), position.copy()
     pushed[BLOCK, :2] += 2e-8
     spread[BLOCK, :2] += 1e-7
-    monkeypatch.setattr(local_phase, "_relaxed", lambda local, *_: (spread[local.blocks], False))
-    assert relax_locally(step, pushed, TOLERANCE) is pushed
-    assert_allclose(relax_locally(step, pushed, TOLERANCE, worse=softened.SPREAD), spread, rtol=0, atol=0)
+    monkeypatch.setattr(subdomain, "_solve_subdomain", lambda local, *_: (spread[local.blocks], False))
+    assert subdomain_newton(step, pushed, TOLERANCE) is pushed
+    assert_allclose(subdomain_newton(step, pushed, TOLERANCE, max_growth=regularized.SPREAD), spread, rtol=0, atol=0)
 
 
-def test_a_round_is_judged_when_the_last_factors_have_served_all_blocks(rest, monkeypatch):
+def test_a_sweep_is_judged_after_the_chord_method(rest, monkeypatch):
     step, position = rest
     assert step.factors.ready
     pushed, spread = position.copy(), position.copy()
@@ -158,53 +160,54 @@ def test_a_round_is_judged_when_the_last_factors_have_served_all_blocks(rest, mo
         given.append(keys)
         return spread
 
-    monkeypatch.setattr(softened, "relax_locally", spreads)
-    settled = softened._settled(step, pushed, TOLERANCE, inside=False)
+    monkeypatch.setattr(regularized, "subdomain_newton", spreads)
+    settled = regularized.subdomain_and_chord_sweep(step, pushed, TOLERANCE, use_interior_point=False)
     assert sizes(step, settled).max() < TOLERANCE
-    assert given == [{"inside": True, "rings": RINGS, "worse": softened.SPREAD, "fewer": True}]
+    options = {"layers": OVERLAP_LAYERS, "max_growth": regularized.SPREAD, "fewer": True}
+    assert given == [{"use_interior_point": True} | options]
 
 
-def test_a_round_that_is_stuck_is_tried_with_more_rings_and_leads_nowhere_unless_it_gains(rest, monkeypatch):
+def test_a_sweep_without_gain_is_repeated_with_more_layers(rest, monkeypatch):
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 2e-8
-    rings, contacts = [], step.contacts
+    layers, contacts = [], step.contacts
 
     def spoils(step: Step, position: np.ndarray, tolerance: float, **keys) -> np.ndarray:
-        rings.append(keys["rings"])
-        step.break_contacts(np.array([0]))
+        layers.append(keys["layers"])
+        step.fail_contacts(np.array([0]))
         return position + 1e-4 * np.random.default_rng(0).normal(size=position.shape)
 
-    monkeypatch.setattr(softened, "relax_locally", spoils)
-    monkeypatch.setattr(softened, "chord_method", lambda step, position, tolerance: position)
-    assert softened._settled(step, pushed, TOLERANCE, inside=False) is pushed
-    assert rings == [RINGS, 2 * RINGS, 4 * RINGS]
+    monkeypatch.setattr(regularized, "subdomain_newton", spoils)
+    monkeypatch.setattr(regularized, "chord_method", lambda step, position, tolerance: position)
+    assert regularized.subdomain_and_chord_sweep(step, pushed, TOLERANCE, use_interior_point=False) is pushed
+    assert layers == [OVERLAP_LAYERS, 2 * OVERLAP_LAYERS, 4 * OVERLAP_LAYERS]
     assert step.contacts is contacts  # what broke on the way has not
 
 
-def test_where_most_blocks_are_out_of_balance_nothing_is_solved_apart(rest):
+def test_where_most_residuals_are_large_there_is_no_subdomain(rest):
     step, position = rest
     shaken = position + 1e-6 * np.random.default_rng(0).normal(size=position.shape)
-    assert relax_locally(step, shaken, TOLERANCE) is shaken
+    assert subdomain_newton(step, shaken, TOLERANCE) is shaken
 
 
 def test_at_rest_nothing_moves(rest):
     step, position = rest
-    assert relax_locally(step, position, 1e-3) is position
+    assert subdomain_newton(step, position, 1e-3) is position
 
 
-def test_some_blocks_have_the_equations_of_all_with_the_others_held(rest):
+def test_a_subproblem_has_the_equations_of_all_with_the_others_fixed(rest):
     step, position = rest
     moves = np.zeros(len(position), dtype=bool)
     moves[100:160] = moves[420:425] = True
     pushed = position + np.where(moves[:, None], 1e-6, 0.0)
     local = LocalStep(step, moves, pushed)
     here, at_all = pushed[local.blocks], step.evaluate(pushed)
-    at, forces = local.evaluate(here), step.unbalanced(pushed, at_all.forces)
+    at, forces = local.evaluate(here), step.residual(pushed, at_all.forces)
     assert_array_equal(local.blocks[local.block], np.flatnonzero(moves))
     assert_array_equal(local.whole(here), pushed)
-    assert_allclose(local.unbalanced(here, at.forces)[local.block], forces[moves])
-    assert_allclose(local.free(local.unbalanced(here, at.forces)), step.free(forces)[moves])
+    assert_allclose(local.residual(here, at.forces)[local.block], forces[moves])
+    assert_allclose(local.project(local.residual(here, at.forces)), step.project(forces)[moves])
     tangents = [
         tangent_stiffness(s.contacts, a, s.pattern.place, len(s.pattern.column))
         for s, a in ((local, at), (step, at_all))
@@ -220,17 +223,17 @@ def test_some_blocks_have_the_equations_of_all_with_the_others_held(rest):
     local.close()
 
 
-def test_near_rest_the_last_factors_do(rest):
-    """All blocks a little out of place: the last factors, of a softened tangent, bring them back, and pay each time."""
+def test_near_rest_the_chord_method_is_enough(rest):
+    """All blocks a little out of place: the last factors, of a regularised tangent, bring them back."""
     step, position = rest
     shaken = position + 1e-9 * np.random.default_rng(0).normal(size=position.shape)
-    assert step.balance_at(shaken).greatest > 1e3 * TOLERANCE
+    assert step.residual_at(shaken).max_norm > 1e3 * TOLERANCE
     before = step.factors.count
     found = chord_method(step, shaken, TOLERANCE)
-    assert step.balance_at(found).greatest < TOLERANCE
+    assert step.residual_at(found).max_norm < TOLERANCE
     assert step.factors.count == before
     far = position + 1e-4 * np.random.default_rng(0).normal(size=position.shape)
-    assert step.balance_at(chord_method(step, far, TOLERANCE)).norm <= step.balance_at(far).norm
+    assert step.residual_at(chord_method(step, far, TOLERANCE)).l2_norm <= step.residual_at(far).l2_norm
 
 
 def test_a_block_out_of_place_near_rest_takes_no_factorization_of_the_whole(rest, monkeypatch):
@@ -238,27 +241,27 @@ def test_a_block_out_of_place_near_rest_takes_no_factorization_of_the_whole(rest
     pushed = position.copy()
     pushed[BLOCK, :2] += 2e-6
     before = step.factors.count
-    found = softened_newton(step, pushed, TOLERANCE)
+    found = regularized_newton(step, pushed, TOLERANCE)
     assert found.converged
     assert step.factors.count == before
-    monkeypatch.setattr(softened, "MOST_ROUNDS", 0)
-    found = softened_newton(step, pushed, TOLERANCE)
+    monkeypatch.setattr(regularized, "MAX_ROUNDS", 0)
+    found = regularized_newton(step, pushed, TOLERANCE)
     assert found.converged
     assert step.factors.count > before
 
 
-def test_what_newtons_method_does_not_end_is_solved_from_inside(rest, monkeypatch):
+def test_a_subdomain_without_a_solution_by_newtons_method_goes_to_the_interior_point_method(rest, monkeypatch):
     """A brick is pushed into its neighbours, and Newton's method has no iterations."""
     step, position = rest
     pushed = position.copy()
     pushed[BLOCK] += [2e-4, 1e-4, 1e-3]
-    monkeypatch.setattr(local_phase, "MOST_ITERATIONS", 0)
-    stays = relax_locally(step, pushed, TOLERANCE)
+    monkeypatch.setattr(subdomain, "MAX_ITERATIONS", 0)
+    stays = subdomain_newton(step, pushed, TOLERANCE)
     assert sizes(step, stays).max() == sizes(step, pushed).max()
     monkeypatch.setattr(
-        local_phase, "newton", lambda local, near, *_, **__: Found(near, local.evaluate(near), converged=True)
+        subdomain, "newton", lambda local, near, *_, **__: Attempt(near, local.evaluate(near), converged=True)
     )
-    relaxed = relax_locally(step, pushed, TOLERANCE, inside=True)
+    relaxed = subdomain_newton(step, pushed, TOLERANCE, use_interior_point=True)
     assert sizes(step, relaxed).max() < 0.1 * sizes(step, pushed).max()
 
 
@@ -266,35 +269,35 @@ def test_an_equilibrium_is_judged_by_its_own_contacts_though_a_later_step_had_ot
     step, position = rest
     lifted = position.copy()
     lifted[BLOCK, 1] += 100.0
-    contacts = step.moving.gather(History.none(), lifted, first=True)
-    other = Step(step.moving, step.factors, contacts, lifted, step.lam)
+    contacts = step.system.gather(History.none(), lifted, first=True)
+    other = Step(step.system, step.factors, contacts, lifted, step.lam)
     assert len(other.pattern.column) != len(step.pattern.column)
-    assert fall_rate(step, position, step.evaluate(position), 1e-6) == 0.0
-    Step(step.moving, step.factors, contacts, lifted, step.lam)
+    assert instability_rate(step, position, step.evaluate(position), 1e-6) == 0.0
+    Step(step.system, step.factors, contacts, lifted, step.lam)
     monkeypatch.setattr(step.factors, "is_positive_definite", lambda _: False)  # then power iteration says the same
-    assert fall_rate(step, position, step.evaluate(position), 1e-6) == 0.0
+    assert instability_rate(step, position, step.evaluate(position), 1e-6) == 0.0
 
 
 @pytest.mark.parametrize(
     ("jams", "pushed_by", "asked"), [(True, 2e-6, 1), (False, 2e-6, 2), (True, 5e-9, 2)], ids=["jams", "ends", "near"]
 )
-def test_the_interior_point_method_is_not_asked_again_after_it_jammed_far_from_balance(
+def test_the_interior_point_method_is_not_tried_again_after_it_stalled_far_from_equilibrium(
     rest, monkeypatch, jams, pushed_by, asked
 ):
     step, position = copy(rest[0]), rest[1]
     pushed, calls = position.copy(), []
     pushed[BLOCK, :2] += pushed_by
 
-    def inside(local: LocalStep, elastic: np.ndarray, *_: float) -> np.ndarray | None:
+    def use_interior_point(local: LocalStep, elastic: np.ndarray, *_: float) -> np.ndarray | None:
         calls.append(elastic)
         return None if jams else elastic
 
-    monkeypatch.setattr(local_phase, "interior_point", inside)
-    monkeypatch.setattr(local_phase._Search, "relax", lambda search, _: (search.local.start, np.inf))
-    monkeypatch.setattr(softened, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(subdomain, "interior_point", use_interior_point)
+    monkeypatch.setattr(subdomain._ClusterSearch, "relax", lambda search, _: (search.local.start, np.inf))
+    monkeypatch.setattr(regularized, "MAX_ROUNDS", 1)
     for _ in range(2):
-        softened._settled(step, pushed, TOLERANCE, inside=True)
+        regularized.subdomain_and_chord_sweep(step, pushed, TOLERANCE, use_interior_point=True)
     assert len(calls) == asked
-    step.renew(step.contacts, position)
-    softened._settled(step, pushed, TOLERANCE, inside=True)
+    step.rebase(step.contacts, position)
+    regularized.subdomain_and_chord_sweep(step, pushed, TOLERANCE, use_interior_point=True)
     assert len(calls) == asked + 1

@@ -1,4 +1,4 @@
-"""Which blocks come down: what has lost all contact, twice, loaded and far enough; else what has moved too far."""
+"""Collapse criterion: loaded blocks without contact, twice, that moved far enough; else too large displacements."""
 
 import numpy as np
 import pytest
@@ -8,21 +8,21 @@ from scenes import rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.continuation.verdict import FREE_MOVE, Falling
-from bsm_mesh.solve.step.block_system import MovingModel
+from bsm_mesh.solve.continuation.verdict import FREE_MOVE, CollapseCriterion
+from bsm_mesh.solve.step.block_system import BlockSystem
 
 FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
 
 
 def watch(heights, limit=100.0, **given):
     """Return what is said after steps in which a square lies a height above its base."""
-    moving = MovingModel(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)], **given))
-    falling = Falling(moving, moving.start, limit)
+    moving = BlockSystem(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)], **given))
+    falling = CollapseCriterion(moving, moving.start, limit)
     said = []
     for height in heights:
         above, position = (np.array([(0, 0, 0), (0, at, 0)]) for at in (max(height, 0.0), height))
         contacts = moving.gather(History.none(), above, first=False)
-        said.append(falling.look(contacts, moving.evaluate(contacts, position).bearing, position))
+        said.append(falling.check(contacts, moving.evaluate(contacts, position).closed, position))
     return said
 
 
@@ -61,12 +61,12 @@ def test_a_block_that_has_moved_too_far_comes_down_at_once():
 
 def test_what_only_settles_in_the_first_step_does_not_come_down():
     squares = [rectangle(-0.5, 0, 0.5, 1), rectangle(2.5, 0, 3.5, 1)]
-    moving = MovingModel(model_of([rectangle(-2, -1, 5, 0), *squares]))
-    falling = Falling(moving, moving.start, 100.0)
+    moving = BlockSystem(model_of([rectangle(-2, -1, 5, 0), *squares]))
+    falling = CollapseCriterion(moving, moving.start, 100.0)
     for height in (-1e-5, FAR, 2 * FAR):
         position = np.array([(0, 0, 0), (0.3, height, 0), (0.3, -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
-        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position).bearing, position)
+        reason, blocks = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
     assert reason
     assert_array_equal(blocks, [1])
 
@@ -74,12 +74,12 @@ def test_what_only_settles_in_the_first_step_does_not_come_down():
 @pytest.mark.parametrize("steps", [4, 7])
 def test_what_settles_in_the_first_half_of_few_steps_does_not_come_down(steps):
     squares = [rectangle(-0.5, 0, 0.5, 1), rectangle(2.5, 0, 3.5, 1)]
-    moving = MovingModel(model_of([rectangle(-2, -1, 5, 0), *squares]))
-    falling = Falling(moving, moving.start, 100.0)
+    moving = BlockSystem(model_of([rectangle(-2, -1, 5, 0), *squares]))
+    falling = CollapseCriterion(moving, moving.start, 100.0)
     for step in range(1, steps + 1):
         height = max(-1e-5, (step + 2 - steps) * FAR)
         position = np.array([(0, 0, 0), (0, height, 0), (0.3 * min(step, steps // 2), -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
-        reason, blocks = falling.look(contacts, moving.evaluate(contacts, position).bearing, position)
+        reason, blocks = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
     assert reason
     assert_array_equal(blocks, [1])

@@ -1,6 +1,6 @@
 """Scheme "wang": cycle counts of Wang's Example 2 (section 4.6), and agreement with the schemes that are trusted.
 
-A cycle moves a sliding block by the force out of balance over the shear stiffness under it: a slide of L under P takes
+A cycle moves a sliding block by its residual over the shear stiffness under it: a slide of L under P takes
 L k_s b / (P - W tan phi) cycles, b being the width of the block.
 """
 

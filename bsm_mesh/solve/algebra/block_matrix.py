@@ -213,32 +213,32 @@ def constrain(
     data: FloatArray,
     number: IntArray,
     basis: FloatArray,
-    held: IntArray,
+    constrained: IntArray,
 ) -> None:  # pragma: no cover - compiled
-    """Turn the rows and columns of supported blocks into their own axes and strike out the held ones, in place.
+    """Rotate the rows and columns of supported blocks into their own axes and strike out constrained ones, in place.
 
     Parameters
     ----------
     row_start, column, diagonal, data
         The pattern and its blocks.
     number : (n,) int32
-        Row of each block in `basis` and `held`; -1 for a block without support.
+        Row of each block in `basis` and `constrained`; -1 for a block without support.
     basis : (k, 3, 3) float64
-        Columns: the block's own axes, held ones first.
-    held : (k,) int32
-        How many of them are held.
+        Columns: the block's own axes, constrained ones first.
+    constrained : (k,) int32
+        Number of constrained axes.
     """
     for i in range(row_start.size - 1):
         for p in range(row_start[i], row_start[i + 1]):
             j = column[p]
             if number[i] >= 0:
                 _multiply(data[p], basis[number[i]], True)
-                data[p, : held[number[i]], :] = 0.0
+                data[p, : constrained[number[i]], :] = 0.0
             if number[j] >= 0:
                 _multiply(data[p], basis[number[j]], False)
-                data[p, :, : held[number[j]]] = 0.0
+                data[p, :, : constrained[number[j]]] = 0.0
         if number[i] >= 0:
-            for r in range(held[number[i]]):
+            for r in range(constrained[number[i]]):
                 data[diagonal[i], r, r] = 1.0
 
 

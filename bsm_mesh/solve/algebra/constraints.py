@@ -1,7 +1,7 @@
 """Exact elimination of supports, block by block.
 
 A supported block's bars are rows c . u = w. The singular value decomposition of its rows gives axes in which
-the block is held and axes in which it is free; the held ones are struck out of the equations. No stiff bar
+the block is constrained and axes in which it is free; constrained ones are struck out of the equations. No stiff bar
 (Wang's 1e20) ever enters the matrix, so soft joints and inclined bars keep their digits.
 """
 
@@ -22,7 +22,7 @@ CONFLICT = 1e-9  # of the greatest prescribed value: a larger misfit is a contra
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Constraints:
-    """Held and free axes of every supported block.
+    """Constrained and free axes of every supported block.
 
     Attributes
     ----------
@@ -33,11 +33,11 @@ class Constraints:
     number : (n,) int32
         Row of each block of the model in the arrays below; -1 without support.
     basis : (k, 3, 3) float64
-        Columns: the block's axes in (u, v, theta), the held ones first. They are orthonormal once theta is
+        Columns: the block's axes in (u, v, theta), the constrained ones first. They are orthonormal once theta is
         multiplied by the block's radius of gyration.
-    held : (k,) int32
-        How many axes are held.
-    given : (n, 3) float64
+    constrained : (k,) int32
+        Number of constrained axes.
+    prescribed : (n, 3) float64
         Displacements that satisfy every bar and are zero along the free axes.
     slot : (n_bars,) int32
         Place of each bar among its block's bars.
@@ -49,8 +49,8 @@ class Constraints:
     block: IntArray
     number: IntArray
     basis: FloatArray
-    held: IntArray
-    given: FloatArray
+    constrained: IntArray
+    prescribed: FloatArray
     slot: IntArray
     share: FloatArray
 
@@ -61,24 +61,25 @@ class Constraints:
         rows = number[supported]
         number = np.full(len(blocks), -1, dtype=np.int32)
         number[supported] = np.arange(len(supported))
-        block, basis, held = supported.astype(np.int32), self.basis[rows], self.held[rows]
-        return replace(self, block=block, number=number, basis=basis, held=held, given=self.given[blocks])
+        block, basis, constrained = supported.astype(np.int32), self.basis[rows], self.constrained[rows]
+        prescribed = self.prescribed[blocks]
+        return replace(self, block=block, number=number, basis=basis, constrained=constrained, prescribed=prescribed)
 
     def free_part(self, forces: FloatArray) -> FloatArray:
-        """Return forces (n, 3) in the equations' axes with the held components zero."""
+        """Return forces (n, 3) in the equations' axes with the constrained components zero."""
         free = forces.copy()
         free[self.block] = self._free_part_of_supported(forces)
         return free
 
     def scaled(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
-        """Return the same as accelerations see it: times a scale (n, 3) where blocks have no support."""
+        """Return `free_part` with the forces of blocks without support multiplied by a scale (n, 3)."""
         free = forces * scale
         free[self.block] = self._free_part_of_supported(forces)  # whose axes have that scale in them
         return free
 
     def _free_part_of_supported(self, forces: FloatArray) -> FloatArray:
         turned: FloatArray = np.einsum("kri,kr->ki", self.basis, forces[self.block])
-        turned[np.arange(3) < self.held[:, None]] = 0.0
+        turned[np.arange(3) < self.constrained[:, None]] = 0.0
         return turned
 
     def expand(self, solution: FloatArray) -> FloatArray:
@@ -88,16 +89,16 @@ class Constraints:
         return U
 
     def reactions(self, forces: FloatArray) -> FloatArray:
-        """Return the reactions (n, 3) that balance `forces` (n, 3) along the held axes."""
+        """Return the reactions (n, 3) that balance `forces` (n, 3) along the constrained axes."""
         reactions = np.zeros_like(forces)
         inverse = np.linalg.inv(self.basis)  # rows: dual axes, so that the free axes do no work on the reaction
         turned = np.einsum("kri,kr->ki", self.basis, forces[self.block])
-        turned[np.arange(3) >= self.held[:, None]] = 0.0
+        turned[np.arange(3) >= self.constrained[:, None]] = 0.0
         reactions[self.block] = -np.einsum("kir,ki->kr", inverse, turned)
         return reactions
 
     def bar_forces(self, reactions: FloatArray) -> FloatArray:
-        """Return the force in every bar, (n_bars,) [N/m, or N for a held rotation], from the blocks' reactions."""
+        """Return the force in every bar, (n_bars,) [N/m, or N for a rotation], from the blocks' reactions."""
         forces = np.einsum("kbr,kr->kb", self.share, reactions[self.block])
         of_bar: FloatArray = forces[self.number[self.bars.block], self.slot]
         return of_bar
@@ -127,9 +128,9 @@ def constrain_bars(
     bars : Bars
         The bars.
     arm : (n_bars, 2) float64 [m]
-        From the block's centroid to the held point, as the block stands now.
+        From the block's centroid to the supported point, at the current position.
     value : (n_bars,) float64 [m or rad]
-        What is left of the prescribed displacement.
+        The rest of the prescribed displacement.
     conflicts : bool
         Whether to look for contradictions; after large rotations small ones are rounding.
 
@@ -152,11 +153,11 @@ def constrain_bars(
     values[row_of_bar, slot] = value * lever
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
     noise = rounding(model.blocks.vertices) / radius
-    held = (size > np.maximum(RANK, noise)[:, None] * size[:, :1]).sum(axis=1)
-    inverse = np.where(np.arange(3) < held[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
+    constrained = (size > np.maximum(RANK, noise)[:, None] * size[:, :1]).sum(axis=1)
+    inverse = np.where(np.arange(3) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
-    given = np.einsum("kab,kb->ka", pseudo, values)
-    misfit = np.abs(np.einsum("kba,ka->kb", rows, given)[row_of_bar, slot] - value * lever)
+    prescribed = np.einsum("kab,kb->ka", pseudo, values)
+    misfit = np.abs(np.einsum("kba,ka->kb", rows, prescribed)[row_of_bar, slot] - value * lever)
     share = np.transpose(pseudo, (0, 2, 1))
     share[row_of_bar, slot] *= lever[:, None]
     if conflicts:
@@ -164,15 +165,15 @@ def constrain_bars(
     scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
     number[block] = np.arange(k)
-    all_given = np.zeros((model.blocks.count, 3))
-    all_given[block] = given * scale
+    all_prescribed = np.zeros((model.blocks.count, 3))
+    all_prescribed[block] = prescribed * scale
     return Constraints(
         bars=bars,
         block=block.astype(np.int32),
         number=number,
         basis=np.ascontiguousarray(np.transpose(axes, (0, 2, 1)) * scale[:, :, None]),
-        held=held.astype(np.int32),
-        given=all_given,
+        constrained=constrained.astype(np.int32),
+        prescribed=all_prescribed,
         slot=slot,
         share=share * scale[:, None, :],
     )

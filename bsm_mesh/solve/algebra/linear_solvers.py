@@ -8,7 +8,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
-from bsm_mesh.solve.algebra.mixed_precision import RefinedPardiso
+from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
 from bsm_mesh.solve.algebra.ordering import elimination_order
 from bsm_mesh.solve.algebra.superlu import SuperLU
 
@@ -75,7 +75,7 @@ def make_linear_solver(
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso" and corrections and pattern.rows >= WORTH_SINGLE:
-        return RefinedPardiso(pattern, threads)
+        return MixedPrecisionPardiso(pattern, threads)
     if name == "pardiso":
         return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
     if name == "cluster":

@@ -23,9 +23,9 @@ def external_loads(model: Model) -> FloatArray:
 
 
 def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray) -> float:
-    """Return what residuals are relative to [N/m]: the mean weight, or mean load of a loaded block, if greater.
+    """Return the reference of residuals [N/m]: the mean weight, or mean load of a loaded block, if greater.
 
-    Without weight and load it is the mean force of the bolts' pretension on a block that they pull at.
+    Without weight and load it is the mean force of the bolts' pretension on a bolted block.
     """
     reference = max(float(model.weights.mean()), mean_force(*loads[:, :2].T))
     return reference if reference > 0 else mean_force(*bolt_forces[:, :2].T)
@@ -38,8 +38,8 @@ def mean_force(first: FloatArray, second: FloatArray) -> float:
     return float(acting.mean()) if acting.size else 0.0
 
 
-def relative_residual(model: Model, unbalanced: FloatArray, reference: float) -> float:
-    """Return the greatest force, or moment over radius of gyration, of `unbalanced` (n, 3) over the reference."""
-    scaled = unbalanced / np.column_stack([np.ones((len(unbalanced), 2)), model.blocks.moments.gyration])
-    greatest = float(np.abs(scaled).max())
-    return greatest / reference if reference > 0 else greatest
+def relative_residual(model: Model, residual: FloatArray, reference: float) -> float:
+    """Return the maximum norm of `residual` (n, 3), moments over radii of gyration, over the reference."""
+    scaled = residual / np.column_stack([np.ones((len(residual), 2)), model.blocks.moments.gyration])
+    max_norm = float(np.abs(scaled).max())
+    return max_norm / reference if reference > 0 else max_norm

@@ -1,4 +1,4 @@
-"""Which parts of the model can move as a whole because too few supports hold them."""
+"""Mechanisms: parts of the model that can move as rigid bodies because their supports leave them free."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def free_parts(
     count = int(part.max()) + 1
     bars = constraints.bars
     settled = np.zeros(count, dtype=bool)
-    settled[part[constraints.block[constraints.held == 3]]] = True
+    settled[part[constraints.block[constraints.constrained == 3]]] = True
     with_bars = np.zeros(count, dtype=bool)
     with_bars[part[bars.block]] = True
     found = []
@@ -50,12 +50,12 @@ def free_parts(
         if motion:
             whole = all_there and count == 1 and len(members) == blocks.count
             where = place(blocks.moments.centroid[members[0]])
-            who = "the model" if whole else f"block {listing(names[members])} at {where}"
+            part_name = "the model" if whole else f"block {listing(names[members])} at {where}"
             held = "no support holds it" if not with_bars[p] else "its supports do not hold it"
             cure = (
                 "hold a boundary, a block or a point of it" if not with_bars[p] else "add a support across that motion"
             )
-            found.append(FreePart(members, f"{who} is free to {motion}: {held}; {cure}"))
+            found.append(FreePart(members, f"{part_name} is free to {motion}: {held}; {cure}"))
             if len(found) > 100:  # each is a sentence; nobody reads more
                 break
     return found

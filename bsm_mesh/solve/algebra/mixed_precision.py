@@ -1,4 +1,4 @@
-"""Pardiso's factors in single precision, their solutions refined with the matrix in double."""
+"""Mixed precision: Pardiso's factors in single precision, solutions refined with the matrix in double."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.algebra.pardiso import Pardiso
 
 ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
-MOST_REFINEMENTS, SLOWEST = 10, 0.5  # each leaves at most this part: in a wall of 400 000, a fiftieth
+MAX_REFINEMENTS, SLOWEST = 10, 0.5  # each leaves at most this part: in a wall of 400 000, a fiftieth
 
 
-class RefinedPardiso:
+class MixedPrecisionPardiso:
     """Pardiso for corrections that need only be good: single precision, and double where that does not do.
 
     Parameters
@@ -50,7 +50,7 @@ class RefinedPardiso:
         matrix = bsr_array((self._data, self._pattern.column, self._pattern.row_start))
         wanted = ACCURACY * self._size(right_side)
         x, left, size = np.zeros_like(right_side), right_side, np.inf
-        for _ in range(MOST_REFINEMENTS):
+        for _ in range(MAX_REFINEMENTS):
             x = x + self._solved(left)
             left = right_side - (matrix @ x.ravel()).reshape(x.shape)
             before, size = size, self._size(left)

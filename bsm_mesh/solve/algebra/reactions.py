@@ -1,4 +1,4 @@
-"""Forces in the bars of supports, and at the points that they hold."""
+"""Reactions: forces in the bars of supports, and at supported points."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from bsm_mesh.solve.algebra.constraints import Constraints
 
 
 def bar_forces(constraints: Constraints, reactions: FloatArray, arm: FloatArray, before: FloatArray) -> FloatArray:
-    """Return the force in every bar, (b,) [N/m, or N for a held rotation].
+    """Return the force in every bar, (b,) [N/m, or N for a constrained rotation].
 
-    Where bars repeat, statics leaves open how they share a reaction: what they bore before stays, and the change is
+    Where bars repeat, statics leaves open how they share a reaction: their forces before stay, and the change is
     shared by least squares.
 
     Parameters
@@ -21,11 +21,11 @@ def bar_forces(constraints: Constraints, reactions: FloatArray, arm: FloatArray,
     constraints : Constraints
         The supports as the blocks stand.
     reactions : (n, 3) float64
-        What they bear together on every block.
+        Their resultant on every block.
     arm : (b, 2) float64 [m]
-        From centroids to the held points.
+        From centroids to the supported points.
     before : (b,) float64
-        What the bars bore before.
+        Forces in the bars before.
     """
     bars = constraints.bars
     force = before[:, None] * bars.direction
@@ -37,7 +37,7 @@ def bar_forces(constraints: Constraints, reactions: FloatArray, arm: FloatArray,
 
 
 def support_forces(bars: Bars, point: FloatArray, size: FloatArray) -> SupportForces:
-    """Return the forces at held points, those of bars at the same point of the same block added up.
+    """Return the forces at supported points, those of bars at the same point of the same block added up.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""One bolt on its own: tensions and slips in exact equilibrium, found in finitely many operations.
+"""One bolt as a chain of elements: tensions and slips in exact equilibrium, by a finite algorithm.
 
 A bolt is a chain of elements, each elastic between slack and yield, whose nodes are held by the rock up to the bond's
 capacity. Its equilibrium is the minimum of a convex energy, where every bond force is within its capacity, every
-tension follows from the stretch and the slips, and nodes slip where the capacity is reached: what Wang's Eq. 5.13 tends
-to when it is repeated. From the head on, the tension an element bears is a rising, piecewise linear function of the
+tension follows from the stretch and the slips, and nodes slip where the capacity is reached: the limit of Wang's Eq.
+5.13 when it is repeated. From the head on, the tension of an element is a rising, piecewise linear function of the
 slip at its far node: a list of corners. A node adds its bond force at equal slip, an element its stretch at equal
-tension. At the tip nothing is left to bear; going back gives all slips.
+tension. At the tip the tension is zero; going back gives all slips.
 
 Slips are positive towards the tip; the bond force of a node is the difference of the tensions after and before it
 (Wang Eq. 5.6), and acts on the rock towards the tip.
@@ -37,7 +37,7 @@ def solve_chain(
     stiffness : (n - 1,) float64 [N/m]
         E A over length of every element.
     stretch : (n - 1,) float64 [m]
-        By how much the rock stretches every element from where it bears nothing, without slip.
+        Elongation of every element by the rock from zero tension, without slip.
     most_tension : float [N]
         Yield force of the steel.
     capacity : (n,) float64 [N]
@@ -45,7 +45,7 @@ def solve_chain(
     bond_stiffness : (n,) float64 [N/m]
         Of the bond while it is elastic; infinite where it is rigid.
     anchor : (n,) float64 [m]
-        Slip at which each node's bond bears nothing: what accepted steps left.
+        Slip at zero force of each node's bond, from accepted steps.
     """
     n = capacity.size
     tension, slip = np.zeros(n - 1), anchor.copy()
@@ -81,15 +81,15 @@ def solve_chain(
             slip[i] = max(min(anchor[i], high, elastic), min(low, elastic))
         else:
             slip[i] = elastic
-    _settle(tension, slip, capacity, bond_stiffness, anchor)
+    _reset_rounding(tension, slip, capacity, bond_stiffness, anchor)
     return tension, slip
 
 
 @nb.njit(cache=True)
-def _settle(
+def _reset_rounding(
     tension: FloatArray, slip: FloatArray, capacity: FloatArray, bond_stiffness: FloatArray, anchor: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Put nodes whose rigid bond holds exactly where they were: rounding is no slip."""
+    """Reset the slip of nodes with an intact rigid bond: rounding is no slip."""
     n = slip.size
     for i in range(n):
         before = tension[i - 1] if i > 0 else 0.0

@@ -1,4 +1,4 @@
-"""Bolts across joints: the shear that a bolt bears where it crosses from one block into the next (dowel action).
+"""Dowel action: shear of a bolt where it crosses from one block into the next.
 
 Every crossing is a spring across the bolt's hole in the near block, elastic up to its strength. Both ends of it are
 fixed to their blocks where the bolt crosses; its force acts on both at the far end, so that it balances itself.
@@ -28,7 +28,7 @@ class DowelEvaluation:
     point : (k, 2) float64 [m]
         Where that end is.
     shear : (k,) float64 [m]
-        Displacement of the far block against the near one along `across`, since nothing was borne.
+        Displacement of the far block against the near one along `across`, from zero force.
     force : (k,) float64 [N]
         On the near block along `across`, on the far block against it; of one bolt.
     """
@@ -43,7 +43,7 @@ class DowelEvaluation:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Dowels:
-    """Crossings with what accepted steps have left in them.
+    """Crossings of bolts with their state after accepted steps.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Dowels:
     place : (k, 4) int32
         Places of the blocks far-far, far-near, near-far, near-near among those of the bolts (`find_places`).
     rest : (k,) float64 [m]
-        Coordinate along `across` at which the spring bears nothing.
+        Coordinate along `across` at zero force.
     """
 
     element: IntArray
@@ -110,7 +110,7 @@ class Dowels:
         )
 
     def evaluate(self, position: FloatArray, alive: BoolArray) -> DowelEvaluation:
-        """Return the shear at a position (n_blocks, 3); elements (n_elements,) that are not alive bear none."""
+        """Return the shear at a position (n_blocks, 3); elements (n_elements,) that are not alive have none."""
         across = _turned(self.across, position[self.near, 2])
         arm_far = _turned(self.arm_far, position[self.far, 2])
         moved = position[self.far, :2] + (arm_far - self.arm_far)
@@ -151,7 +151,7 @@ class Dowels:
         return replace(self, rest=self.rest + at.shear - at.force / self.stiffness)
 
     def install(self, position: FloatArray, chosen: BoolArray) -> Dowels:
-        """Return a copy in which the crossings of chosen elements (n_elements,) bear nothing as the blocks stand."""
+        """Return a copy with zero force in the crossings of chosen elements (n_elements,) at a position."""
         at = self.evaluate(position, np.ones(len(chosen), dtype=bool))
         return replace(self, rest=np.where(chosen[self.element], self.rest + at.shear, self.rest))
 

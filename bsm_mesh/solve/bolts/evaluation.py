@@ -21,7 +21,7 @@ class BoltEvaluation:
     direction : (n_elements, 2) float64
         From head to tip.
     stretch : (n_elements,) float64 [m]
-        By how much each element is longer than where it bears nothing.
+        Elongation of each element from its length at zero tension.
     tension : (n_elements,) float64 [N]
         Axial force, of one bolt.
     slip : (n_nodes,) float64 [m]

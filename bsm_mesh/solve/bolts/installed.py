@@ -1,4 +1,4 @@
-"""Bolts at work: installed at a position, evaluated at others, advanced by accepted steps only."""
+"""Installed bolts: state of accepted steps, forces at a position, tangent."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.bolt_layout import BoltLayout, lay_out_bolts
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.parts import Part
+from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.bolts.chain import AT_LIMIT
 from bsm_mesh.solve.bolts.dowels import DowelEvaluation, Dowels
@@ -30,7 +30,7 @@ from bsm_mesh.solve.bolts.kernels import (
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class InstalledBolts:
-    """The bolts of a model with what accepted steps have left in them.
+    """The bolts of a model with their state after accepted steps.
 
     Attributes
     ----------
@@ -45,11 +45,11 @@ class InstalledBolts:
     alive : (n_elements,) bool
         Installed, and in blocks that are there.
     rest : (n_elements,) float64 [m]
-        Length at which an element bears nothing: pretension and plastic stretch are in it.
+        Length at zero tension, with pretension and plastic stretch.
     yielded : (n_elements,) float64 [m]
         Plastic stretch.
     anchor : (n_nodes,) float64 [m]
-        Slip at which a bond bears nothing: where rigid, the slip so far.
+        Slip at zero bond force: where rigid, the slip so far.
     dowels : Dowels
         Where bolts that resist shear cross joints.
     """
@@ -99,14 +99,14 @@ class InstalledBolts:
         )
 
     def install(self, stage: int, position: FloatArray) -> InstalledBolts:
-        """Return a copy with the bolts of a stage installed as the blocks stand: they feel only what moves later.
+        """Return a copy with the bolts of a stage installed at a position: they are strained by later movements only.
 
         Parameters
         ----------
         stage : int
             Number of the stage; 0: bolts that name none.
         position : (n_blocks, 3) float64 [m, m, rad]
-            Movements from where the blocks were given, at installation.
+            Position at installation.
         """
         layout = self.layout
         moved, _ = node_movements(position, layout.block, self.arm)
@@ -124,21 +124,21 @@ class InstalledBolts:
         )
 
     def without(self, gone: BoolArray) -> InstalledBolts:
-        """Return a copy cut where blocks (n_blocks,) are gone; what is left of a bolt goes on working."""
+        """Return a copy cut where blocks (n_blocks,) are removed; the rest of a bolt stays active."""
         first = self.layout.first_node
         cut = gone[self.layout.block[first]] | gone[self.layout.block[first + 1]]
         alive = self.alive & ~cut
         return replace(self, pairs=_pairs(self.layout, alive), alive=alive)
 
-    def in_part(self, part: Part) -> InstalledBolts:
-        """Return the bolts with the part's numbers of blocks; nodes whose block is not there bear nothing anyway."""
+    def in_part(self, part: SubModel) -> InstalledBolts:
+        """Return the bolts in the block numbers of a submodel; nodes of absent blocks have no force."""
         number = np.where(part.present, np.cumsum(part.present) - 1, 0).astype(np.int32)
         layout = replace(self.layout, block=number[self.layout.block])
         dowels = replace(self.dowels, near=number[self.dowels.near], far=number[self.dowels.far])
         return replace(self, layout=layout, pairs=_pairs(layout, self.alive), dowels=dowels)
 
     def after(self, other: InstalledBolts) -> InstalledBolts:
-        """Return a copy with what another's accepted steps have left in it."""
+        """Return a copy with the state of another."""
         dowels = replace(self.dowels, rest=other.dowels.rest)
         return replace(self, rest=other.rest, yielded=other.yielded, anchor=other.anchor, dowels=dowels)
 
@@ -182,7 +182,7 @@ class InstalledBolts:
             dowels=self.dowels.evaluate(position, self.alive),
         )
 
-    def bearing(self, at: BoltEvaluation, tension: FloatArray, shear: FloatArray) -> BoltEvaluation:
+    def with_forces(self, at: BoltEvaluation, tension: FloatArray, shear: FloatArray) -> BoltEvaluation:
         """Return an evaluation with other tensions (n_elements,) and shear forces at crossings (k,) [N]."""
         return self._forces(
             len(at.forces),
@@ -204,7 +204,7 @@ class InstalledBolts:
         stretch = ((moved[first + 1] - moved[first]) * at.direction).sum(axis=1)
         sheared = self.dowels.strained(at.dowels, U, self.alive)
         tension = at.tension + couple(layout.node_start, coupling, stretch)
-        return replace(self.bearing(at, tension, sheared.force), dowels=sheared)
+        return replace(self.with_forces(at, tension, sheared.force), dowels=sheared)
 
     def _forces(self, n_blocks: int, dowels: DowelEvaluation, **found: FloatArray) -> BoltEvaluation:
         """Return the evaluation with what follows from tensions and shear: bond forces, and forces on the blocks."""

@@ -1,4 +1,4 @@
-"""Compiled passes over bolts in a moving frame: their forces on the blocks, and the tangent of these."""
+"""Kernels of bolts in the current geometry: forces on the blocks, and their tangent."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""In what state bolts are: which bear, which are at their limits, and which hold blocks together."""
+"""Status and utilisation of bolts, and the pairs of blocks that they connect."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.strength import MOST_UTILISATION
+from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.solve.bolts.chain import AT_LIMIT
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
@@ -17,7 +17,7 @@ RESISTS = 1e-9  # of an element's stiffness: what is left of it where its bond g
 
 
 def bolt_status(installed: InstalledBolts, at: BoltEvaluation) -> IntArray:
-    """Return the worst state along every bolt, (n_bolts,)."""
+    """Return the status of every bolt: the worst along it, (n_bolts,)."""
     layout, dowels = installed.layout, installed.dowels
     bolt = layout.bolt_of_element
     sheared, shear = bolt[dowels.element], np.abs(at.dowels.force)
@@ -27,24 +27,24 @@ def bolt_status(installed: InstalledBolts, at: BoltEvaluation) -> IntArray:
     state[layout.bolt_of_node[slipping(installed, at)]] = BoltStatus.SLIPPING
     state[bolt[installed.yielding(at)]] = BoltStatus.YIELDING
     state[sheared[shear >= dowels.strength * (1 - AT_LIMIT)]] = BoltStatus.YIELDING
-    working = np.diff(layout.node_start) == 1  # a bolt in one block is there, and bears nothing
+    working = np.diff(layout.node_start) == 1  # a bolt in one block is installed, without force
     working[bolt[installed.alive]] = True
     state[~working] = BoltStatus.ABSENT
     return state.astype(np.int8)
 
 
 def utilisation(installed: InstalledBolts, at: BoltEvaluation) -> FloatArray:
-    """Return the greatest of tension, bond force and shear over what each may be, (n_elements,)."""
+    """Return the largest of tension, bond force and shear over their limits, (n_elements,)."""
     layout, dowels, first = installed.layout, installed.dowels, installed.layout.first_node
     bond = np.divide(np.abs(at.bond_force), layout.capacity, out=np.zeros(len(layout.block)), where=layout.capacity > 0)
     used = np.maximum(at.tension, 0.0) / layout.yield_force[layout.bolt_of_element]
     used = np.maximum(used, np.maximum(bond[first], bond[first + 1]))
     used[dowels.element] = np.maximum(used[dowels.element], np.abs(at.dowels.force) / dowels.strength)
-    return np.minimum(used, MOST_UTILISATION)
+    return np.minimum(used, MAX_UTILISATION)
 
 
 def taut(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
-    """Return which elements bear more than what rounding of their length is worth, (n_elements,)."""
+    """Return which elements have a tension above the rounding of their length, (n_elements,)."""
     found: BoolArray = at.tension > ROUNDING * installed.stiffness * at.length
     return found
 
@@ -59,7 +59,7 @@ def slipping(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
 
 
 def holding_pairs(installed: InstalledBolts, at: BoltEvaluation) -> tuple[IntArray, IntArray]:
-    """Return the pairs of blocks between which a bolt pulls that would pull harder if they moved on."""
+    """Return the pairs of blocks connected by a bolt whose tension or shear rises with their separation."""
     layout, dowels = installed.layout, installed.dowels
     own = own_coupling(layout.node_start, installed.coupling(at))
     resists = taut(installed, at) & (own > RESISTS * installed.stiffness)

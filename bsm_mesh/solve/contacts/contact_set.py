@@ -1,4 +1,4 @@
-"""The contacts near a position: who faces whom, how stiff and strong, and with which history."""
+"""The contact set of a step: candidates near a position with stiffness, strength and history."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
-from bsm_mesh.solve.contacts.forces import TOUCHING, MovingContacts, rows_by_law
+from bsm_mesh.solve.contacts.forces import CONTACT_TOLERANCE, ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
 
 
@@ -23,32 +23,33 @@ def gather_contacts(
     band: float,
     *,
     first: bool,
-) -> MovingContacts:
-    """Return the contacts near a position with their history.
+) -> ContactSet:
+    """Return the contact candidates near a position with their history.
 
-    At the start (`first`) all touching contacts are intact, and small overlaps of the given geometry bear nothing.
-    Later ones have no cohesion, no tension and residual friction.
+    At the start (`first`) all contacts within tolerance are intact, and small overlaps of the given geometry carry no
+    pressure. Later ones have no cohesion, no tensile strength and residual friction.
     """
     placed = outlines.placed(position)
     found = detect_contacts(outlines, placed, history.active, band)
-    blocks, near = model.blocks, TOUCHING * outlines.size
+    blocks, near = model.blocks, CONTACT_TOLERANCE * outlines.size
     sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
-    touching = found.in_range & (found.gap <= near)
+    within_tolerance = found.in_range & (found.gap <= near)
     meeting = ~known & _meet_at_a_node(blocks, found, near)
-    touching &= ~meeting
-    fresh = ~known & touching
+    within_tolerance &= ~meeting
+    fresh = ~known & within_tolerance
     shear, failed = np.zeros(len(source)), np.full(len(source), not first)
     shear[known], failed[known] = history.shear[source[known]], history.failed[source[known]]
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset[known] = history.offset[source[known]]
-    touching |= known & found.in_range & (found.gap <= offset + near)  # in situ they bear at gap 0, and wide open too
+    # in situ, contacts are closed at gap 0, and with a large gap too
+    within_tolerance |= known & found.in_range & (found.gap <= offset + near)
     old_tangential, first_tangential = _anchors(history, found, fresh)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
-    return MovingContacts(
+    return ContactSet(
         outlines=outlines,
         candidates=found.contact_pairs,
         joint=properties.joint,
@@ -56,14 +57,14 @@ def gather_contacts(
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=properties.shear_stiffness * found.length,
-        tension=np.where(failed | ~(known | touching), 0.0, properties.tension * found.length),
+        tension=np.where(failed | ~(known | within_tolerance), 0.0, properties.tension * found.length),
         offset=offset,
         old_shear=shear,
         old_tangential=old_tangential,
         first_tangential=first_tangential,
         failed=failed,
-        reach=np.where(touching, band, 0.0),
-        touching=touching,
+        edge_overhang=np.where(within_tolerance, band, 0.0),
+        within_tolerance=within_tolerance,
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
@@ -72,7 +73,7 @@ def gather_contacts(
 
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return where along their edges contacts had their shear force, and where they first touched, (m,) each [m]."""
+    """Return the tangential coordinates of the shear force, and of first contact, (m,) each [m]."""
     same, heir = found.history >= 0, (found.history < 0) & (found.predecessor >= 0)
     anchor = np.where(fresh | heir, found.tangential, np.nan)
     first_tangential = anchor.copy()
@@ -82,9 +83,9 @@ def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[Flo
 
 
 def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:
-    """Return the gaps at which contacts without history bear nothing, (m,) [m].
+    """Return the gaps at zero pressure of contacts without history, (m,) [m].
 
-    `slid`: up to which length a face may just have slid onto another.
+    `slid`: up to this length a face counts as having just slid onto another.
     """
     offset = np.zeros(found.count)
     overlapping = fresh & (found.gap < 0)
@@ -99,7 +100,7 @@ def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: floa
 def _slid_on(found: Candidates, band: float) -> BoolArray:
     """Return which candidates are at the end of a face that has begun to slide onto another, (m,).
 
-    What lies behind them on the last face is pressed in as deep: they bear at once, or the block would sink on and on.
+    The last face behind them has the same penetration: they are closed at once, or the block would sink on and on.
     """
     from_end = np.minimum(np.abs(found.tangential), np.abs(found.tangential - found.edge_length))
     short: BoolArray = (found.parallel_edge >= 0) & (from_end < band) & (2 * found.length < band)
@@ -110,7 +111,7 @@ def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray
     """Return which candidates are corners of a mesh's node that touch another block's corner there, (m,).
 
     Blocks around a node that share no face touch in a point only. While they have not moved apart or together by
-    more than `near` that point bears nothing: it would stiffen a continuum of blocks that has only faces.
+    more than `near` that point carries no force: it would stiffen a continuum of blocks that has only faces.
     """
     node, start, end = blocks.nodes[found.corner], blocks.nodes[found.edge], blocks.nodes[blocks.following[found.edge]]
     at_start = (node == start) & (np.abs(found.tangential) <= near)

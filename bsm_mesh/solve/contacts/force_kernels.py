@@ -1,4 +1,4 @@
-"""Compiled passes over contacts in a moving frame: exact rotations, forces in the current geometry, their tangent.
+"""Kernels of contact forces in the current geometry: exact rotations, forces, tangent with geometric stiffness.
 
 A contact is a corner of block a, fixed to a, and an edge of block b, fixed to b. Pressure is positive; on b acts
 ``-pressure * n + shear * t``, on a its negative, at the corner.
@@ -22,7 +22,7 @@ def given_geometry(
     corners: FloatArray,
     directions: FloatArray,
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return the geometry of contacts where blocks were given, (m, 8) [m; -], as `relative_positions` takes it.
+    """Return the given geometry of contacts, (m, 8) [m; -], as `relative_positions` takes it.
 
     `centroid` (n, 2), `corners` (n_vertices, 2) and `directions` of their edges are as in `Outlines`.
     """
@@ -45,9 +45,9 @@ def relative_positions(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return gap and coordinate along the edge (m,), edge direction (m, 2), and both arms to the corner (m, 2).
 
-    Positions are movements from where blocks were given; rounding is then that of movements, not of coordinates.
-    `geometry` (m, 8) is that there, read in one stream (see `given_geometry`): from b's centroid to a's, from a's to
-    the corner, from b's to where the edge starts, and the edge's direction.
+    Positions are displacements from the given geometry; rounding is then that of displacements, not of coordinates.
+    `geometry` (m, 8) is read in one stream (see `given_geometry`): vectors from b's centroid to a's, from a's to the
+    corner, from b's to the start of the edge, and the edge's direction.
     """
     m = block_a.size
     gap, coordinate = np.empty(m), np.empty(m)
@@ -72,7 +72,7 @@ def relative_positions(
 
 
 @nb.njit(cache=True)
-def farthest_past(
+def max_relative_movement(
     block_a: IntArray, block_b: IntArray, movement: FloatArray, size: FloatArray
 ) -> float:  # pragma: no cover - compiled
     """Return how far blocks that have a contact move past each other, at most [m].
@@ -94,28 +94,28 @@ def pressures_and_trial_shears(
     tangential: FloatArray,
     offset: FloatArray,
     edge_length: FloatArray,
-    reach: FloatArray,
+    edge_overhang: FloatArray,
     normal_stiffness: FloatArray,
     shear_stiffness: FloatArray,
     tension: FloatArray,
     old_tangential: FloatArray,
     old_shear: FloatArray,
 ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:  # pragma: no cover - compiled
-    """Return pressure, shear force if they stuck, who bears, and whose corner is over the edge, (m,) each.
+    """Return pressure, trial shear, which contacts are closed, and which corners are over the edge, (m,) each.
 
-    Who bears nothing has no pressure; who is not anchored (`old_tangential` not a number), no shear.
+    Open contacts have no pressure; those without history (`old_tangential` not a number) no shear.
     """
     m = gap.size
     pressure, trial = np.empty(m), np.empty(m)
-    bearing, in_range = np.empty(m, np.bool_), np.empty(m, np.bool_)
+    closed, in_range = np.empty(m, np.bool_), np.empty(m, np.bool_)
     for k in range(m):
         pressing = -normal_stiffness[k] * (gap[k] - offset[k])
-        in_range[k] = (tangential[k] >= -reach[k]) & (tangential[k] <= edge_length[k] + reach[k])
-        bearing[k] = in_range[k] & (pressing >= -tension[k]) & ((pressing > 0.0) | (tension[k] > 0.0))
-        pressure[k] = pressing if bearing[k] else 0.0
+        in_range[k] = (tangential[k] >= -edge_overhang[k]) & (tangential[k] <= edge_length[k] + edge_overhang[k])
+        closed[k] = in_range[k] & (pressing >= -tension[k]) & ((pressing > 0.0) | (tension[k] > 0.0))
+        pressure[k] = pressing if closed[k] else 0.0
         moved = tangential[k] - old_tangential[k]
         trial[k] = 0.0 if np.isnan(moved) else old_shear[k] + shear_stiffness[k] * moved
-    return pressure, trial, bearing, in_range
+    return pressure, trial, closed, in_range
 
 
 @nb.njit(cache=True)

@@ -1,4 +1,4 @@
-"""Contacts of blocks in motion: their forces at a position by law, and the tangents of those."""
+"""Contact forces at a position by the exact laws, and their tangent."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ from bsm_mesh.solve.contacts.force_kernels import (
     relative_positions,
 )
 
-FULL = 1 - 1e-9  # of its strength: what a contact bears that slips
-AT_ONCE = 30_000  # contacts whose response is worked out in one go
-TOUCHING = 1e-3  # of the block size: a gap or overlap up to this is contact when two blocks meet
+FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping
+AT_ONCE = 30_000  # contacts whose response is evaluated in one go
+CONTACT_TOLERANCE = 1e-3  # over the block size: a gap or penetration up to this is contact when two blocks meet
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class MovingContacts:
-    """Candidates of a step with everything that their forces depend on; constant within the step."""
+class ContactSet:
+    """The contact candidates of a step with all that their forces depend on; constant within the step."""
 
     outlines: Outlines  # of all blocks
     candidates: ContactPairs
     joint: IntArray  # (m,) number in ``model.joints``; -1: unjointed rock
     law: IntArray  # (m,) number in `JointCatalogue.laws`
-    geometry: FloatArray  # (m, 8) where the blocks were given, as in `given_geometry`
+    geometry: FloatArray  # (m, 8) of the given geometry, as in `given_geometry`
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
-    offset: FloatArray
+    offset: FloatArray  # gap at zero pressure
     old_shear: FloatArray
-    old_tangential: FloatArray  # nan: no shear until the contact is anchored by an accepted step
-    first_tangential: FloatArray  # nan: not touched yet
+    old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
+    first_tangential: FloatArray  # nan: not closed yet
     failed: BoolArray
-    reach: FloatArray  # (m,) how far past the edge's ends the contact still bears, within this step
-    touching: BoolArray
-    opposing: IntArray  # (k,) candidates that have a rival
-    entering: IntArray  # (l,) candidates whose corner has an edge that leads into the other block
+    edge_overhang: FloatArray  # (m,) how far beyond the edge's ends the contact may still be closed in this step
+    within_tolerance: BoolArray
+    opposing: IntArray  # (k,) corner-corner candidates that have an opposing one
+    entering: IntArray  # (l,) candidates whose corner has an edge that enters the other block
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
-    by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law that is in use, and its rows
+    by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
     def count(self) -> int:
@@ -65,10 +65,10 @@ class MovingContacts:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Evaluation:
-    """Contact forces at a position and their derivatives; evaluating changes nothing.
+    """Contact forces at a position and their derivatives; evaluating changes no state.
 
-    Several are kept while a step is solved. So edge directions and arms, half of what there is, are not: `frames` works
-    them out again where a tangent is made, in a hundredth of the time of its factorization.
+    Several are kept while a step is solved. Edge directions and arms, half of the memory, are not among them: `frames`
+    evaluates them again for a tangent, in a hundredth of the time of its factorization.
     """
 
     position: FloatArray
@@ -76,45 +76,45 @@ class Evaluation:
     tangential: FloatArray
     pressure: FloatArray
     shear: FloatArray
-    bearing: BoolArray
+    closed: BoolArray
     sticking: BoolArray
     strength: FloatArray
-    by_pressure: FloatArray
+    dshear_dpressure: FloatArray
     failed: BoolArray
     forces: FloatArray
 
     @property
     def at_strength(self) -> BoolArray:
-        """Which contacts bear all the shear they can, (m,): they slip, or would under the least more."""
-        full: BoolArray = self.bearing & ~(self.sticking & (np.abs(self.shear) < FULL * self.strength))
+        """Which contacts carry their full shear strength, (m,): they slip, or are about to."""
+        full: BoolArray = self.closed & ~(self.sticking & (np.abs(self.shear) < FULL * self.strength))
         return full
 
 
 def turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
-    """Return vectors (k, 2) turned by angles (k,) [rad]."""
+    """Return vectors (k, 2) rotated by angles (k,) [rad]."""
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y = vectors.T
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
 def evaluate(
-    contacts: MovingContacts,
+    contacts: ContactSet,
     laws: tuple[JointLaw, ...],
     position: FloatArray,
-    friction_pressure: FloatArray | None = None,
+    frozen_pressure: FloatArray | None = None,
 ) -> Evaluation:
-    """Return the contact forces on the blocks at a position (n, 3) and all that the tangent needs.
+    """Return the contact forces on the blocks at a position (n, 3) and their derivatives.
 
-    Where `friction_pressure` (m,) is given, shear strengths are those at that pressure, whatever a contact bears.
+    With `frozen_pressure` (m,) shear strengths are those at that pressure (frozen friction).
     """
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
-    pressure, trial, bearing, in_range = pressures_and_trial_shears(
+    pressure, trial, closed, in_range = pressures_and_trial_shears(
         gap,
         tangential,
         contacts.offset,
         c.edge_length,
-        contacts.reach,
+        contacts.edge_overhang,
         contacts.normal_stiffness,
         contacts.shear_stiffness,
         contacts.tension,
@@ -122,13 +122,13 @@ def evaluate(
         contacts.old_shear,
     )
     if len(contacts.opposing) or len(contacts.entering):
-        bearing &= may_bear(contacts, position, gap, frames[0])
-        pressure[~bearing] = 0.0
-    if friction_pressure is None:
-        answer = respond(contacts, laws, pressure, trial, bearing)
+        closed &= resolve_corner_corner(contacts, position, gap, frames[0])
+        pressure[~closed] = 0.0
+    if frozen_pressure is None:
+        answer = respond(contacts, laws, pressure, trial, closed)
     else:
-        rubbing = in_range & (friction_pressure > 0)
-        answer = respond(contacts, laws, friction_pressure, trial, rubbing)
+        in_friction = in_range & (frozen_pressure > 0)
+        answer = respond(contacts, laws, frozen_pressure, trial, in_friction)
         answer = replace(answer, by_pressure=np.zeros_like(gap))
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, answer.shear, forces)
@@ -138,29 +138,29 @@ def evaluate(
         tangential=tangential,
         pressure=pressure,
         shear=answer.shear,
-        bearing=bearing,
+        closed=closed,
         sticking=answer.sticking & ~np.isnan(contacts.old_tangential),
         strength=answer.strength,
-        by_pressure=answer.by_pressure,
+        dshear_dpressure=answer.by_pressure,
         failed=answer.failed,
         forces=forces,
     )
 
 
 def respond(
-    contacts: MovingContacts,
+    contacts: ContactSet,
     laws: tuple[JointLaw, ...],
     pressure: FloatArray,
     trial: FloatArray,
-    rubbing: BoolArray | None = None,
+    in_friction: BoolArray | None = None,
 ) -> JointResponse:
     """Return every contact's response by its own law to pressures and trial shears (m,).
 
-    Contacts that do not rub (m,) bear no shear. Some are asked at a time: what laws work out on the way so stays in the
-    processor's cache.
+    Contacts that are not `in_friction` (m,) carry no shear. They are evaluated some at a time, so that temporary arrays
+    stay in the processor's cache.
     """
     pieces = [(laws[law], k) for law, rows in contacts.by_law for k in _pieces(rows, contacts.count)]
-    answers = (_answer(contacts, law, k, pressure, trial, rubbing) for law, k in pieces)
+    answers = (_answer(contacts, law, k, pressure, trial, in_friction) for law, k in pieces)
     if len(pieces) == 1:
         return next(answers)
     whole = {
@@ -174,20 +174,20 @@ def respond(
 
 
 def _answer(
-    contacts: MovingContacts,
+    contacts: ContactSet,
     law: JointLaw,
     k: IntArray | slice,
     pressure: FloatArray,
     trial: FloatArray,
-    rubbing: BoolArray | None,
+    in_friction: BoolArray | None,
 ) -> JointResponse:
-    """Return the response of the rows k by a law; the rest as `respond` takes it."""
+    """Return the response of the rows k by a law; other arguments as in `respond`."""
     length, failed = contacts.candidates.length[k], contacts.failed[k]
-    if rubbing is None:
+    if in_friction is None:
         return law.respond(pressure[k], trial[k], length, failed)
-    rubs = rubbing[k]
-    answer = law.respond(np.where(rubs, pressure[k], 0.0), np.where(rubs, trial[k], 0.0), length, failed)
-    return replace(answer, strength=np.where(rubs, answer.strength, 0.0), sticking=answer.sticking & rubs)
+    active = in_friction[k]
+    answer = law.respond(np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), length, failed)
+    return replace(answer, strength=np.where(active, answer.strength, 0.0), sticking=answer.sticking & active)
 
 
 def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
@@ -197,8 +197,8 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
     return (slice(k, k + AT_ONCE) for k in range(0, count, AT_ONCE))
 
 
-def slipping(contacts: MovingContacts, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
-    """Return the response where every contact slips at pressures (m,): its strength, and whether it fails by that."""
+def slipping(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
+    """Return the response with every contact slipping at pressures (m,): its strength, and whether it fails."""
     return respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
 
 
@@ -210,23 +210,29 @@ def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
     return tuple((int(number), np.flatnonzero(law == number)) for number in used)
 
 
-def may_bear(contacts: MovingContacts, position: FloatArray, gap: FloatArray, tangent: FloatArray) -> BoolArray:
-    """Return which candidates may bear at a position, (m,): of two ways out of a corner the nearer, and no way back."""
+def resolve_corner_corner(
+    contacts: ContactSet, position: FloatArray, gap: FloatArray, tangent: FloatArray
+) -> BoolArray:
+    """Return which candidates may be closed at a position, (m,).
+
+    Of two opposing corner-corner candidates keep the one with the smaller penetration; of a corner with an entering
+    edge none, until the blocks have rotated.
+    """
     allowed = np.ones(contacts.count, dtype=bool)
-    allowed[contacts.opposing] = _nearer_way_out(contacts.candidates, contacts.opposing, gap)
-    allowed[contacts.entering] &= _turned_away(contacts, position, tangent)
+    allowed[contacts.opposing] = _smaller_penetration(contacts.candidates, contacts.opposing, gap)
+    allowed[contacts.entering] &= _no_longer_entering(contacts, position, tangent)
     return allowed
 
 
-def _nearer_way_out(candidates: ContactPairs, rows: IntArray, gap: FloatArray) -> BoolArray:
-    """Return which of the rows that have a rival have more gap than it, (k,); of equal ones the first."""
+def _smaller_penetration(candidates: ContactPairs, rows: IntArray, gap: FloatArray) -> BoolArray:
+    """Return which rows have a smaller penetration than their opposing candidate, (k,); of equal ones the first."""
     other = candidates.opposing_candidate[rows]
-    nearer: BoolArray = (gap[rows] > gap[other]) | ((gap[rows] == gap[other]) & (rows < other))
-    return nearer
+    kept: BoolArray = (gap[rows] > gap[other]) | ((gap[rows] == gap[other]) & (rows < other))
+    return kept
 
 
-def _turned_away(contacts: MovingContacts, position: FloatArray, tangent: FloatArray) -> BoolArray:
-    """Return which of the leaning rows have no edge any more that leads into the other block, (l,)."""
+def _no_longer_entering(contacts: ContactSet, position: FloatArray, tangent: FloatArray) -> BoolArray:
+    """Return which rows with an entering edge have none any more after the rotations, (l,)."""
     edge = turned(contacts.entering_direction, position[contacts.candidates.block_a[contacts.entering], 2])
     t = tangent[contacts.entering]
     away: BoolArray = edge[:, 1] * t[:, 0] - edge[:, 0] * t[:, 1] <= RULES.entrance
@@ -234,34 +240,33 @@ def _turned_away(contacts: MovingContacts, position: FloatArray, tangent: FloatA
 
 
 def tangent_stiffness(
-    contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int, softness: float = 0.0
+    contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, regularization: float = 0.0
 ) -> FloatArray:
-    """Return the blocks of the tangent.
+    """Return the 3 x 3 blocks of the contacts' tangent, regularised.
 
-    Of their stiffness, `softness` is left to open contacts, and in shear to slipping ones. The forces out of balance
-    stay exact. Where thousands of contacts change, the exact tangent lets blocks that bear on little fly off; held
-    softly, more of a correction holds.
+    A part `regularization` of their stiffness is left to open contacts, and in shear to slipping ones; the residual
+    stays exact. Where thousands of contacts change, the exact tangent is nearly singular for blocks with few closed
+    contacts, and corrections have to be shortened.
     """
     anchored = ~np.isnan(contacts.old_tangential)
-    normal = np.where(at.bearing, 1.0, softness * contacts.touching) * contacts.normal_stiffness
-    slip_soft = (at.bearing | contacts.touching) & anchored
-    shear = np.where(at.sticking, 1.0, softness * slip_soft) * contacts.shear_stiffness
-    by_gap = -at.by_pressure * contacts.normal_stiffness * at.bearing
+    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * contacts.normal_stiffness
+    may_slip = (at.closed | contacts.within_tolerance) & anchored
+    shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
+    by_gap = -at.dshear_dpressure * contacts.normal_stiffness * at.closed
     frames = contacts.frames(at.position)
     data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear)
     return data
 
 
-def first_tangent(contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
-    """Return the tangent with every touching contact closed and sticking: where a step from rest begins."""
-    closed = replace(at, bearing=contacts.touching, sticking=contacts.touching, by_pressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, closed, places, n_places)
+def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
+    """Return the elastic tangent of a step from rest: every contact within tolerance closed and sticking."""
+    all_closed, none = contacts.within_tolerance, np.zeros_like(at.gap)
+    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none)
+    return tangent_stiffness(contacts, elastic, places, n_places)
 
 
-def elastic_tangent(
-    contacts: MovingContacts, at: Evaluation, places: IntArray, n_places: int, size: float
-) -> FloatArray:
-    """Return the stiffest tangent there can be: every contact that bears or nearly touches closed and sticking."""
-    near = contacts.touching & (at.gap <= TOUCHING * size)
-    closed = replace(at, bearing=at.bearing | near, sticking=at.bearing | near, by_pressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, closed, places, n_places)
+def elastic_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, size: float) -> FloatArray:
+    """Return the stiffest possible tangent: every contact that is closed or within tolerance closed and sticking."""
+    near = contacts.within_tolerance & (at.gap <= CONTACT_TOLERANCE * size)
+    elastic = replace(at, closed=at.closed | near, sticking=at.closed | near, dshear_dpressure=np.zeros_like(at.gap))
+    return tangent_stiffness(contacts, elastic, places, n_places)

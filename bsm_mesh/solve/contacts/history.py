@@ -1,4 +1,4 @@
-"""What contacts remember of accepted steps: committed by a step, or recalled from before it."""
+"""Contact history: state variables of the contacts, committed by an accepted step or restored from before it."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.search import ActiveContacts
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 
-IDLE = 1e-6  # of the block size: an intact contact open by less has not been parted
+IDLE = 1e-6  # over the block size: an intact contact open by less has not separated
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class History:
-    """What contacts that bear force carry from step to step.
+    """State variables of the contacts that continue from step to step.
 
     Attributes
     ----------
     active : ActiveContacts
-        Who they are and where, sorted by pair.
+        Their pairs and positions, sorted by pair.
     shear : (k,) float64 [N/m]
         Shear force.
     tangential : (k,) float64 [m]
-        Coordinate along the edge at which it had that shear force.
+        Tangential coordinate of that shear force.
     first_tangential : (k,) float64 [m]
-        Coordinate at which it first touched.
+        Tangential coordinate at first contact.
     offset : (k,) float64 [m]
-        Gap at which the contact bears nothing.
+        Gap at zero pressure.
     failed : (k,) bool
         Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
     """
@@ -54,10 +54,10 @@ class History:
         )
 
 
-def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:
-    """Return what the accepted step leaves, and how many contacts changed their state for good.
+def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:
+    """Return the history after an accepted step, and the number of contacts that failed in it.
 
-    Intact contacts of the start that touch without bearing anything are kept too: they have not lost their strength.
+    Intact contacts of the start that touch without force are kept too: they have not lost their strength.
     """
     kept = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept].sum())
@@ -67,14 +67,14 @@ def commit(contacts: MovingContacts, at: Evaluation, position: FloatArray, size:
         shear=at.shear[kept],
         tangential=at.tangential[kept],
         first_tangential=first_tangential[kept],
-        offset=np.where(_still_inside(contacts, at), at.gap, contacts.offset)[kept],
+        offset=np.where(_still_overlapping(contacts, at), at.gap, contacts.offset)[kept],
         failed=at.failed[kept],
     )
     return history, changed
 
 
-def recall(again: MovingContacts, before: MovingContacts, at: Evaluation, size: float) -> MovingContacts:
-    """Return contacts gathered from a commit that is taken back, with what those that stay remembered before it."""
+def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size: float) -> ContactSet:
+    """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[again.candidates.history[stay]]
     names = ("old_shear", "old_tangential", "first_tangential", "failed")
@@ -84,22 +84,22 @@ def recall(again: MovingContacts, before: MovingContacts, at: Evaluation, size: 
     return replace(again, **memory)
 
 
-def _kept(contacts: MovingContacts, at: Evaluation, size: float) -> IntArray:
-    broken = (contacts.tension > 0) & ~at.bearing
-    idle = contacts.touching & ~at.failed & (at.gap <= IDLE * size) & ~broken
-    return np.flatnonzero(at.bearing | idle | _still_inside(contacts, at))
+def _kept(contacts: ContactSet, at: Evaluation, size: float) -> IntArray:
+    broken = (contacts.tension > 0) & ~at.closed
+    idle = contacts.within_tolerance & ~at.failed & (at.gap <= IDLE * size) & ~broken
+    return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at))
 
 
-def _still_inside(contacts: MovingContacts, at: Evaluation) -> BoolArray:
-    """Return which contacts were let in deep and bear nothing now, but have not come out, (m,).
+def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:
+    """Return which contacts started with a penetration and are open now, but still overlap, (m,).
 
-    Forgotten, they could not start anew: it would be too deep.
+    Without history they could not start again: their penetration would be too large.
     """
-    inside: BoolArray = (contacts.candidates.history >= 0) & contacts.failed & ~at.bearing & (at.gap < 0)
-    return inside & (contacts.offset < 0) & contacts.touching
+    inside: BoolArray = (contacts.candidates.history >= 0) & contacts.failed & ~at.closed & (at.gap < 0)
+    return inside & (contacts.offset < 0) & contacts.within_tolerance
 
 
-def _active(contacts: MovingContacts, at: Evaluation, position: FloatArray, kept: IntArray) -> ActiveContacts:
+def _active(contacts: ContactSet, at: Evaluation, position: FloatArray, kept: IntArray) -> ActiveContacts:
     c = contacts.candidates
     tangent, arm_a = (vectors[kept] for vectors in contacts.frames(at.position)[:2])
     return ActiveContacts(

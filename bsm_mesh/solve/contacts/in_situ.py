@@ -66,14 +66,14 @@ def _at_second_end(model: Model, bars: Bars, on_edge: IntArray) -> BoolArray:
 def beyond_strength(
     point: FloatArray, pressure: FloatArray, shear: FloatArray, peak: FloatArray, tension: FloatArray
 ) -> tuple[str, ...]:
-    """Return a sentence if contacts of the in-situ field bear more than their strength; nothing if none does.
+    """Return a sentence if forces of the in-situ field exceed the strength of contacts; nothing if none does.
 
     Parameters
     ----------
     point : (m, 2) float64 [m]
         Where the contacts are.
     pressure, shear : (m,) float64 [N/m]
-        What they bear, compression positive.
+        Their forces, compression positive.
     peak, tension : (m,) float64 [N/m]
         Their strength in shear at that pressure, and in tension.
     """
@@ -88,5 +88,5 @@ def beyond_strength(
     return (
         f"the in-situ field is beyond the strength of {beyond.size} of {len(pressure)} contacts ({int(slips.sum())} in "
         f"shear, {int(parts.sum())} in tension; the worst at {place(point[worst])}): "
-        "the joints cannot bear this k0 or stress",
+        "the joints cannot carry this k0 or stress",
     )

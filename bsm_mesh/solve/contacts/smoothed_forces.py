@@ -1,8 +1,8 @@
-"""Contacts whose laws are rounded off by a smoothing: their forces at a position, and the tangents of those.
+"""Contact forces at a position by smoothed laws, and their tangent.
 
-The laws have a corner where a contact opens and another where it slips. Rounded off, every contact bears a little, the
-forces follow smoothly from the position, and thousands of contacts may change their minds between two positions
-without Newton's method going round in circles (Chen and Mangasarian 1996, smoothing functions for complementarity).
+The exact laws have a kink at opening and another at slip. Smoothed by mu, every contact carries a little pressure,
+forces are differentiable, and thousands of contacts may change state between two positions without cycling of Newton's
+method (Chen and Mangasarian 1996, smoothing functions for complementarity).
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.contacts.force_kernels import add_moving_forces, fill_tangent
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, may_bear, slipping
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.smoothed_kernels import smooth_pressures, smooth_shears
 
-LEAST_STIFFNESS = 1e-3  # of its own, in the tangent: what a touching contact keeps, or blocks that bear nothing fly off
-BEARING = 1e-6  # of the mean weight: less is rounding where blocks have not moved yet
+MIN_STIFFNESS = 1e-3  # of its own, kept in the tangent by a contact within tolerance: unloaded blocks would fly off
+MIN_PRESSURE = 1e-6  # over the mean weight: less is rounding before any movement
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -28,46 +28,44 @@ class Smoothed(Evaluation):
     rates: FloatArray
 
 
-def typical_smoothing(contacts: MovingContacts, elastic: FloatArray, weight: float) -> float:
-    """Return the median of pressure squared over stiffness at a position: what to begin with [N].
+def typical_mu(contacts: ContactSet, elastic: FloatArray, weight: float) -> float:
+    """Return the median of pressure squared over stiffness at a position: the scale of mu [N].
 
     Parameters
     ----------
     contacts : MovingContacts
         The contacts.
     elastic : (n, 3) float64
-        A position at which pressures have about the size that they have at the solution.
+        A position at which pressures have about the size of those at the solution.
     weight : float [N/m]
-        The mean weight: what counts where no contact bears.
+        The mean weight, used where no contact is closed.
     """
     stiffness = contacts.normal_stiffness
     pressure = stiffness * np.maximum(contacts.offset - contacts.relative_positions(elastic)[0], 0.0)
-    pressing = pressure > BEARING * weight
+    pressing = pressure > MIN_PRESSURE * weight
     if pressing.any():
         return float(np.median(pressure[pressing] ** 2 / stiffness[pressing]))
     return weight**2 / float(np.median(stiffness)) if contacts.count else 1.0
 
 
-def evaluate_smoothed(
-    contacts: MovingContacts, laws: tuple[JointLaw, ...], position: FloatArray, smoothing: float
-) -> Smoothed:
-    """Return the contact forces on the blocks at a position (n, 3) by laws with a smoothing [N].
+def evaluate_smoothed(contacts: ContactSet, laws: tuple[JointLaw, ...], position: FloatArray, mu: float) -> Smoothed:
+    """Return the contact forces on the blocks at a position (n, 3) by laws smoothed by mu [N].
 
-    Contacts do not break: who would have opened or slipped in the end does so when the laws are exact again.
+    No contact fails: those that open or slip in the end do so by the exact laws.
     """
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
     normal, shearing, tension = contacts.normal_stiffness, contacts.shear_stiffness, contacts.tension
-    pressure, bearing = smooth_pressures(
-        gap, tangential, contacts.offset, c.edge_length, contacts.reach, normal, tension, smoothing
+    pressure, closed = smooth_pressures(
+        gap, tangential, contacts.offset, c.edge_length, contacts.edge_overhang, normal, tension, mu
     )
     if len(contacts.opposing) or len(contacts.entering):
-        bearing &= may_bear(contacts, position, gap, frames[0])
-    pressure[~bearing] = 0.0
+        closed &= resolve_corner_corner(contacts, position, gap, frames[0])
+    pressure[~closed] = 0.0
     answer = slipping(contacts, laws, pressure)
     trial = contacts.old_shear + shearing * (tangential - contacts.old_tangential)
     shear, rates = smooth_shears(
-        bearing, pressure, trial, answer.strength, answer.by_pressure, normal, shearing, tension, smoothing
+        closed, pressure, trial, answer.strength, answer.by_pressure, normal, shearing, tension, mu
     )
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, shear, forces)
@@ -77,19 +75,19 @@ def evaluate_smoothed(
         tangential=tangential,
         pressure=pressure,
         shear=shear,
-        bearing=bearing,
-        sticking=bearing & (np.abs(shear) < answer.strength),
+        closed=closed,
+        sticking=closed & (np.abs(shear) < answer.strength),
         strength=answer.strength,
-        by_pressure=answer.by_pressure,
+        dshear_dpressure=answer.by_pressure,
         failed=contacts.failed,
         forces=forces,
         rates=rates,
     )
 
 
-def smoothed_tangent(contacts: MovingContacts, at: Smoothed, places: IntArray, n_places: int) -> FloatArray:
-    """Return the blocks of the tangent, every touching contact with a little of its stiffness at least."""
-    least = LEAST_STIFFNESS * contacts.touching
+def smoothed_tangent(contacts: ContactSet, at: Smoothed, places: IntArray, n_places: int) -> FloatArray:
+    """Return the 3 x 3 blocks of the tangent, with a minimum stiffness of every contact within tolerance."""
+    least = MIN_STIFFNESS * contacts.within_tolerance
     normal = np.maximum(at.rates[0], least * contacts.normal_stiffness)
     anchored = ~np.isnan(contacts.old_tangential)
     shear = np.maximum(at.rates[2], least * anchored * contacts.shear_stiffness)
@@ -98,8 +96,8 @@ def smoothed_tangent(contacts: MovingContacts, at: Smoothed, places: IntArray, n
     return data
 
 
-def drift(contacts: MovingContacts, at: Smoothed, change: float) -> FloatArray:
-    """Return by what the forces on the blocks change with the smoothing, to first order, (n, 3)."""
+def dforces_dmu(contacts: ContactSet, at: Smoothed, change: float) -> FloatArray:
+    """Return the first-order change of the forces on the blocks with a change of mu, (n, 3)."""
     c, forces = contacts.candidates, np.zeros_like(at.forces)
     pressure, shear = change * at.rates[3], change * at.rates[4]
     add_moving_forces(c.block_a, c.block_b, *contacts.frames(at.position), pressure, shear, forces)

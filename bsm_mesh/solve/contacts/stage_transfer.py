@@ -1,4 +1,4 @@
-"""What contacts of moving blocks carry into the first stage from the in-situ field, and from stage to stage."""
+"""Transfer of contact history: from the in-situ field to the first stage, and from stage to stage."""
 
 from __future__ import annotations
 
@@ -10,46 +10,47 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.search import ActiveContacts, Outlines, key_of, numbers_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.parts import Part
 from bsm_mesh.model.stress_field import StressField
+from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, evaluate
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.in_situ import beyond_strength
 
-BAND = 0.075  # of the block size: how near contacts are looked for; only those that touch are set
+BAND = 0.075  # of the contact search, over the block size; only contacts within tolerance are set
 
 
 def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
-    """Return contacts that bear the in-situ field where the blocks were given, and what there is to say about it.
+    """Return contacts with the forces of the in-situ field in the given geometry, and notes on it.
 
-    A contact's closure under the field is taken as having happened before: its offset is what the field's pressure
-    would close it by.
+    The closure of a contact under the field is taken as past: its offset is the closure by the field's pressure.
     """
     outlines, catalogue, position, found = _as_given(model)
     normal, shear = _field_forces(model, found)
     at = evaluate(found, catalogue.laws, position)
-    history = _history(found, at, position, np.flatnonzero(found.touching), normal, shear)
+    history = _history(found, at, position, np.flatnonzero(found.within_tolerance), normal, shear)
     set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=True)
     at = evaluate(set_up, catalogue.laws, position)
     point = outlines.placed(position)[set_up.candidates.block_a, :2] + set_up.frames(position)[1]
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
-    touching = set_up.touching
-    peak = np.where(at.bearing, at.strength, np.inf)  # what tension parts is told as that
+    within_tolerance = set_up.within_tolerance
+    peak = np.where(at.closed, at.strength, np.inf)  # tension beyond the strength is reported as such
     rows = (point, pressure, set_up.old_shear, peak, set_up.tension)
-    return history, beyond_strength(*(values[touching] for values in rows))
+    return history, beyond_strength(*(values[within_tolerance] for values in rows))
 
 
-def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArray, moved: FloatArray) -> History:
-    """Return a history to which the contacts of blocks that come (n,) with those there (n,) are added, bearing nothing.
+def with_filled_blocks(
+    history: History, model: Model, comes: BoolArray, there: BoolArray, moved: FloatArray
+) -> History:
+    """Return a history with the contacts of filled blocks (n,) to those present (n,) added, without force.
 
-    They touch where they did when all blocks were given, whatever the others have moved by since. As all contacts that
-    arise later they have no cohesion and no tension; only faces of unlimited strength hold as before.
+    They are closed as in the given geometry, whatever the others have moved by since. As all contacts that arise later
+    they have no cohesion and no tensile strength; only faces of unlimited strength keep it.
     """
     _, catalogue, _, found = _as_given(model)
     c = found.candidates
     new = (comes[c.block_a] & there[c.block_b]) | (comes[c.block_b] & there[c.block_a])
-    chosen = np.flatnonzero(found.touching & new)
+    chosen = np.flatnonzero(found.within_tolerance & new)
     at = evaluate(found, catalogue.laws, moved)
     nothing = np.zeros(found.count)
     parts = (
@@ -66,12 +67,12 @@ def with_filled(history: History, model: Model, comes: BoolArray, there: BoolArr
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
     names = ("shear", "tangential", "first_tangential", "offset", "failed")
-    joined = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
-    return _rows(joined, np.argsort(pair, kind="stable"), pair, key)
+    concatenate = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
+    return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
 
 
-def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, MovingContacts]:
-    """Return outlines, laws, positions and contacts of the blocks as they were given."""
+def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, ContactSet]:
+    """Return outlines, laws, positions and contacts of the given geometry."""
     blocks = model.blocks
     outlines, catalogue = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool)), JointCatalogue(model)
     position = np.zeros((blocks.count, 3))
@@ -80,10 +81,10 @@ def _as_given(model: Model) -> tuple[Outlines, JointCatalogue, FloatArray, Movin
     return outlines, catalogue, position, found
 
 
-def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, FloatArray]:
-    """Return normal and shear force of the touching contacts on faces from the field, (m,) each; zero for others."""
+def _field_forces(model: Model, found: ContactSet) -> tuple[FloatArray, FloatArray]:
+    """Return normal and shear force of the closed contacts on faces from the field, (m,) each; zero for others."""
     blocks, c = model.blocks, found.candidates
-    on_face = np.flatnonzero(found.touching & (c.parallel_edge >= 0))
+    on_face = np.flatnonzero(found.within_tolerance & (c.parallel_edge >= 0))
     corner, edge, other = c.corner[on_face], c.edge[on_face], c.parallel_edge[on_face]
     along = blocks.edge_vectors
     unit = along[other] / np.hypot(*along[other].T)[:, None]
@@ -102,14 +103,14 @@ def _field_forces(model: Model, found: MovingContacts) -> tuple[FloatArray, Floa
 
 
 def _history(
-    found: MovingContacts,
+    found: ContactSet,
     at: Evaluation,
     position: FloatArray,
     kept: IntArray,
     normal: FloatArray,
     shear: FloatArray,
 ) -> History:
-    """Return the memory of some contacts that bear given forces, (m,) each, where the blocks are now."""
+    """Return the history of some contacts with given forces, (m,) each, at the current position."""
     c = found.candidates
     tangent, arm_a = (vectors[kept] for vectors in found.frames(at.position)[:2])
     return History(
@@ -134,7 +135,7 @@ def between(history: History, stays: BoolArray) -> History:
     return _rows(history, np.flatnonzero(stays[low] & stays[high]), history.active.pair, history.active.key)
 
 
-def in_part(history: History, part: Part) -> History:
+def in_part(history: History, part: SubModel) -> History:
     """Return a history of the whole in the numbers of a part; its blocks must be in the part."""
     if part.present.all():
         return history
@@ -144,7 +145,7 @@ def in_part(history: History, part: Part) -> History:
     return _rows(history, np.arange(len(pair)), key_of(low, high), key_of(corner, edge))
 
 
-def in_whole(history: History, part: Part) -> History:
+def in_whole(history: History, part: SubModel) -> History:
     """Return a history of a part in the numbers of the whole."""
     if part.present.all():
         return history

@@ -1,24 +1,25 @@
-"""How much a step after an excavation may leave out of balance.
+"""Acceptance of a step after an excavation with a residual of few blocks.
 
-Few blocks move then, and the others need not be solved again for what those lack: the steps to come take it up.
+Few blocks move then, and the others need not be solved again: the residual is left to the following steps.
 """
 
 from __future__ import annotations
 
 from bsm_mesh.solve.methods.regularized_newton import WORTHWHILE
-from bsm_mesh.solve.step.equations import SCATTERED, Balance, Step
+from bsm_mesh.solve.step.equations import LOCALIZED_RMS, Residual, Step
 
-FEW_MOVE = 1e-2  # root mean square out of balance [weights] of which few blocks that move are the cause
-UNPOLISHED = 1.0  # greatest out of balance [weights] with which a moving step may end
-LONG, SHORTENED = 0.1, 1.0  # the same where blocks jam [reference weights], and in a step that failed and was shortened
-JAMMED = 1.0  # greatest out of balance at a step's start [weights], more than which no free block lacks: so blocks jam
+FEW_MOVE = 1e-2  # rms residual over the weight, of which few moving blocks are the cause
+MAX_RESIDUAL_MOVING = 1.0  # maximum norm over the weight with which a moving step may end
+MAX_RESIDUAL_INTERLOCKED = 0.1  # the same of interlocked blocks, over the reference weight
+MAX_RESIDUAL_RETRIED = 1.0  # the same in a step that failed and was shortened
+INTERLOCKED = 1.0  # maximum norm over the weight at a step's start, beyond that of a free block: blocks interlock
 
 
-class Leftover:
-    """What a step may leave, by what was out of balance where it began.
+class Acceptance:
+    """Acceptance of a residual at the end of a step, depending on that at its start.
 
-    Blocks that jam lack many weights, and what they may lack is measured by the force that contacts bear. But jammed
-    blocks that hardly come nearer to balance would stay where they are, however many such steps are taken.
+    The residual of interlocked blocks is many weights, and its limit is relative to the contact forces. But where it
+    hardly falls, blocks would stay where they are, however many such steps are taken.
 
     Parameters
     ----------
@@ -27,16 +28,16 @@ class Leftover:
     """
 
     def __init__(self, step: Step) -> None:
-        before = step.balance_at(step.start)
-        self._step, self._before = step, before.norm
-        self._weights = step.moving.stressed if before.greatest > JAMMED else 1.0
+        before = step.residual_at(step.start)
+        self._step, self._before = step, before.l2_norm
+        self._weights = step.system.residual_scale if before.max_norm > INTERLOCKED else 1.0
 
-    def is_of_few(self, here: Balance) -> bool:
-        """Return whether few blocks are the cause of what is out of balance."""
-        return self._step.is_scattered(here, SCATTERED * self._weights)
+    def is_localized(self, here: Residual) -> bool:
+        """Return whether few blocks are the cause of the residual."""
+        return self._step.is_localized(here, LOCALIZED_RMS * self._weights)
 
-    def is_little(self, here: Balance, *, shortened: bool = False) -> bool:
-        """Return whether the step may end with it; `shortened`: after it failed, when other ways leave as much."""
-        weights = 1.0 if here.norm > WORTHWHILE * self._before else self._weights
-        greatest = max(UNPOLISHED, (SHORTENED if shortened else LONG) * weights)
-        return self._step.is_scattered(here, FEW_MOVE * weights) and here.greatest < greatest
+    def accepts(self, here: Residual, *, shortened: bool = False) -> bool:
+        """Return whether the step may end with a residual; `shortened`: after a failed attempt."""
+        weights = 1.0 if here.l2_norm > WORTHWHILE * self._before else self._weights
+        greatest = max(MAX_RESIDUAL_MOVING, (MAX_RESIDUAL_RETRIED if shortened else MAX_RESIDUAL_INTERLOCKED) * weights)
+        return self._step.is_localized(here, FEW_MOVE * weights) and here.max_norm < greatest

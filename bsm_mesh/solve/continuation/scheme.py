@@ -1,4 +1,4 @@
-"""The schemes ``continuation`` and ``wang``: large displacement, joints that slip and open; results where it ends."""
+"""The schemes ``continuation`` and ``wang`` over stages: large displacement, joints that slip and open."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.compiled import is_compiled
 from bsm_mesh.contact.search import corner_positions
-from bsm_mesh.contact.strength import MOST_UTILISATION
+from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.model.face_stiffness import face_stiffness
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.parts import Part
+from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
@@ -28,18 +28,18 @@ from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import turned
 from bsm_mesh.solve.contacts.history import History, commit
-from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled
+from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter, joined
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, concatenate
 
 COMPILING = "once on this machine; takes about half a minute"
 
 
 class ContinuationScheme:
-    """The continuation over the stages of a model: positions and contacts go from one to the next.
+    """The continuation over the stages of a model: position and history continue from one to the next.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class ContinuationScheme:
     moved : (n, 3) float64 [m, m, rad]
         Displacement of every block since it was given, or placed.
     history : History
-        What the contacts remember, in the numbers of the whole.
+        Contact history, in the numbers of the whole.
     bolts : InstalledBolts
         The bolts, in the numbers of the whole.
     linear_solver : str
@@ -76,33 +76,33 @@ class ContinuationScheme:
         self.linear_solver = ""
 
     def set_in_situ(self) -> tuple[str, ...]:
-        """Set the contact forces from the in-situ field, and return what there is to say about it."""
+        """Set the contact forces from the in-situ field, and return notes on it."""
         self.history, notes = in_situ_history(self.model)
         return notes
 
     def stage_bars(self, bars: Bars, number: int) -> Bars:
-        """Return the supports for a stage; what they have moved shows in the blocks' positions."""
+        """Return the supports for a stage; their displacements so far are in the blocks' positions."""
         return bars
 
-    def change(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Forget the contacts of blocks that do not stay, and cut their bolts; those that come touch without force."""
+    def remove_and_place_blocks(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Remove contacts and cut bolts of blocks that do not stay; placed ones have contacts without force."""
         self.history = between(self.history, stays)
         self.bolts = self.bolts.without(~stays)
         self.moved[~stays] = 0.0
         if comes.any():
-            self.history = with_filled(self.history, self.model, comes, stays | comes, self.moved)
+            self.history = with_filled_blocks(self.history, self.model, comes, stays | comes, self.moved)
 
     def install(self, number: int) -> None:
         """Install the bolts of a stage as the blocks stand."""
         self.bolts = self.bolts.install(number, self.moved)
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
-        """Return where points (k, 2) of blocks (k,) lay when the blocks were given."""
+        """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
         centroid, moved = self.model.blocks.moments.centroid[block], self.moved[block]
         return centroid + turned(point - centroid - moved[:, :2], -moved[:, 2])
 
-    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
-        """Return the part at rest or in collapse, and keep where its blocks are and what its contacts bear."""
+    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the part in equilibrium or collapse, and keep its position and history."""
         known = is_compiled(fill_tangent)
         self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
         start = Start(
@@ -121,7 +121,7 @@ class ContinuationScheme:
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
         self.moved[part.block] = motion.position
-        history, _ = commit(motion.contacts, motion.at, motion.position, engine.moving.outlines.size)
+        history, _ = commit(motion.contacts, motion.at, motion.position, engine.system.outlines.size)
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
         return self._outcome(engine, motion, bars_before)
@@ -132,26 +132,26 @@ class ContinuationScheme:
 
 
 def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolts: BoltForces) -> Outcome:
-    model = engine.moving.model
-    unbalanced = motion.loads + motion.bolts_at.forces + motion.at.forces
-    reactions = motion.constraints.reactions(unbalanced)
+    model = engine.system.model
+    residual = motion.loads + motion.bolts_at.forces + motion.at.forces
+    reactions = motion.constraints.reactions(residual)
     bars = motion.constraints.bars
-    arm = engine.moving.bar_arms(motion.position)
+    arm = engine.system.bar_arms(motion.position)
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
-    placed = engine.moving.outlines.placed(motion.position)
+    placed = engine.system.outlines.placed(motion.position)
     supports = support_forces(bars, placed[bars.block, :2] + arm, size)
-    contacts = _contact_forces(motion, placed, engine.moving.water)
-    block, point, force = engine.moving.point_forces_at(motion.position)
-    corners = corner_positions(engine.moving.outlines, placed)
+    contacts = _contact_forces(motion, placed, engine.system.water)
+    block, point, force = engine.system.point_forces_at(motion.position)
+    corners = corner_positions(engine.system.outlines, placed)
     stress, effective = total_and_effective_stress(
         model.blocks,
         placed[:, :2],
         contacts,
         (
-            joined([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.bolts_at)]),
+            concatenate([PointForces(block=block, point=point, force=force), motion.bolts.on_blocks(motion.bolts_at)]),
             supports,
         ),
-        engine.moving.water.point_forces(corners),
+        engine.system.water.point_forces(corners),
     )
     displacement = motion.position - engine.begin.position
     stage = StageResult(
@@ -166,8 +166,8 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         stress_effective=effective,
         loads=motion.loads,
         reactions=reactions,
-        water=engine.moving.water_at(motion.position),
-        water_table=engine.moving.water.surface.between(*model.blocks.extent),
+        water=engine.system.water_at(motion.position),
+        water_table=engine.system.water.surface.between(*model.blocks.extent),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
@@ -181,13 +181,13 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
 
 
 def _refuse_rigid_faces(model: Model) -> None:
-    """Raise where rigid rocks meet without a joint, with the place; the contacts themselves know none."""
+    """Raise where rigid rocks meet without a joint, with the place."""
     if model.default_joint is None and any(rock.young is None for rock in model.rocks):
         face_stiffness(model, find_faces(model.blocks))
 
 
 def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
-    """Return the stage; at rest with blocks inside each other is no answer, so it counts as not converged."""
+    """Return the stage; an equilibrium with interpenetrating blocks counts as not converged."""
     if stage.status is not Status.STABLE or unexplained_overlap(model.blocks, stage) <= OVERLAP:
         return stage
     reason = "forces balance, but blocks have passed into each other (corners that met in a point): not an answer"
@@ -195,13 +195,13 @@ def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
 
 
 def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:
-    """Return the contacts that touch at the end, where the blocks are placed then (n, 3)."""
+    """Return the forces of the contacts within tolerance at the end, of placed blocks (n, 3)."""
     table, at = motion.contacts, motion.at
-    kept = np.flatnonzero(at.bearing | table.touching)
+    kept = np.flatnonzero(at.closed | table.within_tolerance)
     c = table.candidates
     tangent, arm_a = (vectors[kept] for vectors in table.frames(at.position)[:2])
     status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
-    status = np.where(at.bearing, status, ContactStatus.OPEN)
+    status = np.where(at.closed, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
         used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
     point = placed[c.block_a[kept], :2] + arm_a
@@ -218,7 +218,7 @@ def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> Con
         opening=at.gap[kept],
         slip=slip[kept],
         status=status[kept].astype(np.int8),
-        utilisation=np.minimum(used, MOST_UTILISATION)[kept],
+        utilisation=np.minimum(used, MAX_UTILISATION)[kept],
         joint=joint,
         water_pressure=water.pressure(point, joint),
     )

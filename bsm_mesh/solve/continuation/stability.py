@@ -1,4 +1,4 @@
-"""Whether an equilibrium is stable: blocks balanced on corners are in equilibrium too, and Newton finds them."""
+"""Stability of an equilibrium: blocks balanced on corners are in equilibrium too, and Newton's method finds them."""
 
 from __future__ import annotations
 
@@ -8,40 +8,40 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.contacts.forces import Evaluation, elastic_tangent
 from bsm_mesh.solve.step.equations import Step
 
-SHIFT, BALANCED = 4.0, 1e-3  # over the block size
+SHIFT, NEUTRAL = 4.0, 1e-3  # shift, and negative eigenvalue that counts as none, over the block size
 ITERATIONS = 12
 
 
-def fall_rate(step: Step, position: FloatArray, at: Evaluation, tolerance: float) -> float:
-    """Return how fast blocks fall out of an equilibrium, as a lam [1/m]; 0 where it is none, or a stable one.
+def instability_rate(step: Step, position: FloatArray, at: Evaluation, tolerance: float) -> float:
+    """Return the magnitude of the lowest negative eigenvalue of K x = w M x [1/m]; 0 if none, or without equilibrium.
 
-    An equilibrium is stable where the tangent has no eigenvalue over the mass below zero: where it is positive definite
-    with that much added. Where it is not, power iteration on the shifted inverse tells the lowest one; a Rayleigh
-    quotient is never below it, so that nothing stable is taken for unstable.
+    An equilibrium is stable where the elastic tangent K is positive definite. Where it is not, power iteration on the
+    shifted inverse gives the lowest eigenvalue; a Rayleigh quotient is never below it, so that no stable equilibrium is
+    taken for unstable.
     """
-    moving, size = step.moving, step.moving.outlines.size
-    static = step.resting(position, BALANCED / size)
-    greatest, _ = static.sizes(static.unbalanced(position, at.forces), moving.weight(at))
-    if moving.mean_weight == 0 or greatest >= tolerance:
+    system, size = step.system, step.system.outlines.size
+    static = step.static_problem_at(position, NEUTRAL / size)
+    max_norm, _ = static.residual_norms(static.residual(position, at.forces), system.weight(at))
+    if system.mean_weight == 0 or max_norm >= tolerance:
         return 0.0
     if step.factors.is_positive_definite(static.complete(_stiffest(static, at), position)):
         return 0.0
-    shifted = step.resting(position, SHIFT / size)
+    shifted = step.static_problem_at(position, SHIFT / size)
     if not shifted.factorize(_stiffest(shifted, at), position):
         return 0.0
     lowest = _lowest_eigenvalue(shifted)
-    return -lowest if lowest < -BALANCED / size else 0.0
+    return -lowest if lowest < -NEUTRAL / size else 0.0
 
 
 def _stiffest(static: Step, at: Evaluation) -> FloatArray:
     pattern = static.pattern
-    return elastic_tangent(static.contacts, at, pattern.place, len(pattern.column), static.moving.outlines.size)
+    return elastic_tangent(static.contacts, at, pattern.place, len(pattern.column), static.system.outlines.size)
 
 
 def _lowest_eigenvalue(shifted: Step) -> float:
-    """Return the lowest eigenvalue over the mass, 0 at most, of what was factorized, without its shift: or more."""
-    mass = shifted.moving.mass
-    vector = np.random.default_rng(0).normal(size=mass.shape) * shifted.moving.scale
+    """Return an upper bound of the lowest eigenvalue, at most 0, of the factorized matrix without its shift."""
+    mass = shifted.system.mass
+    vector = np.random.default_rng(0).normal(size=mass.shape) * shifted.system.scale
     lowest = 0.0
     for k in range(ITERATIONS):
         pushed = mass * vector

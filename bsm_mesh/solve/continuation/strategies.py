@@ -1,8 +1,4 @@
-"""How the equations of one step are solved: Newton's method, and what helps it where too many contacts change.
-
-At the start, where a model at rest is one step from its equilibrium; near rest, where few contacts still change; and
-while blocks move, where only the verdict counts and the path is viscous anyway.
-"""
+"""Strategies for a step: the order in which methods are tried at the start, near rest, and while blocks move."""
 
 from __future__ import annotations
 
@@ -11,184 +7,192 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.contacts.forces import MovingContacts
-from bsm_mesh.solve.continuation.acceptance import UNPOLISHED, Leftover
+from bsm_mesh.solve.contacts.forces import ContactSet
+from bsm_mesh.solve.continuation.acceptance import MAX_RESIDUAL_MOVING, Acceptance
 from bsm_mesh.solve.methods.interior_point import interior_point
-from bsm_mesh.solve.methods.newton import MOST_ITERATIONS, elastic_position, newton
-from bsm_mesh.solve.methods.regularized_newton import WORTHWHILE, softened_newton
-from bsm_mesh.solve.methods.subdomain_newton import begins_with_few
-from bsm_mesh.solve.motion.relaxation import calm
-from bsm_mesh.solve.motion.sliding import can_slide, slide, slides
-from bsm_mesh.solve.step.attempt import Found
+from bsm_mesh.solve.methods.newton import MAX_ITERATIONS, elastic_position, newton
+from bsm_mesh.solve.methods.regularized_newton import WORTHWHILE, regularized_newton
+from bsm_mesh.solve.methods.subdomain_newton import is_local_disturbance
+from bsm_mesh.solve.motion.relaxation import damp_to_rest
+from bsm_mesh.solve.motion.sliding import can_follow_dynamically, follow_dynamically, is_fast
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import Step
 
-MOST_MOVING = 6  # iterations of Newton's method in a moving step, while it is worthwhile
-MOST_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
-MOST_FAILURES = 2  # of a moving step, from which on shear strengths are held
-LONGEST_PAUSE = 32  # moving steps for which they are held after failures,
-LONGEST_FOLLOWED = 4  # and for which slow blocks are followed by cycles
-CRAWLING = 30.0  # of lam d: a first step with more would take blocks nowhere
-CALM_ENOUGH = 1.9  # of a step's tolerance, at least half of what counts as rest: what explicit cycles may leave
-NEAR_REST = 1e-3  # tolerance of a step below which few contacts still change: Newton's method is given time
-HAND_OVER = 1e-2  # residual by the exact laws at which the interior point method hands over to Newton's
+MAX_MOVING = 6  # iterations of Newton's method in a moving step
+MAX_POLISHING = 3  # iterations of Newton's method after the interior point method in a moving step
+MAX_FAILURES = 2  # of a moving step, before frozen friction
+MAX_PAUSE = 32  # moving steps with frozen friction after failures,
+MAX_PAUSE_FOLLOWED = 4  # and in which slow blocks are followed dynamically
+CRAWLING = 30.0  # lam d, above which blocks hardly move in a first step
+REST_FACTOR = 1.9  # tolerance of damped motion over that of the step, which is at least half of that of rest
+NEAR_REST = 1e-3  # tolerance of a step, below which few contacts still change and slow convergence is accepted
+SWITCH_RESIDUAL = 1e-2  # exact residual at which the interior point method is followed by Newton's
 
 
 class MovingSteps:
-    """Solves the steps in which blocks move, one after the other, and learns from them.
+    """Strategy of the moving steps, which remembers failures of former ones.
 
-    With Coulomb's coupling of pressure and friction a step may have no solution close by: a contact that slides
-    would stick, and sticking it would slide. Then cycles follow the blocks (`sliding.py`), for some steps and for as
-    long as they are fast. Where bolts or moving supports forbid that, shear strengths are held: the step is a convex
+    With Coulomb's coupling of pressure and friction a step may have no solution nearby: a contact that slides would
+    stick, and sticking it would slide. Then blocks are followed dynamically (`sliding.py`), for some steps and for as
+    long as they are fast. Where bolts or moving supports forbid that, friction is frozen: the step is a convex
     problem then, and has a solution. That is the last resort, because friction lags by a step: where shorter steps fail
     as well, and for some steps after.
 
-    After an excavation few blocks move, and the others need not be solved again for what those lack: a step ends though
-    they lack a part of their weight. So does the first one, where it set few of all blocks free.
+    After an excavation few blocks move, and the others need not be solved again: a step may end with a residual of few
+    blocks (`Acceptance`). So may the first one, where few of all blocks are set free.
 
     Parameters
     ----------
     excavated : bool
-        The start was at rest until something was changed.
+        The start was in equilibrium before a change (excavation).
     """
 
     def __init__(self, *, excavated: bool) -> None:
         self._excavated = excavated
         self._wait, self._pause = 0, 1
 
-    def solve(self, step: Step, inner: float, *, from_rest: bool, failures: int) -> Found:
-        """Return the end of a step to a tolerance `inner`.
+    def solve(self, step: Step, inner: float, *, from_rest: bool, failures: int) -> Attempt:
+        """Return the attempt at a step, to a tolerance `inner`.
 
         Parameters
         ----------
         step : Step
             The equations.
         inner : float
-            Greatest force out of balance, over the mean weight.
+            Maximum norm of the residual over the mean weight.
         from_rest : bool
-            The first step: contacts bear nothing yet, or what they bore before an excavation; so begin with every
-            touching contact closed, and hold no strength unless blocks would crawl: then that of the pressures which
-            closed contacts would bear.
+            The first step: contacts have no forces, or those before an excavation. So begin with every contact within
+            tolerance closed, and freeze friction only where blocks would hardly move: at the pressures of the elastic
+            solution.
         failures : int
-            How often this step failed with other regularisations.
+            Failures of this step with other regularisations.
         """
         near_rest, contacts = inner < NEAR_REST, step.contacts
-        # at rest a slide would end without a cycle, and confirm nothing
-        followed = step.velocity is not None and step.balance_at(step.start).greatest >= inner
-        if followed and failures == 0 and (slides(step) or self._wait > 0):
+        # at rest explicit motion would end without a cycle, and confirm nothing
+        followed = step.velocity is not None and step.residual_at(step.start).max_norm >= inner
+        if followed and failures == 0 and (is_fast(step) or self._wait > 0):
             self._wait = max(0, self._wait - 1)
-            return slide(step, inner)
-        if not from_rest or (self._excavated and begins_with_few(step, inner)):
-            found = self._next_to_start(step, inner, failures, near_rest=near_rest)
+            return follow_dynamically(step, inner)
+        if not from_rest or (self._excavated and is_local_disturbance(step, inner)):
+            found = self._nearby_equilibrium(step, inner, failures, near_rest=near_rest)
             if found is not None:
                 self._pause = 1 if followed else self._pause
                 return found
             step.contacts = contacts
         if from_rest or near_rest:
-            most, contraction = (MOST_ITERATIONS, np.inf) if near_rest else (MOST_MOVING, WORTHWHILE)
-            found = newton(step, step.start, inner, from_rest=from_rest, most=most, contraction=contraction)
+            most, contraction = (MAX_ITERATIONS, np.inf) if near_rest else (MAX_MOVING, WORTHWHILE)
+            found = newton(step, step.start, inner, from_rest=from_rest, max_iterations=most, contraction=contraction)
             if found.converged:
                 return found
             step.contacts = contacts
-        if near_rest and not (followed or (failures and self._may_slide(step))):
-            return from_inside(step, step.start, inner, MOST_MOVING)
+        if near_rest and not (followed or (failures and self._may_follow(step))):
+            return newton_from_interior_point(step, step.start, inner, MAX_MOVING)
         if from_rest:
             return self._from_rest(step, inner, failures)
         return self._in_motion(step, inner, failures)
 
-    def _next_to_start(self, step: Step, inner: float, failures: int, *, near_rest: bool) -> Found | None:
-        """Return the end of a step by what serves where blocks had come to some balance before; None if none does."""
+    def _nearby_equilibrium(self, step: Step, inner: float, failures: int, *, near_rest: bool) -> Attempt | None:
+        """Return an attempt at an equilibrium near the start, or None."""
         contacts = step.contacts
-        leftover = Leftover(step) if self._excavated and not near_rest else None
-        enough = None if leftover is None else leftover.is_little
-        found = softened_newton(step, step.start, inner, inside=True, locally=self._excavated, enough=enough)
+        leftover = Acceptance(step) if self._excavated and not near_rest else None
+        enough = None if leftover is None else leftover.accepts
+        found = regularized_newton(
+            step, step.start, inner, use_interior_point=True, subdomain_corrections=self._excavated, enough=enough
+        )
         if found.converged:
             return found
-        if leftover is not None and leftover.is_of_few(here := step.balance_at(found.position)):
-            if failures and leftover.is_little(here, shortened=True):
+        if leftover is not None and leftover.is_localized(here := step.residual_at(found.position)):
+            if failures and leftover.accepts(here, shortened=True):
                 return replace(found, converged=True)
-            if failures < MOST_FAILURES:  # a shorter step costs less than all else
+            if failures < MAX_FAILURES:  # a shorter step costs less than other methods
                 return found
         if not near_rest:
             return None
-        calmed = _calmed(step, found.position, contacts, inner, patient=failures > 0)
+        calmed = _damped_to_rest(step, found.position, contacts, inner, patient=failures > 0)
         if calmed is not None:
             return calmed
         step.contacts = contacts
-        holds = failures > 0 and not self._may_slide(step)
-        held = _with_friction_held(step, step.anchor, inner) if holds else None
-        return held if held is not None and held.converged else None
+        holds = failures > 0 and not self._may_follow(step)
+        frozen = _with_frozen_friction(step, step.anchor, inner) if holds else None
+        return frozen if frozen is not None and frozen.converged else None
 
-    def _from_rest(self, step: Step, inner: float, failures: int) -> Found:
-        """Return the end of a first step that Newton's method does not find.
+    def _from_rest(self, step: Step, inner: float, failures: int) -> Attempt:
+        """Return the attempt at a first step without a solution by Newton's method.
 
-        With the least regularisation there is mostly none, and where one that lets a free block move by a step length
-        does not help either, blocks slide.
+        With the smallest regularisation there is mostly none. Where one that lets a free block move by a step length
+        does not help either, blocks are followed dynamically.
         """
-        if self._may_slide(step) and failures != 1:
-            return slide(step, inner) if failures else Found(step.start, step.evaluate(step.start), converged=False)
-        if step.lam * step.moving.d > CRAWLING:
-            return _with_friction_held(step, elastic_position(step), inner)
-        return from_inside(step, step.start, inner, MOST_MOVING)
+        if self._may_follow(step) and failures != 1:
+            return follow_dynamically(step, inner) if failures else _failed(step)
+        if step.lam * step.system.d > CRAWLING:
+            return _with_frozen_friction(step, elastic_position(step), inner)
+        return newton_from_interior_point(step, step.start, inner, MAX_MOVING)
 
-    def _in_motion(self, step: Step, inner: float, failures: int) -> Found:
-        """Return the end of a moving step that Newton's method does not find: by cycles, or with strengths held."""
-        may_slide = self._may_slide(step)
-        followed = may_slide and step.velocity is not None
-        if self._wait == 0 and not followed and failures < (1 if may_slide else MOST_FAILURES):
-            return from_inside(step, step.start, inner, MOST_MOVING)
+    def _in_motion(self, step: Step, inner: float, failures: int) -> Attempt:
+        """Return the attempt at a moving step that Newton's method does not solve: dynamic, or with frozen friction."""
+        may_follow = self._may_follow(step)
+        followed = may_follow and step.velocity is not None
+        if self._wait == 0 and not followed and failures < (1 if may_follow else MAX_FAILURES):
+            return newton_from_interior_point(step, step.start, inner, MAX_MOVING)
         if self._wait == 0:
             self._wait = self._pause
-            self._pause = min(2 * self._pause, LONGEST_FOLLOWED if may_slide else LONGEST_PAUSE)
-        if may_slide:
-            return slide(step, inner)
+            self._pause = min(2 * self._pause, MAX_PAUSE_FOLLOWED if may_follow else MAX_PAUSE)
+        if may_follow:
+            return follow_dynamically(step, inner)
         self._wait -= 1
-        return _with_friction_held(step, step.anchor, inner)
+        return _with_frozen_friction(step, step.anchor, inner)
 
-    def _may_slide(self, step: Step) -> bool:
-        return can_slide(step) and not self._excavated
+    def _may_follow(self, step: Step) -> bool:
+        return can_follow_dynamically(step) and not self._excavated
 
 
-def _calmed(step: Step, position: FloatArray, contacts: MovingContacts, inner: float, *, patient: bool) -> Found | None:
-    """Return where cycles lead from a position if less is out of balance there, or from the start, or None.
+def _damped_to_rest(
+    step: Step, position: FloatArray, contacts: ContactSet, inner: float, *, patient: bool
+) -> Attempt | None:
+    """Return the result of damped motion from a position if its residual is smaller than at the start, or from there.
 
-    `contacts`: those that the start has; `patient` as `calm` takes it, from the start, which is an equilibrium but for
-    little: whatever else is tried may lead to one that is farther away.
+    `contacts`: those of the start; `patient` as in `damp_to_rest`, from the start, which is nearly in equilibrium:
+    other methods may lead to one farther away.
     """
-    if step.balance_at(position).greatest < step.balance_at(step.start).greatest:
-        found = calm(step, position, CALM_ENOUGH * inner)
+    if step.residual_at(position).max_norm < step.residual_at(step.start).max_norm:
+        found = damp_to_rest(step, position, REST_FACTOR * inner)
         if found is not None:
             return found
     step.contacts = contacts
-    return calm(step, step.start, CALM_ENOUGH * inner, patient=patient)
+    return damp_to_rest(step, step.start, REST_FACTOR * inner, patient=patient)
 
 
-def _with_friction_held(step: Step, position: FloatArray, inner: float) -> Found:
-    """Return the end of a moving step with every shear strength held at that of the pressure at a position.
+def _with_frozen_friction(step: Step, position: FloatArray, inner: float) -> Attempt:
+    """Return the attempt at a moving step with frozen friction: strengths at the pressures of a position.
 
-    It ends with less than a weight out of balance as well, where contacts came or went on the way.
+    A residual below a weight is accepted, where contacts entered or left edges on the way.
     """
-    held = step.with_friction_of(step.evaluate(position).pressure)
-    near = interior_point(held, step.start, HAND_OVER)
+    frozen = step.with_frozen_friction(step.evaluate(position).pressure)
+    near = interior_point(frozen, step.start, SWITCH_RESIDUAL)
     if near is None:
-        return Found(step.start, step.evaluate(step.start), converged=False)
-    better = newton(held, near, inner, most=MOST_POLISHING)
+        return _failed(step)
+    better = newton(frozen, near, inner, max_iterations=MAX_POLISHING)
     if better.converged:
         return better
-    there = held.balance_at(near)
-    return Found(near, there.at, converged=there.greatest < UNPOLISHED)
+    there = frozen.residual_at(near)
+    return Attempt(near, there.at, converged=there.max_norm < MAX_RESIDUAL_MOVING)
 
 
-def from_inside(
-    step: Step, elastic: FloatArray, tolerance: float, most: int, barriers: tuple[float, ...] = (1.0,)
-) -> Found:
-    """Return what Newton's method finds from where the interior point method ends."""
+def newton_from_interior_point(
+    step: Step, elastic: FloatArray, tolerance: float, max_iterations: int, barriers: tuple[float, ...] = (1.0,)
+) -> Attempt:
+    """Return the result of Newton's method from the end of the interior point method."""
     for barrier in barriers:
-        near = interior_point(step, elastic, HAND_OVER, barrier=barrier)
+        near = interior_point(step, elastic, SWITCH_RESIDUAL, barrier=barrier)
         if near is not None:
             contacts = step.contacts
-            found = softened_newton(step, near, tolerance)
+            found = regularized_newton(step, near, tolerance)
             if not found.converged:
                 step.contacts = contacts
-                found = newton(step, near, tolerance, most=most)
+                found = newton(step, near, tolerance, max_iterations=max_iterations)
             return found
-    return Found(step.start, step.evaluate(step.start), converged=False)
+    return _failed(step)
+
+
+def _failed(step: Step) -> Attempt:
+    return Attempt(step.start, step.evaluate(step.start), converged=False)

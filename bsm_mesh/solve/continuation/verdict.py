@@ -1,4 +1,4 @@
-"""Which blocks come down: those that nothing holds any more, and those that have moved too far (Wang 4.4.3)."""
+"""Collapse criterion: blocks without contact or support in free motion, or with too large displacement (Wang 4.4.3)."""
 
 from __future__ import annotations
 
@@ -8,62 +8,63 @@ from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.solve.bolts.state import holding_pairs
-from bsm_mesh.solve.contacts.forces import MovingContacts
-from bsm_mesh.solve.step.block_system import MovingModel
+from bsm_mesh.solve.contacts.forces import ContactSet
+from bsm_mesh.solve.step.block_system import BlockSystem
 
-FREE_MOVE = 0.1  # of its size: a block that has moved this far without contact comes down
-RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the greatest over the last five steps at most
+FREE_MOVE = 0.1  # over its size: movement of a block without contact, at which it is unstable
+RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the largest over the last five steps
 
 
-class Falling:
-    """Watches the blocks over the accepted steps of a run.
+class CollapseCriterion:
+    """Collapse criterion over the accepted steps of a run.
 
     Parameters
     ----------
-    moving : MovingModel
+    system : MovingModel
         The blocks.
     position : (n, 3) float64 [m, m, rad]
-        Where they start.
+        Initial position.
     limit : float [m]
-        A block that has moved farther comes down.
+        A block with a larger displacement is unstable.
     """
 
-    def __init__(self, moving: MovingModel, position: FloatArray, limit: float) -> None:
-        self.moving, self.begin, self.limit = moving, position, limit
-        self.parted = position.copy()  # where each block last had a contact or a support
-        self.loose = np.zeros(len(position), dtype=bool)  # blocks without either after the last step
+    def __init__(self, system: BlockSystem, position: FloatArray, limit: float) -> None:
+        self.system, self.begin, self.limit = system, position, limit
+        self.last_supported = position.copy()  # position of each block when it last had a contact or a support
+        self.detached = np.zeros(len(position), dtype=bool)  # blocks without either after the last step
         self.recent: list[FloatArray] = [position]
         self.steps = 0
 
-    def look(self, contacts: MovingContacts, bore: BoolArray, position: FloatArray) -> tuple[str, IntArray]:
-        """Return why and which blocks come down after an accepted step; an empty reason if none does.
+    def check(self, contacts: ContactSet, contacted: BoolArray, position: FloatArray) -> tuple[str, IntArray]:
+        """Return reason and unstable blocks after an accepted step; an empty reason if there is none.
 
-        `bore`: contacts (m,) that bear at its end, or bore on the way there.
+        `contacted`: contacts (m,) closed at its end, or during the step.
         """
         self.recent, self.steps = [*self.recent[-RECENT_STEPS:], position], self.steps + 1
-        moving, supported = self.moving, self._supported(contacts, bore, position)
-        self.parted[supported] = position[supported]
+        system, supported = self.system, self._supported(contacts, contacted, position)
+        self.last_supported[supported] = position[supported]
         moved = np.hypot(*(position - self.begin)[:, :2].T)
-        fallen = np.hypot(*(position - self.parted)[:, :2].T)
-        size = np.sqrt(moving.model.blocks.moments.area)
-        loaded = np.abs(moving.loads).max(axis=1) > 0
-        free = ~supported & self.loose & loaded & (fallen > FREE_MOVE * size)  # a step alone may jump off and land
-        self.loose = ~supported
+        fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
+        size = np.sqrt(system.model.blocks.moments.area)
+        loaded = np.abs(system.loads).max(axis=1) > 0
+        free = ~supported & self.detached & loaded & (fallen > FREE_MOVE * size)  # in one step a block may jump
+        self.detached = ~supported
         if free.any():
             reason = "a block has lost all contact and moves freely"
         elif moved.max() > self.limit:
             reason = f"a block has moved more than {self.limit:.3g} m"
         else:
             return "", np.zeros(0, dtype=np.int32)
-        steps = min(RECENT_STEPS, self.steps - self.steps // 2)  # in the first half of few all settle
-        lately = np.abs((self.recent[-1] - self.recent[-1 - steps]) / moving.scale).max(axis=1) * ~moving.driven
+        steps = min(RECENT_STEPS, self.steps - self.steps // 2)  # of few steps the first half is settlement
+        last = np.abs((self.recent[-1] - self.recent[-1 - steps]) / system.scale).max(axis=1)
+        lately = last * ~system.prescribed_blocks
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
 
-    def _supported(self, contacts: MovingContacts, bore: BoolArray, position: FloatArray) -> BoolArray:
-        """Return which blocks a chain of bearing contacts and bolts joins to a support, (n,); others fall."""
-        c, n, bolts = contacts.candidates, self.moving.model.blocks.count, self.moving.bolts
+    def _supported(self, contacts: ContactSet, contacted: BoolArray, position: FloatArray) -> BoolArray:
+        """Return which blocks are connected to a support by closed contacts and bolts, (n,)."""
+        c, n, bolts = contacts.candidates, self.system.model.blocks.count, self.system.bolts
         near, far = holding_pairs(bolts, bolts.evaluate(position))
-        ends = (np.concatenate([c.block_a[bore], near]), np.concatenate([c.block_b[bore], far]))
+        ends = (np.concatenate([c.block_a[contacted], near]), np.concatenate([c.block_b[contacted], far]))
         _, part = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(n, n)), directed=False)
-        held: BoolArray = np.isin(part, part[self.moving.bars.block])
-        return held
+        supported: BoolArray = np.isin(part, part[self.system.bars.block])
+        return supported

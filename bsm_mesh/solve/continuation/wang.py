@@ -1,9 +1,9 @@
 """The thesis's own iteration (Wang 4.4, Fig. 4.9), for comparison with its results; ``continuation`` is the tool.
 
-Every cycle, numbered after Wang 4.4.2, solves the elastic system of the contacts as they are for the forces out of
-balance, moves the blocks, and resets the forces that the joints cannot bear (Eqs. 4.8-4.13). Nothing searches for a
-good step, so a cycle moves sliding blocks by the unbalanced force over the shear stiffness in their way: a slide of L
-takes about ``L k_s / dP`` cycles. Five mends, without which its verdicts are wrong:
+Every cycle, numbered after Wang 4.4.2, solves the elastic system of the current contacts for the residual,
+moves the blocks, and resets the forces beyond the strength of the joints (Eqs. 4.8-4.13). Nothing searches for a
+good step, so a cycle moves sliding blocks by the residual over the shear stiffness in their way: a slide of L
+takes about ``L k_s / dP`` cycles. Five corrections, without which its verdicts are wrong:
 
 * opened contacts leave the stiffness matrix, but for a hundredth, until they close again: with all of it blocks hang
   from what is open, with none an arch that stands is thrown apart;
@@ -28,10 +28,10 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.continuation.loop import Continuation
-from bsm_mesh.solve.continuation.stability import fall_rate
+from bsm_mesh.solve.continuation.stability import instability_rate
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.equations import Step, moved_by
 
@@ -40,14 +40,14 @@ QUIET_CYCLES = 2  # in equilibrium without a failure, running
 
 
 class WangIteration(Continuation):
-    """The iteration of one model; contacts, loads, supports and the rules of verdicts are the continuation's."""
+    """Wang's iteration of one model; contacts, loads, supports and verdicts are those of the continuation."""
 
     def run(self) -> Motion:
-        """Return where the blocks come to rest, or how they come down."""
+        """Return the final state: equilibrium, collapse, or not converged."""
         position, quiet = self.begin.position, 0
-        contacts = self.moving.gather(self.begin.history, position, first=self.begin.intact)
-        self._starts_from(contacts, position)
-        closed, sliding = contacts.touching, np.zeros(contacts.count, dtype=bool)
+        contacts = self.system.gather(self.begin.history, position, first=self.begin.intact)
+        self._set_residual_scale(contacts, position)
+        closed, sliding = contacts.within_tolerance, np.zeros(contacts.count, dtype=bool)
         for number in range(self.options.max_steps):
             began = time.perf_counter()
             count = self.factors.count
@@ -55,44 +55,45 @@ class WangIteration(Continuation):
             if moved is None:
                 return self._end(Status.NOT_CONVERGED, "the stiffness matrix is singular", contacts, position)
             position = moved
-            at = self.moving.evaluate(contacts, position)  # (7)
-            history, failures = commit(contacts, at, position, self.moving.outlines.size)  # (8)
-            self.moving.bolts = self.moving.bolts.commit(self.moving.bolts.evaluate(position))
-            slid = contacts.candidates.key[at.bearing & ~at.sticking]
+            at = self.system.evaluate(contacts, position)  # (7)
+            history, failures = commit(contacts, at, position, self.system.outlines.size)  # (8)
+            self.system.bolts = self.system.bolts.commit(self.system.bolts.evaluate(position))
+            slid = contacts.candidates.key[at.closed & ~at.sticking]
             ended, reset = contacts, at
-            contacts = self.moving.gather(history, position, first=False)  # (1)
-            at = self.moving.evaluate(contacts, position)
-            closed, sliding = at.bearing, np.isin(contacts.candidates.key, slid)
-            residual = self.moving.static_residual(contacts, position)
+            contacts = self.system.gather(history, position, first=False)  # (1)
+            at = self.system.evaluate(contacts, position)
+            closed, sliding = at.closed, np.isin(contacts.candidates.key, slid)
+            residual = self.system.static_residual(contacts, position)
             self._record(number, residual, position, ended, reset, began, count)
-            at_rest = residual < self.options.tolerance and failures == 0 and self.moving.reached(position)
+            complete = self.system.prescription_complete(position)
+            at_rest = residual < self.options.tolerance and failures == 0 and complete
             quiet = quiet + 1 if at_rest else 0
             if quiet == QUIET_CYCLES:
                 return self._at_rest(contacts, position, at)
-            reason, blocks = self.falling.look(contacts, at.bearing, position)
+            reason, blocks = self.collapse.check(contacts, at.closed, position)
             if reason:
                 return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
-        return self._end(Status.NOT_CONVERGED, self._out_of("cycles", residual, position), contacts, position)
+        return self._end(Status.NOT_CONVERGED, self._exhausted("cycles", residual, position), contacts, position)
 
     def _cycle(
-        self, contacts: MovingContacts, position: FloatArray, closed: BoolArray, sliding: BoolArray
+        self, contacts: ContactSet, position: FloatArray, closed: BoolArray, sliding: BoolArray
     ) -> FloatArray | None:
-        """Return the position after the elastic movement under the forces out of balance; None if K is singular."""
-        step = Step(self.moving, self.factors, contacts, position, self.least_lam)  # (4)
+        """Return the position after the elastic movement under the residual; None if K is singular."""
+        step = Step(self.system, self.factors, contacts, position, self.min_lam)  # (4)
         at = step.evaluate(step.start)
         data = self._elastic_stiffness(step.pattern, contacts, at, closed, sliding)  # (2)
-        forces = step.unbalanced(step.start, at.forces)  # (3)
+        forces = step.residual(step.start, at.forces)  # (3)
         if not step.factorize(data, step.start):
             return None
         movement = step.solve(forces)  # (5), Eq. 4.10
         size = step.movement(movement)
-        return moved_by(step.start, min(1.0, self.moving.d / size) * movement if size > 0 else movement)  # (6)
+        return moved_by(step.start, min(1.0, self.system.d / size) * movement if size > 0 else movement)  # (6)
 
     def _elastic_stiffness(
-        self, pattern: BlockPattern, contacts: MovingContacts, at: Evaluation, closed: BoolArray, sliding: BoolArray
+        self, pattern: BlockPattern, contacts: ContactSet, at: Evaluation, closed: BoolArray, sliding: BoolArray
     ) -> FloatArray:
         """Return the blocks of K (Wang Eq. 3.22) of closed contacts; open and sliding ones keep a part."""
-        kept = np.where(closed, 1.0, OPENED * contacts.touching)
+        kept = np.where(closed, 1.0, OPENED * contacts.within_tolerance)
         shear = contacts.shear_stiffness * np.where(sliding, self.options.sliding_stiffness, 1.0)
         nothing = np.zeros(contacts.count)
         data: FloatArray = fill_tangent(
@@ -107,9 +108,9 @@ class WangIteration(Continuation):
         )
         return data
 
-    def _at_rest(self, contacts: MovingContacts, position: FloatArray, at: Evaluation) -> Motion:
-        step = Step(self.moving, self.factors, contacts, position, self.least_lam)
-        if fall_rate(step, position, at, self.tolerance) > 0:
+    def _at_rest(self, contacts: ContactSet, position: FloatArray, at: Evaluation) -> Motion:
+        step = Step(self.system, self.factors, contacts, position, self.min_lam)
+        if instability_rate(step, position, at, self.tolerance) > 0:
             reason = "forces balance, but blocks stand on corners from which they would fall: not an answer"
             return self._end(Status.NOT_CONVERGED, reason, contacts, position)
         return self._end(Status.STABLE, "static equilibrium", contacts, position)

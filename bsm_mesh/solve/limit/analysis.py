@@ -3,7 +3,7 @@
 It knows statics and strength, but neither stiffness nor movement. So it proves one thing only: where no such field
 exists, this geometry cannot be at rest and its blocks must move. Where one exists nothing is proved: a block wedged
 between two walls is "at rest" for it, and friction at which blocks would in fact slide is mobilised as needed. Where a
-joint bears tension the convex hull of its strength is taken, a little more than it has.
+joint has tensile strength the convex hull of its strength is taken, a little more than it has.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class LimitAnalysis:
     contacts : ContactTable
         The contacts that they belong to.
     unlimited : int
-        How many of them bear any force: joints without a law, faces of rock without strength.
+        Number of contacts of unlimited strength: joints without a law, faces of rock without strength.
     bolt_force : (n_elements,) float64 [N]
         Tension of the bolts' elements in that field, of one bolt each; bolts that name a stage are not there.
     """

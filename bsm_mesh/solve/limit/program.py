@@ -67,7 +67,7 @@ class LimitProgram:
 
     @property
     def unlimited(self) -> int:
-        """Number of contacts that bear any force."""
+        """Number of contacts of unlimited strength."""
         return int((np.isinf(self.lines[1]).all(axis=1) & np.isinf(self.tension)).sum())
 
     def balance(self, loads: FloatArray) -> Optimum | None:

@@ -1,4 +1,4 @@
-"""The linear scheme (Wang ch. 3, Fig. 3.15): small displacements, contacts that bear everything, one step a stage."""
+"""The linear scheme (Wang ch. 3, Fig. 3.15): small displacements, contacts of unlimited strength, a step a stage."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bsm_mesh.contact.table import ContactTable, initial_contacts
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.parts import Part
+from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
@@ -27,13 +27,13 @@ from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.contacts.in_situ import beyond_strength, in_situ_contacts
 from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter, joined
+from bsm_mesh.solve.stages import Observer, Outcome, Reporter, concatenate
 
-MOST_FREE = 3  # parts that are free to move, in the reason for a verdict
+MAX_FREE = 3  # parts that are free to move, in the reason for a verdict
 
 
 class LinearScheme:
-    """The linear scheme over the stages of a model: what the contacts bear goes from one to the next.
+    """The linear scheme over the stages of a model: contact forces continue from one to the next.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class LinearScheme:
     moved : (n, 3) float64 [m, m, rad]
         Displacement of every block since it was given, or placed.
     bolts : InstalledBolts
-        The bolts; `tension` (n_elements,) [N] is what their elements bear, `bolt_shear` (k,) [N] their crossings.
+        The bolts; `tension` (n_elements,) [N] of their elements, `bolt_shear` (k,) [N] of their crossings.
     linear_solver : str
         Name of the solver used.
 
@@ -67,14 +67,14 @@ class LinearScheme:
         self.normal_force, self.shear_force = np.zeros(m), np.zeros(m)
         self.opening, self.slip = np.zeros(m), np.zeros(m)
         self.moved = np.zeros((model.blocks.count, 3))
-        self.given = np.zeros((model.blocks.count, 3))  # the position in which contacts and bolts stay
+        self.given = np.zeros((model.blocks.count, 3))  # the position of contacts and bolts
         self.bolts = InstalledBolts.of(model, self.given)
         at = self.bolts.evaluate(self.given)
         self.tension, self.bolt_shear = at.tension, at.dowels.force
         self.linear_solver = ""
 
     def set_in_situ(self) -> tuple[str, ...]:
-        """Set the contact forces from the in-situ field, and return what there is to say about it."""
+        """Set the contact forces from the in-situ field, and return notes on it."""
         self.normal_force, self.shear_force = in_situ_contacts(self.model, self.contacts)
         strength = contact_strength(self.model, self.contacts)
         pressure = -self.normal_force
@@ -85,8 +85,8 @@ class LinearScheme:
         """Return the supports for a stage: prescribed displacements belong to the first."""
         return bars if number == 0 else replace(bars, value=np.zeros(len(bars.value)))
 
-    def change(self, stays: BoolArray, comes: BoolArray) -> None:
-        """Forget what the contacts of blocks that do not stay bore, cut their bolts; those that come bear nothing."""
+    def remove_and_place_blocks(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Remove contact forces and cut bolts of blocks that do not stay; placed ones have no contact forces."""
         gone = ~(stays[self.contacts.block_a] & stays[self.contacts.block_b])
         for values in (self.normal_force, self.shear_force, self.opening, self.slip):
             values[gone] = 0.0
@@ -103,11 +103,11 @@ class LinearScheme:
         self.bolts = installed
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
-        """Return where points (k, 2) of blocks (k,) lay when the blocks were given: displacements are small."""
+        """Return the positions in the given geometry of points (k, 2) of blocks (k,): displacements are small."""
         return point
 
-    def solve(self, part: Part, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
-        """Return the part in linear equilibrium and keep what its contacts bear.
+    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the submodel in linear equilibrium and keep its contact forces.
 
         Where a part of it is free to move nothing is solved: the first stage is refused, a later one is unstable.
 
@@ -120,8 +120,10 @@ class LinearScheme:
         chosen = np.flatnonzero(part.present[self.contacts.block_a] & part.present[self.contacts.block_b])
         contacts = _contacts_of(part, self.contacts, chosen)
         self.report("assembly")
-        borne = self.normal_force[chosen], self.shear_force[chosen]
-        system = LinearSystem(part.model, contacts, *borne, self.bolts.in_part(part), (self.tension, self.bolt_shear))
+        forces_before = self.normal_force[chosen], self.shear_force[chosen]
+        system = LinearSystem(
+            part.model, contacts, *forces_before, self.bolts.in_part(part), (self.tension, self.bolt_shear)
+        )
         free = system.free_parts(part.block if number else None)
         if free and number == 0:
             raise ModelError([part.text for part in free])
@@ -144,14 +146,14 @@ class LinearScheme:
 
     def _solve(self, system: LinearSystem, idle: list[FreePart]) -> Solution:
         stiffness = system.stiffness()
-        for part in idle:  # nothing pulls at it: held anyhow it stays where it is
+        for part in idle:  # unloaded: with any stiffness it stays at rest
             stiffness[system.pattern.diagonal[part.blocks]] += np.eye(3) * float(np.abs(stiffness).max())
         self.report("linear solution")
         solution = system.solve(stiffness, self.options)
         self.linear_solver = solution.linear_solver
         return solution
 
-    def _contact_forces(self, part: Part, contacts: ContactTable, chosen: IntArray) -> ContactForces:
+    def _contact_forces(self, part: SubModel, contacts: ContactTable, chosen: IntArray) -> ContactForces:
         normal_force, shear_force = self.normal_force[chosen], self.shear_force[chosen]
         return ContactForces(
             block_a=contacts.block_a,
@@ -170,7 +172,7 @@ class LinearScheme:
         )
 
 
-def _contacts_of(part: Part, contacts: ContactTable, chosen: IntArray) -> ContactTable:
+def _contacts_of(part: SubModel, contacts: ContactTable, chosen: IntArray) -> ContactTable:
     """Return rows of the whole's contacts in the part's numbers."""
     if part.present.all():
         return contacts
@@ -194,24 +196,24 @@ def _outcome(
     model, constraints = system.model, system.constraints
     blocks, bars = model.blocks, constraints.bars
     centroid = blocks.moments.centroid
-    reactions = constraints.reactions(solution.unbalanced)
+    reactions = constraints.reactions(solution.residual)
     size = bar_forces(constraints, reactions, bars.point - centroid[bars.block], bars_before)
     supports = support_forces(bars, bars.point, size)
     reference = system.reference_of(solution)
-    residual = relative_residual(model, solution.unbalanced + reactions, reference)
-    at_start = relative_residual(model, start.unbalanced + constraints.reactions(start.unbalanced), reference)
+    residual = relative_residual(model, solution.residual + reactions, reference)
+    at_start = relative_residual(model, start.residual + constraints.reactions(start.residual), reference)
     status = Status.STABLE if residual <= tolerance else Status.NOT_CONVERGED
     reason = (
         "one linear step: no contact can fail" if status is Status.STABLE else "rounding spoils the linear solution"
     )
     if free:
-        status, reason = Status.UNSTABLE, "; ".join(part.text for part in free[:MOST_FREE])
+        status, reason = Status.UNSTABLE, "; ".join(part.text for part in free[:MAX_FREE])
     water = WaterLoad(model)
     stress, effective = total_and_effective_stress(
         blocks,
         centroid,
         contacts,
-        (joined([point_forces_of(model.acting_loads, blocks), system.bolts.on_blocks(solution.bolts)]), supports),
+        (concatenate([point_forces_of(model.acting_loads, blocks), system.bolts.on_blocks(solution.bolts)]), supports),
         water.point_forces(blocks.vertices),
     )
     U = solution.displacement

@@ -20,8 +20,8 @@ from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.options import Options
 
-MOST_REFINEMENTS = 3
-GOOD_RESIDUAL = 1e-11  # of the reference weight: nothing is left to refine
+MAX_REFINEMENTS = 3
+GOOD_RESIDUAL = 1e-11  # over the reference weight, at which refinement ends
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -36,8 +36,8 @@ class Solution:
         Of every contact.
     bolts : BoltEvaluation
         Forces of the bolts.
-    unbalanced : (n, 3) float64 [N/m, N/m, N]
-        Loads, contact and bolt forces on every block: what its supports bear.
+    residual : (n, 3) float64 [N/m, N/m, N]
+        Sum of loads, contact and bolt forces on every block; on constrained axes minus the reaction.
     linear_solver : str
         Name of the solver.
     factorizations : int
@@ -48,7 +48,7 @@ class Solution:
     normal_force: FloatArray
     shear_force: FloatArray
     bolts: BoltEvaluation
-    unbalanced: FloatArray
+    residual: FloatArray
     linear_solver: str
     factorizations: int
 
@@ -61,13 +61,13 @@ class LinearSystem:
     model : Model
         What is given.
     contacts : ContactTable
-        Its contacts; all of them bear tension and shear.
+        Its contacts; all of them carry tension and shear.
     normal_force, shear_force : (m,) float64 [N/m], optional
-        What the contacts bear at the start; nothing where it is not given.
+        Contact forces at the start; zero where not given.
     bolts : InstalledBolts, optional
         The bolts, elastic about their pretension; one tensioned to its capacity keeps that force. The model's own,
         where not given.
-    borne : (n_elements,) and (k,) float64 [N], optional
+    bolt_forces : (n_elements,) and (k,) float64 [N], optional
         Tension of the bolts' elements and shear of their crossings at the start; their pretension where not given.
     """
 
@@ -78,7 +78,7 @@ class LinearSystem:
         normal_force: FloatArray | None = None,
         shear_force: FloatArray | None = None,
         bolts: InstalledBolts | None = None,
-        borne: tuple[FloatArray, FloatArray] | None = None,
+        bolt_forces: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
         self.model = model
         self.contacts = contacts
@@ -91,7 +91,8 @@ class LinearSystem:
         self.bolts = InstalledBolts.of(model, given) if bolts is None else bolts
         self.tensioned = self.bolts.evaluate(given)
         self.coupling = self.bolts.coupling(self.tensioned)
-        self.bolts_at_start = self.tensioned if borne is None else self.bolts.bearing(self.tensioned, *borne)
+        at = self.tensioned
+        self.bolts_at_start = at if bolt_forces is None else self.bolts.with_forces(at, *bolt_forces)
         lower, higher = self.bolts.pairs
         pattern = block_pattern(
             model.blocks.count, np.concatenate([contacts.block_a, lower]), np.concatenate([contacts.block_b, higher])
@@ -125,9 +126,8 @@ class LinearSystem:
             self.model.blocks.moments.centroid,
         )
         self.bolts.add_tangent(self.tensioned, self.bolts.places(pattern), data, turning=False)
-        constrain(
-            pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
-        )
+        axes = support.number, support.basis, support.constrained
+        constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *axes)
         return data
 
     def solve(self, stiffness: FloatArray, options: Options) -> Solution:
@@ -153,25 +153,24 @@ class LinearSystem:
             solver.close()
 
     def _refine(self, solver: LinearSolver) -> Solution:
-        """Return the solution after solving for what is out of balance until rounding is all that is left.
+        """Return the solution after iterative refinement.
 
-        Contact forces are added up increment by increment, never computed anew from the sum of displacements:
-        where soft ground lets hard rock above it sink by metres, the rounding of those metres times the hard
-        rock's stiffness would be a force out of balance.
+        Contact forces are summed increment by increment, not computed from the total displacements: where hard rock on
+        soft ground sinks by metres, their rounding times the stiffness of hard rock would be a residual.
         """
         best = self.at_start(solver.name)
         U, normal_force, shear_force, bolts = best.displacement, best.normal_force, best.shear_force, best.bolts
-        size = self._out_of_balance(best)
-        for _ in range(MOST_REFINEMENTS + 1):
+        size = self._residual_norm(best)
+        for _ in range(MAX_REFINEMENTS + 1):
             if size <= GOOD_RESIDUAL * self.reference:
                 break
-            dU = self.constraints.expand(solver.solve(self.constraints.free_part(best.unbalanced)))
+            dU = self.constraints.expand(solver.solve(self.constraints.free_part(best.residual)))
             normal_part, shear_part = self.spring_forces(dU)
             U = U + dU
             normal_force, shear_force = normal_force + normal_part, shear_force + shear_part
             bolts = self.bolts.strained(bolts, self.coupling, dU)
             found = self._solution(solver.name, U, normal_force, shear_force, bolts)
-            before, size = size, self._out_of_balance(found)
+            before, size = size, self._residual_norm(found)
             if size >= before:
                 break
             best = found
@@ -179,7 +178,7 @@ class LinearSystem:
 
     def at_start(self, linear_solver: str) -> Solution:
         """Return the state before the solution: prescribed displacements applied, nothing else moved."""
-        U = self.constraints.given
+        U = self.constraints.prescribed
         if not U.any():
             return self._solution(linear_solver, U, *self.start, self.bolts_at_start)
         normal_part, shear_part = self.spring_forces(U)
@@ -199,13 +198,13 @@ class LinearSystem:
             normal_force=normal_force,
             shear_force=shear_force,
             bolts=bolts,
-            unbalanced=self.unbalanced(normal_force, shear_force) + bolts.forces,
+            residual=self.residual(normal_force, shear_force) + bolts.forces,
             linear_solver=linear_solver,
             factorizations=1,
         )
 
-    def _out_of_balance(self, solution: Solution) -> float:
-        return float(np.abs(self.constraints.free_part(solution.unbalanced)).max())
+    def _residual_norm(self, solution: Solution) -> float:
+        return float(np.abs(self.constraints.free_part(solution.residual)).max())
 
     def reference_of(self, solution: Solution) -> float:
         """Return what residuals are relative to [N/m].
@@ -225,7 +224,7 @@ class LinearSystem:
         )
         return forces
 
-    def unbalanced(self, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:
+    def residual(self, normal_force: FloatArray, shear_force: FloatArray) -> FloatArray:
         """Return loads plus contact forces on every block, (n, 3)."""
         c, total = self.contacts, self.loads.copy()
         centroid = self.model.blocks.moments.centroid

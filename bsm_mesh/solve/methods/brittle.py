@@ -1,8 +1,8 @@
-"""Contacts that would break on the way to the end of a step, and without which the step has no end.
+"""Brittle failure within a step: contacts at a strength drop are released.
 
-A joint with cohesion and no pressure bears shear; open, it bears none. Between the two its law jumps, and so does it
-where tensile strength is exceeded: the step may have its equilibrium in the jump, where Newton's method cannot find
-it. Opened is failed, so such a contact has lost its cohesion.
+A joint with cohesion carries shear at zero pressure; open, it carries none. Its law is discontinuous there, and where
+the tensile strength is exceeded: the residual may have no root, and Newton's method stalls at the jump. An opened
+contact has failed, so releasing it takes its cohesion and tensile strength.
 """
 
 from __future__ import annotations
@@ -10,44 +10,44 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.solve.step.equations import Balance, Step, moved_by
+from bsm_mesh.solve.step.equations import Residual, Step, moved_by
 
-NEAR = 0.25  # of a correction, within which a contact opens or closes that may be what stops it
-WEIGHTY = 0.1  # of the 2-norm out of balance: a smaller jump stops no correction
+NEAR = 0.25  # part of a correction, within which a contact must open or close to be released
+WEIGHTY = 0.1  # jump of its force over the 2-norm of the residual: a smaller one does not stall the iteration
 
 
-def break_caught(step: Step, here: Balance, correction: FloatArray) -> bool:
-    """Break the contacts in whose jump Newton's method is caught, for the rest of the step; return if there are any.
+def release_brittle_contacts(step: Step, here: Residual, correction: FloatArray) -> bool:
+    """Release the contacts at a strength drop for the rest of the step; return whether there are any.
 
-    By smoothed laws none breaks: what opens or slips on the way may be whole at the end.
+    By smoothed laws none is released: contacts that open or slip on the path may be intact at the end.
     """
-    if step.smoothing:
+    if step.mu:
         return False
-    caught = breaking(step, here, correction)
-    step.break_contacts(caught)
-    return bool(caught.size)
+    released = contacts_at_strength_drop(step, here, correction)
+    step.fail_contacts(released)
+    return bool(released.size)
 
 
-def breaking(step: Step, here: Balance, correction: FloatArray) -> IntArray:
-    """Return the contacts in whose jump Newton's method is caught, (k,).
+def contacts_at_strength_drop(step: Step, here: Residual, correction: FloatArray) -> IntArray:
+    """Return the contacts at whose strength drop Newton's method stalls, (k,).
 
-    They are intact, open or close at once on the way to the corrected position, and lose much with that.
+    They are intact, open or close early on the way to the corrected position, and their force drops much with that.
 
     Parameters
     ----------
     step : Step
         The equations.
     here : Balance
-        Where the blocks are, and what is out of balance there.
+        The residual at the current position.
     correction : (n, 3) float64 [m, m, rad]
-        By what Newton's method would move them.
+        Newton correction there.
     """
     contacts, at = step.contacts, here.at
     after = step.evaluate(moved_by(here.position, correction))
     breakable = ~contacts.failed & np.isfinite(contacts.tension)  # unjointed rock never fails
-    rows = np.flatnonzero(breakable & (at.bearing != after.bearing))
+    rows = np.flatnonzero(breakable & (at.closed != after.closed))
     stiffness, opening = contacts.normal_stiffness[rows], contacts.tension[rows] / contacts.normal_stiffness[rows]
     near, far = (stiffness * (contacts.offset[rows] + opening - end.gap[rows]) for end in (at, after))
-    borne = [np.hypot(end.pressure[rows], end.shear[rows]) for end in (at, after)]
-    jump = np.where(at.bearing[rows], borne[0], borne[1]) - np.abs(near)
-    return rows[(np.abs(near) <= NEAR * np.abs(near - far)) & (jump > WEIGHTY * here.norm)]
+    force = [np.hypot(end.pressure[rows], end.shear[rows]) for end in (at, after)]
+    jump = np.where(at.closed[rows], force[0], force[1]) - np.abs(near)
+    return rows[(np.abs(near) <= NEAR * np.abs(near - far)) & (jump > WEIGHTY * here.l2_norm)]

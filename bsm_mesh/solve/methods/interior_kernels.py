@@ -1,4 +1,4 @@
-"""Compiled passes of the interior point method over contacts: every inequality of contact and friction as a product.
+"""Kernels of the interior point method: complementarity products of contact and friction.
 
 A contact has five unknowns, rows of a state (5, m): pressure, shear, opening, slip onwards and backwards. With its gap
 ``g``, trial shear ``T`` (elastic, from its history) and strength ``S`` at the pressure they obey
@@ -71,10 +71,10 @@ def smoothed_shear(
 def condense(
     now: FloatArray, spring: FloatArray, kind: IntArray, state: FloatArray, barrier: float, second_order: FloatArray
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return what is left of the linearised contacts with opening and slips eliminated, (5, m).
+    """Return the linearised contacts with opening and slips eliminated (condensed), (5, m).
 
     Normal stiffness, shear force by gap, shear stiffness (as `fill_tangent` takes them), and the increments of
-    pressure and shear that come about without movement. `second_order` (3, m) is added to the target of the products.
+    pressure and shear without movement. `second_order` (3, m) is added to the target of the products.
     """
     condensed = np.zeros((5, now.shape[1]))
     for k in range(now.shape[1]):
@@ -97,9 +97,9 @@ def condense(
             slip -= (barrier + second_order[2, k]) / right - state[4, k]
             off = now[1, k] - ks * (state[3, k] - state[4, k]) - shear
             soft = 1.0 + ks * (onwards + backwards)
-            by_pressure = ks * (onwards - backwards) * now[3, k] / soft
-            condensed[1, k], condensed[2, k] = -by_pressure * condensed[0, k], ks / soft
-            condensed[4, k] = (off - ks * slip) / soft + by_pressure * condensed[3, k]
+            dshear_dpressure = ks * (onwards - backwards) * now[3, k] / soft
+            condensed[1, k], condensed[2, k] = -dshear_dpressure * condensed[0, k], ks / soft
+            condensed[4, k] = (off - ks * slip) / soft + dshear_dpressure * condensed[3, k]
     return condensed
 
 
@@ -107,7 +107,7 @@ def condense(
 def relative_movement(
     step: FloatArray, block_a: IntArray, block_b: IntArray, tangent: FloatArray, arm_a: FloatArray, arm_b: FloatArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
-    """Return how gap and coordinate along the edge change with a small movement of the blocks (n, 3)."""
+    """Return the changes of gap and tangential coordinate with a small movement of the blocks (n, 3)."""
     m = block_a.size
     gap, tangential = np.empty(m), np.empty(m)
     for k in range(m):
@@ -131,7 +131,7 @@ def increments(
     gap: FloatArray,
     tangential: FloatArray,
 ) -> tuple[FloatArray, float]:  # pragma: no cover - compiled
-    """Return the change of the state (5, m) with a movement, and what part of it brings the first product to zero."""
+    """Return the change of the state (5, m) with a movement, and its largest part that keeps all products positive."""
     change = np.zeros_like(state)
     largest = np.inf
     for k in range(gap.size):
@@ -162,16 +162,16 @@ def _part(value: float, change: float) -> float:  # pragma: no cover - compiled
 def mean_product(
     now: FloatArray, spring: FloatArray, kind: IntArray, state: FloatArray, change: FloatArray, part: float
 ) -> float:  # pragma: no cover - compiled
-    """Return the mean of all products after a part of a change: the barrier that the state stands for."""
+    """Return the mean complementarity product after a part of a change: the barrier of that state."""
     total, count = 0.0, 0
     for k in range(now.shape[1]):
         if kind[0, k] == LIMITED:
             total += (state[0, k] + spring[2, k] + part * change[0, k]) * (state[2, k] + part * change[2, k])
             count += 1
         if kind[1, k] == LIMITED:
-            by_pressure = now[3, k] * change[0, k]
-            left = now[2, k] - state[1, k] + part * (by_pressure - change[1, k])
-            right = now[2, k] + state[1, k] + part * (by_pressure + change[1, k])
+            dshear_dpressure = now[3, k] * change[0, k]
+            left = now[2, k] - state[1, k] + part * (dshear_dpressure - change[1, k])
+            right = now[2, k] + state[1, k] + part * (dshear_dpressure + change[1, k])
             total += (state[3, k] + part * change[3, k]) * left + (state[4, k] + part * change[4, k]) * right
             count += 2
     return total / max(count, 1)

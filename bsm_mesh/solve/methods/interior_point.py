@@ -1,11 +1,10 @@
-"""A primal-dual interior point method for a step: contact and friction as products that shrink together.
+"""Primal-dual interior point method for a step: complementarity of contact and friction, relaxed by a barrier.
 
-Newton's method on the laws has to guess which contacts open and which slide; where thousands change at once it goes
-round in circles. Here every inequality holds strictly all the way, and one barrier brings all products to zero
-together, so that the number of factorizations hardly grows with the number of blocks (Wright, Primal-Dual
-Interior-Point Methods, 1997; predictor and corrector as Mehrotra's). Friction does not dilate, so the problem is not
-convex and nothing is proved: the end is checked with the exact laws, and where there is no equilibrium nearby the
-method jams.
+Newton's method on the laws has to guess the active set: which contacts open and which slip. Where thousands change it
+cycles. Here every inequality holds strictly throughout, and one barrier parameter drives all products to zero, so that
+the number of factorizations hardly grows with the number of blocks (Wright, Primal-Dual Interior-Point Methods, 1997;
+predictor and corrector as Mehrotra's). Friction does not dilate, so the problem is not convex and convergence is not
+proved: the end is checked by the exact laws, and where there is no equilibrium nearby the method stalls.
 """
 
 from __future__ import annotations
@@ -14,8 +13,8 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.contacts.force_kernels import add_moving_forces, fill_tangent
-from bsm_mesh.solve.contacts.forces import may_bear, slipping
-from bsm_mesh.solve.contacts.smoothed_forces import typical_smoothing
+from bsm_mesh.solve.contacts.forces import resolve_corner_corner, slipping
+from bsm_mesh.solve.contacts.smoothed_forces import typical_mu
 from bsm_mesh.solve.methods.interior_kernels import (
     ABSENT,
     BONDED,
@@ -29,50 +28,50 @@ from bsm_mesh.solve.methods.interior_kernels import (
 )
 from bsm_mesh.solve.step.equations import Step, moved_by
 
-MOST_ITERATIONS = 60
-MOST_JAMMED, JAMMED = 4, 0.02  # iterations in a row that get no farther than this part of their step
-PATIENCE, HALF = 20, 0.5  # iterations in which the barrier falls to this part of itself; else the method has jammed too
+MAX_ITERATIONS = 60
+MAX_STALLED, STALLED_PART = 4, 0.02  # successive iterations that advance by less than this part of their step
+PATIENCE, HALF = 20, 0.5  # iterations in which the barrier must fall to this part; else the method has stalled
 FAR = 20.0  # step lengths: blocks that move farther have no equilibrium nearby
-NEAR = 1e-2  # mean product over that of the mean weight, from which on the exact laws are looked at
-SOLVED = 1e-5  # the same, below which only contacts that came or went on the way keep it from the exact laws
-INSIDE = 0.9  # least part of the way to the nearest bound that an iteration goes
-LEAST_CENTRING = 1e-5
+NEAR = 1e-2  # mean product over that of the mean weight, below which the exact residual is checked
+SOLVED = 1e-5  # the same, below which only contacts entering or leaving an edge separate it from the exact laws
+INSIDE = 0.9  # smallest part of the way to the nearest bound that an iteration takes
+MIN_CENTRING = 1e-5
 BELOW_STRENGTH = 1 - 1e-12
 
 
 def interior_point(step: Step, elastic: FloatArray, tolerance: float, *, barrier: float = 1.0) -> FloatArray | None:
-    """Return a position near enough to a solution for Newton's method on the exact laws, or None.
+    """Return a position close enough to a solution for Newton's method on the exact laws, or None.
 
     Parameters
     ----------
     step : Step
         The equations.
     elastic : (n, 3) float64
-        A position at which the contacts' pressures have about the size that they have at the solution.
+        A position at which pressures have about the size of those at the solution.
     tolerance : float
-        Greatest force out of balance by the exact laws, over the mean weight.
+        Maximum norm of the exact residual over the mean weight.
     barrier : float
-        What it begins with, over the typical product of pressure and approach: a greater one jams less where much
-        slides, and takes longer.
+        Initial barrier over the typical product of pressure and gap: a greater one stalls less where much slips, and
+        takes longer.
     """
     problem = _Problem(step)
     position = step.start
-    weight = step.moving.weight(step.evaluate(elastic))
-    state, barrier = problem.begin(position, barrier * typical_smoothing(step.contacts, elastic, weight))
+    weight = step.system.weight(step.evaluate(elastic))
+    state, barrier = problem.begin(position, barrier * typical_mu(step.contacts, elastic, weight))
     unit = weight**2 / problem.middle_stiffness
-    jammed, part, barriers = 0, 1.0, [np.inf] * PATIENCE
-    for _ in range(MOST_ITERATIONS):
-        problem.look(position, state)
+    stalled, part, barriers = 0, 1.0, [np.inf] * PATIENCE
+    for _ in range(MAX_ITERATIONS):
+        problem.update(position, state)
         nearness = barrier / unit
         if nearness < NEAR:
-            found = step.unbalanced(position, step.evaluate(position).forces)
-            solved = nearness < SOLVED and step.sizes(problem.forces, weight)[0] < tolerance
-            if solved or step.sizes(found, weight)[0] < tolerance:
+            found = step.residual(position, step.evaluate(position).forces)
+            solved = nearness < SOLVED and step.residual_norms(problem.forces, weight)[0] < tolerance
+            if solved or step.residual_norms(found, weight)[0] < tolerance:
                 return position
-        jammed = jammed + 1 if part < JAMMED else 0
-        far = nearness < 1 and step.movement(position - step.anchor) > FAR * step.moving.d + step.room
+        stalled = stalled + 1 if part < STALLED_PART else 0
+        far = nearness < 1 and step.movement(position - step.anchor) > FAR * step.system.d + step.settlement_allowance
         slow = barrier > HALF * barriers[-PATIENCE]
-        if jammed == MOST_JAMMED or slow or far or not np.isfinite(barrier):
+        if stalled == MAX_STALLED or slow or far or not np.isfinite(barrier):
             return None
         barriers.append(barrier)
         movement, change, part = problem.direction(state, barrier)
@@ -90,7 +89,7 @@ class _Problem:
     def __init__(self, step: Step) -> None:
         self.step, contacts = step, step.contacts
         anchored = ~np.isnan(contacts.old_tangential)
-        self.laws, self.length = step.moving.catalogue.laws, contacts.candidates.length
+        self.laws, self.length = step.system.catalogue.laws, contacts.candidates.length
         self.old_tangential = np.where(anchored, contacts.old_tangential, 0.0)
         self.spring = np.stack(
             [contacts.normal_stiffness, np.where(anchored, contacts.shear_stiffness, 0.0), contacts.tension]
@@ -105,8 +104,8 @@ class _Problem:
         """Return the state at a position with all products equal to the barrier, and the barrier."""
         c = self.step.contacts
         gap, tangential, tangent, *_ = self.step.contacts.relative_positions(position)
-        on_edge = (tangential >= -c.reach) & (tangential <= c.candidates.edge_length + c.reach)
-        on_edge &= may_bear(c, position, gap, tangent)
+        on_edge = (tangential >= -c.edge_overhang) & (tangential <= c.candidates.edge_length + c.edge_overhang)
+        on_edge &= resolve_corner_corner(c, position, gap, tangent)
         self.kind[0, on_edge] = LIMITED
         self.kind[0, on_edge & np.isinf(c.tension)] = BONDED
         self.now[0], self.now[1] = gap - c.offset, self._trial(tangential)
@@ -117,8 +116,8 @@ class _Problem:
         smoothed_shear(self.now, self.spring, self.kind, barrier, state)
         return state, barrier
 
-    def look(self, position: FloatArray, state: FloatArray) -> None:
-        """Set gaps, trial shears and strengths at a position, and the forces out of balance."""
+    def update(self, position: FloatArray, state: FloatArray) -> None:
+        """Set gaps, trial shears, strengths and residual at a position."""
         c, self.position = self.step.contacts, position
         gap, tangential, *self.frame = self.step.contacts.relative_positions(position)
         self.now[0], self.now[1] = gap - c.offset, self._trial(tangential)
@@ -126,14 +125,14 @@ class _Problem:
         limited = self.kind[1] == LIMITED
         most = np.where(limited, BELOW_STRENGTH * self.now[2], np.inf)
         np.clip(state[1], -most, most, out=state[1])
-        self.forces = self.step.unbalanced(position, self._on_blocks(state[0], state[1]))
+        self.forces = self.step.residual(position, self._on_blocks(state[0], state[1]))
 
     def _set_strength(self, state: FloatArray) -> None:
-        held = self.step.friction_pressure
-        pressure = state[0] if held is None else held
+        frozen = self.step.frozen_pressure
+        pressure = state[0] if frozen is None else frozen
         answer = slipping(self.step.contacts, self.laws, pressure)
         self.now[2], self.now[3] = answer.strength, answer.by_pressure
-        if held is not None:
+        if frozen is not None:
             self.now[3] = 0.0
 
     def barrier(self, state: FloatArray) -> float:
@@ -147,7 +146,7 @@ class _Problem:
             return None, state, 0.0
         _, change, part = self._solve(state, 0.0, plain)
         reached = mean_product(self.now, self.spring, self.kind, state, change, min(part, 1.0))
-        target = barrier * max(min(1.0, reached / barrier) ** 3, LEAST_CENTRING) if barrier > 0 else 0.0
+        target = barrier * max(min(1.0, reached / barrier) ** 3, MIN_CENTRING) if barrier > 0 else 0.0
         pressure, shear = change[0], change[1]
         second_order = np.stack(
             [

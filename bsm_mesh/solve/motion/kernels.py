@@ -1,8 +1,7 @@
-"""Compiled cycles of dynamic relaxation: contact forces with the slip that they have come to, blocks moved by them.
+"""Kernels of explicit motion: cycles of contact forces with slip, and of the movement of blocks.
 
-Constants of contacts are in single precision, which halves what a cycle reads from memory. They give by what forces
-change, to 1e-7 of that: so blocks come to rest as exactly as what was out of balance at first is known. Positions,
-velocities and sums of forces are in double.
+Constants of contacts are in single precision, which halves the memory traffic of a cycle. They give changes of forces
+to 1e-7: the final residual is as accurate as the initial one. Positions, velocities and sums of forces are in double.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ def frames_of(
 def masses(
     block_a: IntArray, block_b: IntArray, spring: FloatArray, length: FloatArray, n: int
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return sums over the contacts of n blocks, (n, 3): of their stiffer spring twice, of that times the arm squared.
+    """Return sums over the contacts of n blocks, (n, 3): twice their stiffer spring, and that times the arm squared.
 
     Columns of `spring` (m, 6) are as `relax_cycles` takes them, `length` (m, 2) as `frames_of` returns it.
     """
@@ -60,7 +59,7 @@ def masses(
 
 @nb.njit(cache=True, nogil=True)
 def relax_cycles(
-    lacking: FloatArray,
+    unramped_fraction: FloatArray,
     begun: int,
     own: IntArray,
     block_a: IntArray,
@@ -68,11 +67,11 @@ def relax_cycles(
     frame: FloatArray,
     spring: FloatArray,
     tension: FloatArray,
-    stuck: FloatArray,
-    bore: BoolArray,
+    shear_offset: FloatArray,
+    contacted: BoolArray,
     slipped: BoolArray,
-    unbalanced: FloatArray,
-    missing: FloatArray,
+    residual: FloatArray,
+    ramped_load: FloatArray,
     inverse_mass: FloatArray,
     supported: IntArray,
     projector: FloatArray,
@@ -81,54 +80,53 @@ def relax_cycles(
     velocity: FloatArray,
     moved: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Go on by some cycles of unit time, of some of the blocks; the others are where they are in the meantime.
+    """Advance some of the blocks by cycles of unit time (central differences); others are advanced elsewhere.
 
     Parameters
     ----------
-    lacking : (cycles,) float64
-        Part of `missing` that does not act yet, in every cycle.
+    unramped_fraction : (cycles,) float64
+        Part of `ramped_load` that does not act yet, of every cycle.
     begun : int
-        Cycles before: from where blocks are after an even number they move to where they are after an odd one.
+        Number of cycles before: it decides between the two arrays of `moved`.
     own : (l,) int64
-        The blocks that move, but those with a support.
+        The blocks to advance, without those with a support.
     block_a, block_b : (m,) int32
-        Blocks of the corner and of the edge, of all contacts that they have.
+        Blocks of the corner and of the edge, of all their contacts.
     frame : (m, 6) float32 [-, m]
         Edge direction t, moments of the normal n = (t_y, -t_x) about a and b, moments of t about a and b.
     spring : (m, 6) float32 [N/m**2, N/m, -]
-        Normal and shear stiffness; pressure where nothing has moved, or less than none: what it would take to close the
-        contact; what the shear force lacks there of the strength, and of the negative one; slope of the strength over
-        the pressure.
+        Normal and shear stiffness; pressure before any movement, negative where open: stiffness times gap; distance of
+        the shear force from the strength, and from the negative one; slope of the strength over the pressure.
     tension : (m,) float32 [N/m]
-        Tensile strength; negative, in place, where a contact breaks.
-    stuck : (m,) float32 [N/m]
-        By what the shear force would have changed had blocks not moved along the edge; it changes in place with slip.
-    bore, slipped : (m,) bool
-        Become true, in place, where a contact bears, and slips, in any of the cycles.
-    unbalanced, missing : (n, 3) float64 [N/m, N/m, N]
-        Forces out of balance where nothing has moved, and what of the loads is brought on little by little.
+        Tensile strength; set negative, in place, where it is exceeded.
+    shear_offset : (m,) float32 [N/m]
+        Change of the shear force by slip alone; it changes in place.
+    contacted, slipped : (m,) bool
+        Set true, in place, where a contact is closed, and slips, in any of the cycles.
+    residual, ramped_load : (n, 3) float64 [N/m, N/m, N]
+        Residual before any movement, and the part of the loads that is ramped.
     inverse_mass : (n, 3) float64
-        Over the square of a cycle.
+        Inverse masses times the square of a cycle.
     supported : (k,) int32
-        Those with a support.
+        Blocks with a support.
     projector : (k, 3, 3) float64
-        Onto the movements that it lets them make.
+        Onto their free axes.
     damping : float
-        Part of a force out of balance that acts against the velocity.
+        Part of the residual that acts against the velocity.
     forces : (n, 3) float64
-        Room to work in.
+        Work array.
     velocity : (n, 3) float64 [m, m, rad]
         Movement in a cycle; it changes in place.
     moved : (2, n, 3) float64 [m, m, rad]
-        Movement in all, after an even and after an odd number of cycles; they change in place, in turns.
+        Total movement after an even, and after an odd number of cycles; they change in place, alternately.
     """
     nothing = np.float32(0.0)
-    for cycle in range(lacking.size):
+    for cycle in range(unramped_fraction.size):
         here, there = moved[(begun + cycle) % 2], moved[(begun + cycle + 1) % 2]
         for i in own:
-            _load(forces[i], unbalanced[i], lacking[cycle], missing[i])
+            _load(forces[i], residual[i], unramped_fraction[cycle], ramped_load[i])
         for i in supported:
-            _load(forces[i], unbalanced[i], lacking[cycle], missing[i])
+            _load(forces[i], residual[i], unramped_fraction[cycle], ramped_load[i])
         for k in range(block_a.size):
             a, b = block_a[k], block_b[k]
             tx, ty = frame[k, 0], frame[k, 1]
@@ -136,22 +134,22 @@ def relax_cycles(
             turn_a, turn_b = np.float32(here[a, 2]), np.float32(here[b, 2])
             gap = ty * dx - tx * dy + frame[k, 2] * turn_a - frame[k, 3] * turn_b
             tangential = tx * dx + ty * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
-            borne = spring[k, 2] if spring[k, 2] > nothing or tension[k] != nothing else nothing
-            pressure = spring[k, 2] - borne - spring[k, 0] * gap
-            if borne + pressure <= -max(tension[k], nothing):
-                pressure, shear = -borne, np.float32(0.5) * (spring[k, 3] - spring[k, 4])
+            initial = spring[k, 2] if spring[k, 2] > nothing or tension[k] != nothing else nothing
+            pressure = spring[k, 2] - initial - spring[k, 0] * gap
+            if initial + pressure <= -max(tension[k], nothing):
+                pressure, shear = -initial, np.float32(0.5) * (spring[k, 3] - spring[k, 4])
                 if tension[k] > nothing:
                     tension[k] = BROKEN
             else:
-                bore[k] = True
-                shear = stuck[k] + spring[k, 1] * tangential
+                contacted[k] = True
+                shear = shear_offset[k] + spring[k, 1] * tangential
                 most, least = spring[k, 3] + spring[k, 5] * pressure, -spring[k, 4] - spring[k, 5] * pressure
                 if most < least:
                     most = least = np.float32(0.5) * (most + least)
-                held = min(max(shear, least), most)
-                slipped[k] |= held != shear
-                shear = held
-            stuck[k] = shear - spring[k, 1] * tangential
+                limited = min(max(shear, least), most)
+                slipped[k] |= limited != shear
+                shear = limited
+            shear_offset[k] = shear - spring[k, 1] * tangential
             fx, fy = pressure * ty - shear * tx, -pressure * tx - shear * ty
             forces[a, 0] += fx
             forces[a, 1] += fy
@@ -172,10 +170,10 @@ def relax_cycles(
 
 @nb.njit(cache=True)
 def _load(
-    forces: FloatArray, unbalanced: FloatArray, lacking: float, missing: FloatArray
+    forces: FloatArray, residual: FloatArray, unramped_fraction: float, ramped_load: FloatArray
 ) -> None:  # pragma: no cover - compiled
     for axis in range(3):
-        forces[axis] = unbalanced[axis] - lacking * missing[axis]
+        forces[axis] = residual[axis] - unramped_fraction * ramped_load[axis]
 
 
 @nb.njit(cache=True)
@@ -198,20 +196,25 @@ def _move(
 
 @nb.njit(cache=True, nogil=True)
 def changed_shears(
-    block_a: IntArray, block_b: IntArray, frame: FloatArray, spring: FloatArray, stuck: FloatArray, moved: FloatArray
+    block_a: IntArray,
+    block_b: IntArray,
+    frame: FloatArray,
+    spring: FloatArray,
+    shear_offset: FloatArray,
+    moved: FloatArray,
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return by what shear forces have changed after cycles, (m,) float32 [N/m]; arrays as in `relax_cycles`.
+    """Return the change of shear forces after cycles, (m,) float32 [N/m]; arrays as in `relax_cycles`.
 
-    The movement `moved` (n, 3) of the last cycle counts too: springs that forgot it would drive blocks, the more so the
-    fewer cycles go by at once. Shears may be more than the strength in the end: a law takes what slips by that.
+    The movement `moved` (n, 3) of the last cycle counts too: without it springs would do work on the blocks. Shears may
+    exceed the strength in the end: the law limits them at the next evaluation.
     """
-    changed = np.empty_like(stuck)
+    changed = np.empty_like(shear_offset)
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         dx, dy = np.float32(moved[a, 0] - moved[b, 0]), np.float32(moved[a, 1] - moved[b, 1])
         turn_a, turn_b = np.float32(moved[a, 2]), np.float32(moved[b, 2])
         tangential = frame[k, 0] * dx + frame[k, 1] * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
-        changed[k] = stuck[k] + spring[k, 1] * tangential
+        changed[k] = shear_offset[k] + spring[k, 1] * tangential
     return changed
 
 

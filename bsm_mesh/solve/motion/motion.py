@@ -1,4 +1,4 @@
-"""Where a run of blocks in motion starts and where it ends."""
+"""Start and end of a continuation."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.algebra.constraints import Constraints
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Start:
-    """Where it starts: positions (n, 3), what contacts and bolts remember, whether all are intact."""
+    """Initial state: position (n, 3), history of contacts, bolts, and whether all contacts are intact."""
 
     position: FloatArray
     history: History
@@ -25,12 +25,12 @@ class Start:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Motion:
-    """Where it ended."""
+    """Final state, with the verdict."""
 
     status: Status
     reason: str
     position: FloatArray
-    contacts: MovingContacts
+    contacts: ContactSet
     at: Evaluation
     bolts: InstalledBolts
     bolts_at: BoltEvaluation

@@ -1,14 +1,12 @@
-"""Dynamic relaxation: blocks come to rest by damped motion, and slip is kept as it comes.
+"""Dynamic relaxation: explicit damped motion to rest, with path-dependent slip.
 
-Where thousands of contacts slip, the equations of a whole step, in which shear forces follow from where a contact has
-come to and not from how, hardly let themselves be solved: friction follows pressure, and their tangent is next to
-singular. Slip that happens little by little loses energy, and finds its end. So what is out of balance is brought on in
-a ramp, in explicit cycles of unit time with masses as small as stability allows (Underwood 1983), damped by a part of
-the force against the velocity (Cundall 1987), which takes no force from what stands still. There is nothing to choose:
-time means nothing, and slowly brought on the loads lead where small steps of statics would.
+Where thousands of contacts slip, the implicit equations of a step are hard to solve: strength follows pressure, and the
+tangent is nearly singular. Incremental slip dissipates energy and converges. So the residual is applied in a ramp, in
+explicit cycles of unit time with the smallest stable masses (Underwood 1983) and local damping (Cundall 1987). Time has
+no meaning; a slow ramp leads where small static load steps would.
 
-A cycle costs some thousandths of a factorization. Waves cross the model in about as many cycles as it has blocks
-across, so that cycles are counted in those: a model of n blocks has the square root of n.
+A cycle costs some thousandths of a factorization. Numbers of cycles are in wave transits: a wave crosses a model of n
+blocks in about sqrt(n) cycles.
 """
 
 from __future__ import annotations
@@ -16,84 +14,83 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.motion.damped_motion import DampedMotion, blocks_across, cycles_at_once
-from bsm_mesh.solve.step.attempt import Found
+from bsm_mesh.solve.motion.damped_motion import DampedMotion, cycles_at_once, wave_transit_cycles
+from bsm_mesh.solve.step.attempt import Attempt
 from bsm_mesh.solve.step.equations import Step
 
-DAMPING, CALMING = 0.5, 0.95  # of the force out of balance, against the velocity: on the way, and near rest
-RAMP = 20.0  # times the blocks across: cycles in which what is out of balance is brought on
-WINDOW, HALVED = 10.0, 0.5  # the same, and to what part it must have fallen after that many more
-REFINED = (3e-2, 1e-3, 1e-5)  # root mean square [weights]: contacts are looked for again at each; the last ends it
-FALLING = 1.0  # the same, of blocks that fall: with more, some may have been thrown, and a slide begins anew
-PASSED = 0.5  # of the step length: how far blocks pass each other before contacts are looked for again
-MOST_SEARCHES = 12
-CALMED, CALMED_EVERY = 2.0, 0.25  # times the blocks across: cycles that calm what is nearly at rest, judged after each;
-PATIENTLY = 20.0  # the same, with patience: they go on while so many leave half as much
+DAMPING, DAMPING_NEAR_REST = 0.5, 0.95  # part of the residual against the velocity: on the way, and near rest
+RAMP_TRANSITS = 20.0  # wave transits over which the residual is applied
+WINDOW_TRANSITS, HALVED = 10.0, 0.5  # after which the residual is compared, and the part to which it must have fallen
+REFINED = (3e-2, 1e-3, 1e-5)  # rms residual over the weight: contacts are searched again at each; the last ends it
+FALLING = 1.0  # the same, above which blocks may have been thrown: the motion is rejected
+PASSED = 0.5  # relative movement over the step length, after which contacts are searched again
+MAX_SEARCHES = 12
+DAMPING_TRANSITS, CHECK_TRANSITS = 2.0, 0.25  # wave transits of damping near rest, and between checks of the residual;
+PATIENT_TRANSITS = 20.0  # the same with patience: continued while so many halve the residual
 
 
 def can_relax(step: Step) -> bool:
-    """Return whether cycles can be used: bolts are stiff, and known to them only from before them."""
-    return not len(step.moving.bolts.alive)
+    """Return whether explicit motion is possible: it has no forces of bolts."""
+    return not len(step.system.bolts.alive)
 
 
 def relax(step: Step, tolerance: float) -> Step | None:
-    """Return the step from where blocks come to rest, all but few of them; from where they do not, with their velocity.
+    """Return the step from the position of rest (of all but few blocks), or from the last position, with its velocity.
 
-    What slipped and broke on the way is accepted: the step begins there, with contacts as they are there. None where
-    cycles cannot be used, and where so much is out of balance that waves or overlaps may have thrown blocks.
+    Slip and failures on the way are committed, and contacts updated there. None where explicit motion is not possible,
+    or the residual is so large that waves or overlaps may have thrown blocks.
 
     Parameters
     ----------
     step : Step
-        The equations from where it begins; it is left as it is.
+        The equations at the start; not changed.
     tolerance : float
-        Greatest force out of balance, over the mean weight, below which nothing is left to do.
+        Maximum norm of the residual over the mean weight, at which it ends.
     """
     if not can_relax(step):
         return None
-    across, at_once = blocks_across(step), cycles_at_once(step)
-    ramp, window = int(RAMP * across), int(WINDOW * across)
+    transit, at_once = wave_transit_cycles(step), cycles_at_once(step)
+    ramp, window = int(RAMP_TRANSITS * transit), int(WINDOW_TRANSITS * transit)
     motion, refined = DampedMotion(step, ramp, DAMPING), list(REFINED)
     before, until = np.inf, ramp + window
-    while refined and motion.searches < MOST_SEARCHES:
-        motion.go_on(at_once)
-        left = motion.balance.norm
+    while refined and motion.searches < MAX_SEARCHES:
+        motion.advance(at_once)
+        left = motion.residual.l2_norm
         if not np.isfinite(left) or (motion.done >= until and left > HALVED * before):
             break
         if motion.done >= until:
             before, until = left, until + window
-        if motion.is_calm(refined[0], tolerance):
+        if motion.is_at_rest(refined[0], tolerance):
             motion.search()
-            if motion.is_calm(refined[0], tolerance):
+            if motion.is_at_rest(refined[0], tolerance):
                 del refined[0]
-        elif motion.passed > PASSED * step.moving.d:
+        elif motion.passed > PASSED * step.system.d:
             motion.search()
-    here = motion.balance
-    return motion.accepted(at_rest=step.is_scattered(here)) if step.is_scattered(here, FALLING) else None
+    here = motion.residual
+    return motion.accepted(at_rest=step.is_localized(here)) if step.is_localized(here, FALLING) else None
 
 
-def calm(step: Step, position: FloatArray, tolerance: float, *, patient: bool = False) -> Found | None:
-    """Return where blocks nearly at rest at a position (n, 3) come to rest to a tolerance; None if not in few cycles.
+def damp_to_rest(step: Step, position: FloatArray, tolerance: float, *, patient: bool = False) -> Attempt | None:
+    """Return the state of rest, to a tolerance, near a position (n, 3) almost at rest; None if not within few cycles.
 
-    Where thousands of contacts are at their strength, Newton's method lets some stick and others slide with every
-    correction, and none is the last. The step keeps what slipped and broke on the way. `patient`: cycles go on for as
-    long as they lead nearer to rest.
+    Where thousands of contacts are at their strength, the active set of Newton's method may cycle between sticking and
+    slipping. The step keeps slip and failures. `patient`: continue while the residual falls.
     """
-    if step.driven or not can_relax(step):
+    if step.supports_move or not can_relax(step):
         return None
-    across = blocks_across(step)
-    motion = DampedMotion(step, 1, CALMING, position)
-    window = (PATIENTLY if patient else CALMED) * across
-    before, until = motion.balance.norm, window
+    transit = wave_transit_cycles(step)
+    motion = DampedMotion(step, 1, DAMPING_NEAR_REST, position)
+    window = (PATIENT_TRANSITS if patient else DAMPING_TRANSITS) * transit
+    before, until = motion.residual.l2_norm, window
     while True:
-        motion.go_on(max(1, int(CALMED_EVERY * across)))
-        balance = motion.balance
-        if balance.greatest < tolerance:
+        motion.advance(max(1, int(CHECK_TRANSITS * transit)))
+        residual = motion.residual
+        if residual.max_norm < tolerance:
             step.contacts = motion.contacts
-            return Found(balance.position, balance.at, converged=True)
-        if not np.isfinite(balance.norm):
+            return Attempt(residual.position, residual.at, converged=True)
+        if not np.isfinite(residual.l2_norm):
             return None
         if motion.done >= until:
-            if not patient or balance.norm > HALVED * before:
+            if not patient or residual.l2_norm > HALVED * before:
                 return None
-            before, until = balance.norm, until + window
+            before, until = residual.l2_norm, until + window

@@ -1,4 +1,4 @@
-"""What a method made of a step."""
+"""The result of a method applied to a step."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from bsm_mesh.solve.contacts.forces import Evaluation
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Found:
-    """A position, its contact forces, and whether they solve the step's equations, or may end it.
+class Attempt:
+    """A trial solution of a step: position, contact forces, and whether the step may end with it.
 
-    Where cycles follow the blocks, `velocity` (n, 3) [m, m, rad] is how far they move in one, and `bore` (m,) tells
-    which contacts bore at any time of the step.
+    After explicit motion, `velocity` (n, 3) [m, m, rad] is the movement in a cycle, and `contacted_during_step` (m,)
+    tells which contacts were closed at any time of the step.
     """
 
     position: FloatArray
     at: Evaluation
     converged: bool
     velocity: FloatArray | None = None
-    bore: BoolArray | None = None
+    contacted_during_step: BoolArray | None = None

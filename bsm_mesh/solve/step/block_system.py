@@ -1,4 +1,4 @@
-"""Blocks in motion with all that stays the same in a run: loads and supports where they stand, contacts, measures."""
+"""The block system of a run: loads, supports, bolts and contacts at a position, masses and scales."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from bsm_mesh.solve.algebra.constraints import Constraints, constrain_bars
 from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_weight
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, evaluate, turned
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate, turned
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.smoothed_forces import evaluate_smoothed
 
-STEP = 0.05  # of the block size: step length d
-BAND = 3.0  # of the step length: corners nearer than this to an edge are candidates for contact
-DRIVEN = 0.5  # of the step length: how far supports move blocks in a step
-REACHED = 1e-6  # of the step length: what a prescribed displacement may lack at the end
+STEP = 0.05  # step length d over the block size
+BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates
+PRESCRIBED_STEP = 0.5  # largest prescribed movement in a step, over the step length
+PRESCRIPTION_TOLERANCE = 1e-6  # of a prescribed displacement at the end, over the step length
 
 
-class MovingModel:
-    """A model whose blocks move.
+class BlockSystem:
+    """A model in large displacement: what is constant in a run, and forces as functions of the position.
 
-    Positions are movements from where the blocks were given, (n, 3) [m, m, rad]: of the centroid, and the rotation. So
-    their rounding is that of movements; of coordinates on a national grid it would be greater than what is asked for.
+    A position (n, 3) [m, m, rad] is the displacement of every centroid and the rotation, from the given geometry. Its
+    rounding is that of displacements; rounding of coordinates on a national grid would exceed the tolerance.
 
     Parameters
     ----------
@@ -38,26 +38,26 @@ class MovingModel:
     bolts : InstalledBolts, optional
         Its bolts; where not given the model's own, installed on the blocks as given.
     position : (n, 3) float64 [m, m, rad], optional
-        Where the blocks are; where they were given, if not.
+        Position of the blocks; that of the given geometry by default.
 
     Attributes
     ----------
     start : (n, 3) float64 [m, m, rad]
-        The position in which the blocks were given: no movement.
+        Position of the given geometry: zero.
     d : float [m]
         Step length.
     mass : (n, 3) float64 [N/m, N/m, N m]
-        What regularises: weights, and weights times the polar radius of gyration squared.
+        M of the regularisation: weights, and weights times the polar radius of gyration squared.
     scale : (n, 3) float64
         Forces times `scale`, and movements over it, compare across axes: moments over radii of gyration.
-    driven : (n,) bool
-        Blocks that only their supports move.
+    prescribed_blocks : (n,) bool
+        Blocks with all axes constrained: only prescribed displacements move them.
     bolts : InstalledBolts
-        The bolts with what accepted steps have left in them.
+        The bolts in their last accepted state.
     mean_weight : float [N/m]
-        Mean weight of a block, or mean load of a loaded one, if greater: by it steps are measured.
-    stressed : float
-        The reference weight over it, by which residuals are measured: 1, or more where contacts bear more at the start.
+        Mean weight of a block, or mean load of a loaded one, if greater: the unit of residuals within a step.
+    residual_scale : float
+        Reference weight of reported residuals over `mean_weight`: 1, or more in stressed rock.
     """
 
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
@@ -68,11 +68,11 @@ class MovingModel:
         self.bars = bars_of(model.supports, model.blocks)
         self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
         at_start = self.constraints_at(self.start, conflicts=True)
-        held = np.zeros(model.blocks.count, dtype=bool)
-        held[at_start.block[at_start.held == 3]] = True
-        self.driven = held.copy()
-        held[np.unique(self.bars.block[self.bars.value != 0])] = False
-        self.outlines = Outlines.of(model.blocks, held)
+        fixed = np.zeros(model.blocks.count, dtype=bool)
+        fixed[at_start.block[at_start.constrained == 3]] = True
+        self.prescribed_blocks = fixed.copy()
+        fixed[np.unique(self.bars.block[self.bars.value != 0])] = False
+        self.outlines = Outlines.of(model.blocks, fixed)
         self.catalogue = JointCatalogue(model)
         self.applied = point_forces_of(model.acting_loads, model.blocks)
         self.applied_arm = self.applied.point - moments.centroid[self.applied.block]
@@ -81,7 +81,7 @@ class MovingModel:
         self.dead = self._dead_forces()
         pretension = self.bolts.evaluate(self.start if position is None else position).forces
         self.mean_weight = reference_weight(model, self.loads, pretension)
-        self.stressed = 1.0
+        self.residual_scale = 1.0
         weight = np.maximum(model.weights, 1e-3 * self.mean_weight)
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
@@ -103,8 +103,7 @@ class MovingModel:
     def loads_at(self, position: FloatArray) -> FloatArray:
         """Return weights, loads and water, (n, 3).
 
-        Loads keep their direction and move with their point on the block; the water's pressure is that of where the
-        block is.
+        Loads keep their direction and follow their point on the block; water pressure follows the position.
         """
         if not len(self.applied.block) and not self.water.acts:
             return self.loads
@@ -122,17 +121,17 @@ class MovingModel:
         return self.loads_at(position) + self.bolts.evaluate(position).forces
 
     def water_at(self, position: FloatArray) -> FloatArray:
-        """Return the water's force and moment on every block where it stands, (n, 3)."""
+        """Return force and moment of the water on every block at a position, (n, 3)."""
         placed = self.outlines.placed(position)
         return self.water.on_blocks(corner_positions(self.outlines, placed), placed[:, :2])
 
     def point_forces_at(self, position: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Return block, point and force of every load as the blocks stand."""
+        """Return block, point and force of every load at a position."""
         placed = self.outlines.placed(position)[self.applied.block]
         return self.applied.block, placed[:, :2] + turned(self.applied_arm, placed[:, 2]), self.applied.force
 
     def bar_arms(self, position: FloatArray) -> FloatArray:
-        """Return the arms from centroids to held points as the blocks stand, (n_bars, 2) [m]."""
+        """Return the arms from centroids to supported points at a position, (n_bars, 2) [m]."""
         return turned(self.bar_arm, position[self.bars.block, 2])
 
     def constraints_at(self, position: FloatArray, *, conflicts: bool = False) -> Constraints:
@@ -143,65 +142,64 @@ class MovingModel:
         reached = np.where(self.bars.holds_rotation, moved[:, 2], reached)
         return constrain_bars(self.model, self.bars, arm, self.bars.value - reached, conflicts=conflicts)
 
-    def given(self, supports: Constraints) -> FloatArray:
+    def prescribed_increment(self, supports: Constraints) -> FloatArray:
         """Return the part of the prescribed displacements that is applied in one step.
 
-        It is less than blocks fall in a step, so that those on a support that sinks keep up with it.
+        It is less than the movement of a falling block in a step, so that blocks keep up with a sinking support.
         """
-        size = float(np.abs(supports.given / self.scale).max())
-        return supports.given * min(1.0, DRIVEN * self.d / size) if size > 0 else supports.given
+        size = float(np.abs(supports.prescribed / self.scale).max())
+        return supports.prescribed * min(1.0, PRESCRIBED_STEP * self.d / size) if size > 0 else supports.prescribed
 
-    def reached(self, position: FloatArray) -> bool:
+    def prescription_complete(self, position: FloatArray) -> bool:
         """Return whether the prescribed displacements are applied in full."""
-        return float(np.abs(self.constraints_at(position).given / self.scale).max()) <= REACHED * self.d
+        left = self.constraints_at(position).prescribed / self.scale
+        return float(np.abs(left).max()) <= PRESCRIPTION_TOLERANCE * self.d
 
-    def gather(self, history: History, position: FloatArray, *, first: bool) -> MovingContacts:
-        """Return the contacts near a position with their history; `first`: touching ones are intact."""
-        self._answered.clear()  # by other contacts: room for these
+    def gather(self, history: History, position: FloatArray, *, first: bool) -> ContactSet:
+        """Return the contacts near a position with their history; `first`: closed ones are intact."""
+        self._answered.clear()  # of other contacts: their memory is needed
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
 
     def evaluate(
         self,
-        contacts: MovingContacts,
+        contacts: ContactSet,
         position: FloatArray,
-        friction_pressure: FloatArray | None = None,
-        smoothing: float = 0.0,
+        frozen_pressure: FloatArray | None = None,
+        mu: float = 0.0,
     ) -> Evaluation:
-        """Return the contact forces at a position; `friction_pressure` as `moving.evaluate` takes it.
+        """Return the contact forces at a position, by laws smoothed by `mu` [N]; `frozen_pressure` as in `evaluate`.
 
-        With a smoothing [N], those of smoothed laws.
-
-        One way to solve a step hands its position to the next, and a path asks by both laws in turn: so the last two
-        answers are kept for the same arrays.
+        The last two evaluations are kept: one method passes its position to the next, and the smoothing path
+        alternates between both laws.
         """
-        asked = contacts, position, friction_pressure, smoothing
+        asked = contacts, position, frozen_pressure, mu
         for known, answer in self._answered:
             if all(now is then for now, then in zip(asked, known, strict=True)):
                 return answer
         del self._answered[1:]  # before the new one is made
         laws = self.catalogue.laws
-        if smoothing:
-            found: Evaluation = evaluate_smoothed(contacts, laws, position, smoothing)
+        if mu:
+            found: Evaluation = evaluate_smoothed(contacts, laws, position, mu)
         else:
-            found = evaluate(contacts, laws, position, friction_pressure)
+            found = evaluate(contacts, laws, position, frozen_pressure)
         self._answered.insert(0, (asked, found))
         return found
 
-    def starts_from(self, contacts: MovingContacts, position: FloatArray) -> None:
-        """Take note of how stressed the rock is where blocks begin to move."""
+    def set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
+        """Set `residual_scale` from the mean contact force at the start."""
         if self.mean_weight > 0:
-            self.stressed = max(1.0, _mean_borne(self.evaluate(contacts, position)) / self.mean_weight)
+            self.residual_scale = max(1.0, _mean_contact_force(self.evaluate(contacts, position)) / self.mean_weight)
 
-    def static_residual(self, contacts: MovingContacts, position: FloatArray) -> float:
-        """Return the greatest force out of balance over the reference weight."""
+    def static_residual(self, contacts: ContactSet, position: FloatArray) -> float:
+        """Return the maximum norm of the static residual over the reference weight."""
         at = self.evaluate(contacts, position)
-        missing = self.constraints_at(position).scaled(self.acting_at(position) + at.forces, self.scale)
-        return float(np.abs(missing).max()) / (self.stressed * self.weight(at))
+        residual = self.constraints_at(position).scaled(self.acting_at(position) + at.forces, self.scale)
+        return float(np.abs(residual).max()) / (self.residual_scale * self.weight(at))
 
     def weight(self, at: Evaluation) -> float:
-        """Return the mean weight or load by which steps are measured [N/m]; without either the mean contact force."""
-        return self.mean_weight or _mean_borne(at) or 1.0
+        """Return the unit of residuals within a step [N/m]: mean weight or load, else the mean contact force."""
+        return self.mean_weight or _mean_contact_force(at) or 1.0
 
 
-def _mean_borne(at: Evaluation) -> float:
-    return mean_force(at.pressure[at.bearing], at.shear[at.bearing])
+def _mean_contact_force(at: Evaluation) -> float:
+    return mean_force(at.pressure[at.closed], at.shear[at.closed])

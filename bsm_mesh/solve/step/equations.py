@@ -1,4 +1,4 @@
-"""The equations of one step, ``loads + bolts + contacts - lam M (q - q_n) = 0``, and their linear algebra."""
+"""The equations of one step, ``r(q) = loads + bolts + contacts - lam M (q - q_n) = 0``: residual, tangent, solution."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.algebra.block_matrix import constrain
-from bsm_mesh.solve.contacts.force_kernels import farthest_past
-from bsm_mesh.solve.contacts.forces import Evaluation, MovingContacts, tangent_stiffness
+from bsm_mesh.solve.contacts.force_kernels import max_relative_movement
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, tangent_stiffness
 from bsm_mesh.solve.contacts.smoothed_forces import Smoothed, smoothed_tangent
-from bsm_mesh.solve.step.block_system import BAND, MovingModel
+from bsm_mesh.solve.step.block_system import BAND, BlockSystem
 from bsm_mesh.solve.step.factorization import Factors
 
-SCATTERED = 0.03  # of a weight: root mean square out of balance of which few blocks are the cause
-PAST = BAND  # of the step length: how far blocks may pass each other, for so far away contacts are looked for
-LONGEST = 2.0  # of the step length: what one correction, and a whole step, may move a block
+LOCALIZED_RMS = 0.03  # rms residual over the weight, below which few blocks are the cause
+MAX_RELATIVE_MOVEMENT = BAND  # of neighbouring blocks, over the step length: the range of the contact search
+MAX_MOVEMENT = 2.0  # of a block in one correction, and in a step, over the step length
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Balance:
-    """What is out of balance at a position.
+class Residual:
+    """The residual of a step's equations at a position.
 
     Attributes
     ----------
     position : (n, 3) float64 [m, m, rad]
-        Where.
+        The position.
     evaluate : callable
-        Returns the contact forces there.
+        Returns the contact forces at it.
     forces : (n, 3) float64 [N/m, N/m, N]
-        What the equations lack.
-    greatest : float
-        The greatest component of what counts of them, over the mean weight.
-    norm : float [N/m]
-        Their 2-norm.
+        Residual of every block.
+    max_norm : float
+        Its maximum norm over the mean weight, moments over radii of gyration, on the free axes.
+    l2_norm : float [N/m]
+        Its 2-norm, on the same axes.
     weight : float [N/m]
         The mean weight.
     """
@@ -45,16 +45,16 @@ class Balance:
     position: FloatArray
     evaluate: Callable[[], Evaluation]
     forces: FloatArray
-    greatest: float
-    norm: float
+    max_norm: float
+    l2_norm: float
     weight: float
 
     @property
     def at(self) -> Evaluation:
-        """The contact forces there, worked out again unless they were among the last that anyone asked for.
+        """The contact forces at the position, evaluated again unless they were among the last evaluated.
 
-        Many positions are compared while a step is solved; of all contacts' forces at each of them a million blocks
-        would take 0.3 GB.
+        Many positions are compared while a step is solved. The contact forces at one of them take 0.3 GB in a model of
+        a million blocks.
         """
         return self.evaluate()
 
@@ -64,7 +64,7 @@ class Step:
 
     Parameters
     ----------
-    moving : MovingModel
+    system : MovingModel
         The blocks.
     factors : Factors
         The linear solver.
@@ -78,162 +78,166 @@ class Step:
     Attributes
     ----------
     start : (n, 3) float64
-        The accepted position with what the supports move in this step.
-    driven : bool
-        Whether they move anything.
+        The accepted position plus the prescribed displacement of this step.
+    supports_move : bool
+        Whether a displacement is prescribed in this step.
     mass, scale : (n, 3) float64
-        As in `MovingModel`.
-    room : float [m]
-        How much farther than `LONGEST` blocks may go in this step, all together.
-    still : (n, 3) float64
-        Where the regularisation bears nothing: the accepted position, unless a step goes on with contacts updated.
-    friction_pressure : (m,) float64 or None [N/m]
-        Pressures at which the contacts' shear strengths are held; None: they follow the pressures.
-    smoothing : float [N]
-        Of the contacts' laws; 0: the laws themselves.
+        As in `BlockSystem`.
+    settlement_allowance : float [m]
+        Movement that this step allows beyond `MAX_MOVEMENT`, for settlement of all blocks together.
+    regularization_reference : (n, 3) float64
+        Position at which the regularisation is zero: the accepted one, unless contacts were updated within the step.
+    frozen_pressure : (m,) float64 or None [N/m]
+        Pressures at which the shear strengths are frozen; None: they follow the current pressures.
+    mu : float [N]
+        Smoothing of the contact laws; 0: exact laws.
     velocity : (n, 3) float64 or None [m, m, rad]
-        Of blocks that are followed by cycles, where the step begins; None: they are not.
-    jammed : bool
-        Whether the interior point method found no equilibrium of its worst blocks: it is not asked again until the
-        step is nearly in balance.
+        Velocity at the start of the step in explicit motion; None: none.
+    interior_point_stalled : bool
+        Whether the interior point method stalled on the subdomain of this step: it is not tried again until the
+        residual is small.
     """
 
     def __init__(
-        self, moving: MovingModel, factors: Factors, contacts: MovingContacts, anchor: FloatArray, lam: float
+        self, system: BlockSystem, factors: Factors, contacts: ContactSet, anchor: FloatArray, lam: float
     ) -> None:
-        self.moving, self.factors, self.contacts, self.anchor, self.lam = moving, factors, contacts, anchor, lam
-        self.friction_pressure: FloatArray | None = None
-        self.smoothing = 0.0
+        self.system, self.factors, self.contacts, self.anchor, self.lam = system, factors, contacts, anchor, lam
+        self.frozen_pressure: FloatArray | None = None
+        self.mu = 0.0
         self.velocity: FloatArray | None = None
-        self.jammed = False
-        self.still = anchor
-        self.room, self.mass, self.scale = 0.0, moving.mass, moving.scale
-        self.supports = moving.constraints_at(anchor)
-        given = moving.given(self.supports)
-        self.driven = bool(given.any())
-        self.start = anchor + given if self.driven else anchor
+        self.interior_point_stalled = False
+        self.regularization_reference = anchor
+        self.settlement_allowance, self.mass, self.scale = 0.0, system.mass, system.scale
+        self.supports = system.constraints_at(anchor)
+        increment = system.prescribed_increment(self.supports)
+        self.supports_move = bool(increment.any())
+        self.start = anchor + increment if self.supports_move else anchor
         self.pattern = factors.pattern_of(contacts)
 
-    def with_friction_of(self, pressure: FloatArray) -> Step:
-        """Return the same step with shear strengths held at those of a pressure (m,)."""
-        held = copy(self)
-        held.friction_pressure = pressure
-        return held
+    def with_frozen_friction(self, pressure: FloatArray) -> Step:
+        """Return the same step with shear strengths frozen at those of a pressure (m,)."""
+        frozen = copy(self)
+        frozen.frozen_pressure = pressure
+        return frozen
 
-    def smoothed(self, smoothing: float) -> Step:
-        """Return the same step with laws that have a smoothing [N]."""
-        soft = copy(self)
-        soft.smoothing = smoothing
-        return soft
+    def smoothed(self, mu: float) -> Step:
+        """Return the same step with contact laws smoothed by mu [N]."""
+        smoothed = copy(self)
+        smoothed.mu = mu
+        return smoothed
 
-    def resting(self, position: FloatArray, lam: float) -> Step:
-        """Return the same step from another position, with another regularisation and shear strengths not held."""
+    def static_problem_at(self, position: FloatArray, lam: float) -> Step:
+        """Return the static equations at another position, with another regularisation and without frozen friction."""
         there = copy(self)
-        there.anchor = there.still = position
-        there.lam, there.friction_pressure = lam, None
-        there.supports = self.moving.constraints_at(position)
+        there.anchor = there.regularization_reference = position
+        there.lam, there.frozen_pressure = lam, None
+        there.supports = self.system.constraints_at(position)
         there.pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
         return there
 
-    def renew(self, contacts: MovingContacts, position: FloatArray) -> None:
-        """Go on with contacts as they are at a position; the regularisation begins anew there."""
-        self.contacts, self.still, self.jammed = contacts, position, False
+    def rebase(self, contacts: ContactSet, position: FloatArray) -> None:
+        """Continue with updated contacts from a position, which becomes the reference of the regularisation."""
+        self.contacts, self.regularization_reference, self.interior_point_stalled = contacts, position, False
         self.pattern = self.factors.pattern_of(contacts)
 
-    def break_contacts(self, rows: IntArray) -> None:
-        """Take cohesion and tensile strength from contacts (k,), as if an earlier step had opened them."""
+    def fail_contacts(self, rows: IntArray) -> None:
+        """Set contacts (k,) to failed: without cohesion and tensile strength, as if opened by an earlier step."""
         if not rows.size:
             return
         failed, tension = self.contacts.failed.copy(), self.contacts.tension.copy()
         failed[rows], tension[rows] = True, 0.0
         self.contacts = replace(self.contacts, failed=failed, tension=tension)
 
-    def make_room(self, elastic: FloatArray) -> None:
-        """Let blocks settle together as far as their elastic position lies, if they hardly move past each other."""
-        size, most = self.movement(elastic - self.start), LONGEST * self.moving.d
-        if size > most and self.past_each_other(elastic - self.start) <= PAST * self.moving.d:
-            self.room = size
+    def allow_elastic_settlement(self, elastic: FloatArray) -> None:
+        """Allow movements up to the elastic position, where neighbouring blocks hardly move against each other."""
+        size = self.movement(elastic - self.start)
+        if size > MAX_MOVEMENT * self.system.d and self._is_within_band(elastic - self.start):
+            self.settlement_allowance = size
 
     @property
-    def longest(self) -> float:
-        """How far a block may move in this step, and in a correction of it [m]."""
-        return LONGEST * self.moving.d + self.room
+    def max_movement(self) -> float:
+        """Largest movement of a block in this step, and in a correction of it [m]."""
+        return MAX_MOVEMENT * self.system.d + self.settlement_allowance
 
-    def takes(self, position: FloatArray) -> bool:
-        """Return whether the step may end at a position: no block has come to contacts that the step does not know."""
-        if self.movement(position - self.still) > self.longest:
+    def within_search_range(self, position: FloatArray) -> bool:
+        """Return whether no block can have reached a contact outside the range of the search."""
+        moved = position - self.regularization_reference
+        if self.movement(moved) > self.max_movement:
             return False
-        return self.room == 0 or self.past_each_other(position - self.still) <= PAST * self.moving.d
+        return self.settlement_allowance == 0 or self._is_within_band(moved)
 
-    def past_each_other(self, movement: FloatArray) -> float:
-        """Return how far blocks that are near each other move past each other, at most [m]."""
+    def max_relative_movement(self, movement: FloatArray) -> float:
+        """Return the largest relative movement of neighbouring blocks [m]."""
         candidates = self.contacts.candidates
-        past: float = farthest_past(candidates.block_a, candidates.block_b, movement, self.moving.outlines.block_size)
-        return past
+        blocks, size = (candidates.block_a, candidates.block_b), self.system.outlines.block_size
+        largest: float = max_relative_movement(*blocks, movement, size)
+        return largest
+
+    def _is_within_band(self, movement: FloatArray) -> bool:
+        return self.max_relative_movement(movement) <= MAX_RELATIVE_MOVEMENT * self.system.d
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
-        return self.moving.evaluate(self.contacts, position, self.friction_pressure, self.smoothing)
+        return self.system.evaluate(self.contacts, position, self.frozen_pressure, self.mu)
 
-    def tangent(self, at: Evaluation, softness: float = 0.0) -> FloatArray:
-        """Return the blocks of the contacts' tangent at a position; `softness` as `tangent_stiffness` takes it."""
+    def tangent(self, at: Evaluation, regularization: float = 0.0) -> FloatArray:
+        """Return the 3 x 3 blocks of the contacts' tangent; `regularization` as in `tangent_stiffness`."""
         places = self.pattern.place, len(self.pattern.column)
         if isinstance(at, Smoothed):
             return smoothed_tangent(self.contacts, at, *places)
-        return tangent_stiffness(self.contacts, at, *places, softness)
+        return tangent_stiffness(self.contacts, at, *places, regularization)
 
-    def unbalanced(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
-        """Return what the equations lack at a position, (n, 3) [N/m, N/m, N]."""
+    def residual(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
+        """Return the residual at a position, (n, 3) [N/m, N/m, N]."""
         forces = self.acting_at(position) + contact_forces
-        forces -= self.lam * self.mass * (position - self.still)
+        forces -= self.lam * self.mass * (position - self.regularization_reference)
         return forces
 
     def acting_at(self, position: FloatArray) -> FloatArray:
         """Return weights, loads, water and bolt forces at a position, (n, 3)."""
-        return self.moving.acting_at(position)
+        return self.system.acting_at(position)
 
-    def free(self, forces: FloatArray) -> FloatArray:
-        """Return what counts of forces (n, 3) as being out of balance: what moves a block that may move."""
+    def project(self, forces: FloatArray) -> FloatArray:
+        """Project forces (n, 3) onto the free degrees of freedom, moments over radii of gyration."""
         return self.supports.scaled(forces, self.scale)
 
-    def sizes(self, forces: FloatArray, weight: float) -> tuple[float, float]:
-        """Return greatest component and 2-norm of forces out of balance over a weight."""
-        free = self.free(forces)
-        norm = np.sqrt(np.einsum("ij,ij", free, free))  # not BLAS: its threads would wait beside the linear solver's
-        return float(np.abs(free).max()) / weight, float(norm) / weight
+    def residual_norms(self, forces: FloatArray, weight: float) -> tuple[float, float]:
+        """Return maximum norm and 2-norm of a residual (n, 3) over a weight."""
+        free = self.project(forces)
+        square = np.einsum("ij,ij", free, free)  # not BLAS: its threads would wait beside the linear solver's
+        return float(np.abs(free).max()) / weight, float(np.sqrt(square)) / weight
 
-    def balance_at(self, position: FloatArray, weight: float | None = None) -> Balance:
-        """Return what is out of balance at a position, its greatest component over the mean weight or another."""
+    def residual_at(self, position: FloatArray, weight: float | None = None) -> Residual:
+        """Return the residual at a position, with its norms over the mean weight or another."""
         at = self.evaluate(position)
-        weight = weight or self.moving.weight(at)
-        forces = self.unbalanced(position, at.forces)
-        greatest, norm = self.sizes(forces, weight)
-        asked = self.contacts, position, self.friction_pressure, self.smoothing
-        return Balance(position, partial(self.moving.evaluate, *asked), forces, greatest, norm * weight, weight)
+        weight = weight or self.system.weight(at)
+        forces = self.residual(position, at.forces)
+        max_norm, l2_norm = self.residual_norms(forces, weight)
+        asked = self.contacts, position, self.frozen_pressure, self.mu
+        return Residual(position, partial(self.system.evaluate, *asked), forces, max_norm, l2_norm * weight, weight)
 
-    def is_scattered(self, balance: Balance, most: float = SCATTERED) -> bool:
-        """Return whether the root mean square out of balance is below a part of a weight: all but few blocks rest."""
-        blocks = max(1, len(balance.position))
-        return balance.norm < most * balance.weight * float(np.sqrt(blocks))
+    def is_localized(self, residual: Residual, max_rms: float = LOCALIZED_RMS) -> bool:
+        """Return whether the rms residual is below a part of the weight: few blocks cause the maximum norm."""
+        blocks = max(1, len(residual.position))
+        return residual.l2_norm < max_rms * residual.weight * float(np.sqrt(blocks))
 
     def movement(self, step: FloatArray) -> float:
-        """Return the greatest movement of a block in a step (n, 3), turns over the radius of gyration [m]."""
+        """Return the largest component of a movement (n, 3), rotations times radii of gyration [m]."""
         return float(np.abs(step / self.scale).max())
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
-        """Return contacts' tangent blocks with the bolts' at a position and the regularisation, supports eliminated."""
-        bolts = self.moving.bolts
+        """Return the tangent of contacts, bolts and regularisation at a position, constrained axes eliminated."""
+        bolts = self.system.bolts
         if len(bolts.alive):
             bolts.add_tangent(bolts.evaluate(position), self.factors.bolt_places, data)
         pattern, support = self.pattern, self.supports
+        axes = support.number, support.basis, support.constrained
         data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.mass.T
-        constrain(
-            pattern.row_start, pattern.column, pattern.diagonal, data, support.number, support.basis, support.held
-        )
+        constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *axes)
         return data
 
     def factorize(self, data: FloatArray, position: FloatArray) -> bool:
-        """Factorize contacts' tangent blocks, completed; False where that is singular."""
+        """Factorize the completed tangent; return False where it is singular."""
         return self.factors.factorize(self.complete(data, position))
 
     def solve(self, forces: FloatArray) -> FloatArray:
@@ -242,10 +246,10 @@ class Step:
 
 
 def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
-    """Return positions after finite turns about the instant centres of a step (n, 3): the exponential map of SE(2).
+    """Return positions after a finite movement (n, 3) about instant centres: the exponential map of SE(2).
 
-    A block that turns about a stiff corner so keeps the corner in place; added up plainly, translation and rotation
-    would move it by the square of the angle, and the line search would cut every step to that.
+    A block that rotates about a stiff corner keeps the corner in place. Plain addition would move the corner by the
+    square of the angle, and the line search would shorten every step to that.
     """
     u, v, turn = step.T
     sinc = np.sinc(turn / np.pi)

@@ -1,4 +1,4 @@
-"""The linear solver of a run: factors that last while their pattern does."""
+"""Factorization of the tangent: the linear solver of a run, its analysis kept while the pattern stays the same."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.heap import give_back
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, upper_triangle, whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
-from bsm_mesh.solve.contacts.forces import MovingContacts
+from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.step.block_system import MovingModel
+from bsm_mesh.solve.step.block_system import BlockSystem
 
-WORTH_GIVING_BACK = 200_000  # blocks: below, what is free on the heap is less than what it costs to be mapped anew
+WORTH_GIVING_BACK = 200_000  # blocks: below, free heap memory is worth less than mapping it anew
 
 
 class Factors:
@@ -23,7 +23,7 @@ class Factors:
 
     Parameters
     ----------
-    moving : MovingModel
+    system : MovingModel
         The blocks.
     options : Options
         Name and threads of the linear solver.
@@ -40,17 +40,17 @@ class Factors:
         Places of the bolts in the last pattern.
     """
 
-    def __init__(self, moving: MovingModel, options: Options) -> None:
-        self.options, self.moving, self.blocks = options, moving, moving.model.blocks
+    def __init__(self, system: BlockSystem, options: Options) -> None:
+        self.options, self.system, self.blocks = options, system, system.model.blocks
         self.bolt_places = np.zeros(0, np.int32)
         self.name, self.count, self.ready = "", 0, False
         self._solver: LinearSolver | None = None
         self._pattern: BlockPattern | None = None
 
-    def pattern_of(self, contacts: MovingContacts) -> BlockPattern:
-        """Return the pattern of candidates and bolts, and make ready to factorize it; `place` is the candidates'."""
+    def pattern_of(self, contacts: ContactSet) -> BlockPattern:
+        """Return the pattern of candidates and bolts, `place` being the candidates', and prepare its factorization."""
         c, old = contacts.candidates, self._pattern
-        lower, higher = self.moving.bolts.pairs
+        lower, higher = self.system.bolts.pairs
         pairs = np.concatenate([c.block_a, lower]), np.concatenate([c.block_b, higher])
         pattern = whole_pattern(self.blocks.count, *pairs)
         pattern = replace(pattern, place=pattern.place[: contacts.count])
@@ -62,7 +62,7 @@ class Factors:
         ):
             return replace(old, place=pattern.place)  # kept once
         self.close()
-        self._pattern, self.bolt_places = pattern, self.moving.bolts.places(pattern)
+        self._pattern, self.bolt_places = pattern, self.system.bolts.places(pattern)
         self._open()
         return pattern
 
@@ -90,7 +90,7 @@ class Factors:
     def is_positive_definite(self, data: FloatArray) -> bool:
         """Return whether a symmetric matrix, blocks (n_places, 3, 3) of the last pattern, is positive definite.
 
-        The factors that were there are given back first, or a model at rest would need the memory of both.
+        The present factors are released first: a model at rest would need the memory of both.
         """
         assert self._pattern is not None
         upper, chosen = upper_triangle(self._pattern)
@@ -113,7 +113,7 @@ class Factors:
         return self._solver.solve(right_side)
 
     def close(self) -> None:
-        """Give the factors' memory back."""
+        """Release the factors."""
         if self._solver is not None:
             self._solver.close()
             self._solver, self.ready = None, False

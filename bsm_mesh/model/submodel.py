@@ -17,7 +17,7 @@ from bsm_mesh.model.water import Water
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Part:
+class SubModel:
     """Some blocks of a model.
 
     Attributes
@@ -47,7 +47,7 @@ class Part:
         return whole
 
 
-def part_of(model: Model, present: BoolArray, bars: Bars, forces: PointForces, water: Water | None) -> Part:
+def submodel_of(model: Model, present: BoolArray, bars: Bars, forces: PointForces, water: Water | None) -> SubModel:
     """Return the blocks that are there as a model of their own.
 
     Parameters
@@ -79,7 +79,7 @@ def part_of(model: Model, present: BoolArray, bars: Bars, forces: PointForces, w
         water=water,
         title=model.title,
     )
-    return Part(model=part, present=present, block=np.flatnonzero(present).astype(np.int32), corner=corner, bar=bar)
+    return SubModel(model=part, present=present, block=np.flatnonzero(present).astype(np.int32), corner=corner, bar=bar)
 
 
 Table = TypeVar("Table", Bars, PointForces)
