@@ -1,0 +1,185 @@
+"""Run random models with known answers, and compare with a former campaign (``python -m benchmarks.campaign``)."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.campaign import comparison, outcome, runner, sizes, store, tables
+from benchmarks.campaign.families import FAMILIES
+from benchmarks.campaign.oracles import Case, judge
+from benchmarks.campaign.outcome import Record
+from benchmarks.campaign.trial import Family, trial_of
+from benchmarks.programs import show
+
+LIMIT = 60.0  # processor seconds a model
+BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
+BEGIN, END = "<!-- made by the campaign: begin -->", "<!-- made by the campaign: end -->"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run what is asked for; return the exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if not words or (words[0].startswith("-") and words[0] not in ("-h", "--help")):
+        words = ["run", *words]
+    given = parser().parse_args(words)
+    try:
+        return int(given.do(given))
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on where it was", file=sys.stderr)
+        return 130
+    except (ValueError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the command line."""
+    made = argparse.ArgumentParser(prog="python -m benchmarks.campaign", description=__doc__.partition("(")[0])
+    kinds = made.add_subparsers(dest="command", required=True)
+    run = kinds.add_parser("run", help="run models, or go on where a campaign was stopped; print the tables")
+    run.set_defaults(do=run_campaign)
+    run.add_argument("--file", type=Path, default=Path("benchmark-results/campaign.jsonl"), help="default %(default)s")
+    run.add_argument("--families", nargs="+", metavar="NAME", help="all by default: " + ", ".join(FAMILIES))
+    run.add_argument("--size", choices=tuple(sizes.SIZES), help="large scenes of so many blocks instead")
+    run.add_argument("--share", type=float, default=1.0, help="of each family's models, the first ones (default all)")
+    run.add_argument("--sample", type=int, metavar="N", help="of all these, N at random; always the same ones")
+    run.add_argument("--processes", type=int, default=1)
+    run.add_argument("--time-limit", type=float, metavar="SECONDS", help=f"processor time a model (default {LIMIT:g})")
+    run.add_argument("--no-oracles", action="store_true", help="run only: for times")
+    _against(run)
+    table = kinds.add_parser("table", help="print the tables of stored campaigns")
+    table.set_defaults(do=print_tables)
+    table.add_argument("files", nargs="+", type=Path)
+    table.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    table.add_argument("--pack", type=Path, metavar="FILE.xz", help="write the records packed")
+    _against(table)
+    show = kinds.add_parser("show", help="make one model again, run and judge it")
+    show.set_defaults(do=show_model)
+    show.add_argument("family")
+    show.add_argument("seed", type=int, nargs="?", default=0)
+    return made
+
+
+def _against(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--against", nargs="?", type=Path, const=BASELINE, metavar="FILE", help="a former campaign; the stored one"
+    )
+
+
+def run_campaign(given: argparse.Namespace) -> int:
+    """Run what is not done yet, and print the tables."""
+    families = sizes.families_of(given.size) if given.size else chosen_families(given.families)
+    tasks = list(runner.in_turn({name: max(1, round(given.share * f.models)) for name, f in families.items()}))
+    if given.sample:
+        order = np.random.default_rng(0).permutation(len(tasks))[: given.sample]
+        tasks = [tasks[k] for k in np.sort(order)]
+    limit = given.time_limit or sizes.LIMITS.get(given.size, LIMIT)
+    log = runner.Log(given.file, store.head_of(limit))
+    left = [task for task in tasks if task not in log.done]
+    print(f"{len(tasks)} models, {len(tasks) - len(left)} of them done; records in {given.file}", file=sys.stderr)
+    tell = runner.progress(len(left))
+
+    def keep(record: Record) -> None:
+        log.keep(record)
+        tell(record)
+
+    runner.run_all(left, given.processes, limit, keep, judged=not given.no_oracles)
+    given.files = [given.file]
+    given.into = given.pack = None
+    return print_tables(given)
+
+
+def chosen_families(names: Sequence[str] | None) -> dict[str, Family]:
+    """Return families by name; all by default.
+
+    Raises
+    ------
+    ValueError
+        For a name that there is not.
+    """
+    unknown = [name for name in names or () if name not in FAMILIES]
+    if unknown:
+        raise ValueError(f"there is no family '{unknown[0]}'; there are {', '.join(FAMILIES)}")
+    return {name: FAMILIES[name] for name in names} if names else dict(FAMILIES)
+
+
+def print_tables(given: argparse.Namespace) -> int:
+    """Print the tables of files, or write them into a page."""
+    head, records = store.read(given.files)
+    large = {key: record for key, record in records.items() if key[0] not in FAMILIES}
+    small = {key: records[key] for key in sorted(records, key=_place) if key not in large}
+    limit = float(head["limit"])
+    parts: list[tuple[str, list[tables.Row]]] = []
+    if small:
+        parts += [("Families", tables.of_families(small, limit)), ("Oracles", tables.of_oracles(small))]
+        parts += [("Contradictions", tables.of_contradictions(small))]
+        parts += [("Without a verdict", tables.of_undecided(small, limit))]
+    if large:
+        parts.append(("Large scenes", tables.of_models(large, limit)))
+    if given.against:
+        parts += compared(given.against, records, limit)
+    if given.pack:
+        store.pack(head, records, given.pack)
+    said = f"Commit {head['commit']}, bsm_mesh {head['engine']}; at most {limit:g} processor seconds a model."
+    if given.into:
+        _write_into(given.into, said, parts)
+        return 0
+    print(said)
+    for title, rows in parts:
+        print(f"\n{title}\n{tables.as_text(rows) if len(rows) > 1 else 'none'}")
+    return 0
+
+
+def _place(key: store.Key) -> tuple[int, int]:
+    return list(FAMILIES).index(key[0]), key[1]
+
+
+def compared(former: Path, records: dict[store.Key, Record], limit: float) -> list[tuple[str, list[tables.Row]]]:
+    """Return the tables of a comparison."""
+    head, before = store.read([former])
+    pairs, others = comparison.pairs_of(before, records)
+    title = f"Against {head['commit']} ({len(pairs)} models in both"
+    title += f"; {others} bear the same name but are others now)" if others else ")"
+    if not pairs:
+        return [(title, [[]])]
+    return [
+        (f"{title}: now over before", comparison.ratios(pairs, (float(head["limit"]), limit))),
+        ("Judged otherwise", comparison.differences(pairs)),
+    ]
+
+
+def _write_into(page: Path, said: str, parts: list[tuple[str, list[tables.Row]]]) -> None:
+    text = page.read_text(encoding="utf-8")
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"{page} has no lines '{BEGIN}' and '{END}' to write between")
+    body = [said, *(f"### {t}\n\n{tables.as_markdown(rows) if len(rows) > 1 else 'None.'}" for t, rows in parts)]
+    page.write_text(before + begin + "\n\n" + "\n\n".join(body) + "\n\n" + end + after, encoding="utf-8")
+
+
+def show_model(given: argparse.Namespace) -> int:
+    """Make a model, run it step by step and judge it."""
+    families = sizes.every_family()
+    if given.family not in families:
+        raise ValueError(f"there is no family '{given.family}'; there are {', '.join(families)}")
+    trial = trial_of(families[given.family], given.seed)
+    for name, value in trial.parameters.items():
+        print(f"{name:20s} {value}")
+    print(f"{'expected':20s} {trial.expected}")
+    results, seconds = outcome.run(trial.scene, observer=show)
+    record = outcome.record_of(trial.scene, results, seconds)
+    record |= {"reason": results.stages[-1].reason}
+    record |= judge(Case(trial=trial, record=record, results=results))
+    for name, value in record.items():
+        print(f"{name:20s} {value}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
