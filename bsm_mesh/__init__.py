@@ -12,42 +12,48 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from bsm_mesh.errors import MeshWarning, ModelError
-from bsm_mesh.model import (
-    Blocks,
-    Bolt,
-    EdgeTractions,
-    Filling,
-    Fixed,
-    InSitu,
-    InSituTraction,
-    Joint,
-    Model,
-    MohrCoulomb,
-    NormalRoller,
-    Patton,
-    PointLoad,
-    PrescribedDisplacement,
-    Pressure,
-    Rock,
-    Roller,
-    Stage,
-    Traction,
-    Water,
-    bolt_patterns,
-    library,
-)
-from bsm_mesh.results import Results
 from bsm_mesh.run import run
-from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
+    from bsm_mesh.model import (
+        Blocks,
+        Bolt,
+        EdgeTractions,
+        Filling,
+        Fixed,
+        InSitu,
+        InSituTraction,
+        Joint,
+        Model,
+        MohrCoulomb,
+        NormalRoller,
+        Patton,
+        PointLoad,
+        PrescribedDisplacement,
+        Pressure,
+        Rock,
+        Roller,
+        Stage,
+        Traction,
+        Water,
+        bolt_patterns,
+        library,
+    )
     from bsm_mesh.model.loads import Load
+    from bsm_mesh.results import Results
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
+    from bsm_mesh.solve.options import Options
 
 __version__ = "0.1.0"
+
+# All other names are imported when they are first used: the command line must be able to take an interruption before
+# NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
+_HOME = {"Results": "bsm_mesh.results", "Options": "bsm_mesh.solve.options"}
+_MODULES = ("bolt_patterns", "library")
 
 
 def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAnalysis:
@@ -104,3 +110,18 @@ __all__ = [
     "load",
     "run",
 ]
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name not in __all__:
+            raise AttributeError(f"module 'bsm_mesh' has no attribute '{name}'")
+        if name in _MODULES:
+            value = import_module(f"bsm_mesh.model.{name}")
+        else:
+            value = getattr(import_module(_HOME.get(name, "bsm_mesh.model")), name)
+        globals()[name] = value
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
-from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results, StageResult, StepRecord
-from bsm_mesh.solve.options import Options
-
 if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
+    from bsm_mesh.results.records import Results, StageResult, StepRecord
+    from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages import Reporter, Scheme
 
-Observer: TypeAlias = Callable[[StepRecord], None]
-Snapshot: TypeAlias = Callable[[StepRecord, Callable[[], Results]], None]
+Observer: TypeAlias = "Callable[[StepRecord], None]"
+Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
 
 
 def run(
@@ -45,8 +44,11 @@ def run(
     ModelError
         If the model cannot be analysed: a part free to move, overlapping blocks, rigid rocks without a joint.
     """
-    options = options or Options()
+    from bsm_mesh.results.records import Results
+    from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages import solve_stages  # compiled code: not before it is needed
+
+    options = options or Options()
 
     scheme: Scheme
     if options.scheme == "linear":
