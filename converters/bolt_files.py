@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.files import whole_file
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult
-from converters.vtk_files import LINE, Grid, spatial, whole_file
+from converters.vtk_files import LINE, Grid, spatial
 
 COLUMNS = (
     *("stage", "bolt", "name", "status", "block", "station", "x", "y"),
@@ -91,7 +92,7 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
 
 def write_bolt_table(results: Results, path: Path) -> None:
     """Write a row a node and stage: its bond force, and the forces of the element that begins there."""
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+    with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for number, stage in enumerate(results.stages):

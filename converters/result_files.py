@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import remove
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
@@ -66,14 +67,14 @@ def write_series(results: Results, folder: Path, instants: Sequence[Instant] | N
             write_pvd(folder / f"{kind}.pvd", sorted([*(_entries(kind, between) if kind in SERIES else []), *ends]))
             files.append(folder / f"{kind}.pvd")
         else:  # of a former run
-            (folder / f"{kind}.pvd").unlink(missing_ok=True)
+            remove(folder / f"{kind}.pvd")
     remove_snapshots(folder, keep=between)
     table = folder / "bolts.csv"
     if results.stages[0].bolts.count:
         write_bolt_table(results, table)
         files.append(table)
     else:
-        table.unlink(missing_ok=True)
+        remove(table)
     return files
 
 
@@ -95,7 +96,7 @@ def remove_snapshots(folder: Path, keep: Sequence[Instant] = ()) -> None:
     for kind in SERIES:
         for path in folder.glob(f"{kind}_[0-9][0-9][0-9][0-9]_[0-9][0-9][0-9][0-9][0-9].vtu"):
             if path.name not in kept:
-                path.unlink(missing_ok=True)
+                remove(path)
 
 
 def _entries(kind: str, instants: Sequence[Instant]) -> list[tuple[float, str]]:
@@ -175,8 +176,7 @@ def write_mechanism(blocks: Blocks, velocity: FloatArray, path: Path) -> None:
         },
     )
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_vtu(path, grid)
+        write_vtu(path, grid, parents=True)
     except OSError as error:
         raise ModelError(f"cannot write {path}: {error.strerror or error}; choose another folder") from error
 

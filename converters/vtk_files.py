@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
 
 VERTEX, LINE, POLYGON = 1, 3, 7  # VTK cell types
 
@@ -47,19 +46,8 @@ class Grid:
     field_data: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path` to write to, renamed when the block ends and removed if it raises."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        yield temporary
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def write_vtu(path: Path, grid: Grid) -> None:
-    """Write a grid as compressed binary VTU.
+def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
+    """Write a grid as compressed binary VTU; its folder too, where `parents` says so.
 
     Raises
     ------
@@ -69,15 +57,15 @@ def write_vtu(path: Path, grid: Grid) -> None:
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     data = _to_vtk(grid)
-    with whole_file(path) as temporary:
+    with whole_file(path, parents=parents) as draft:
         writer = vtkXMLUnstructuredGridWriter()
-        writer.SetFileName(str(temporary))
+        writer.SetFileName(str(draft))
         writer.SetInputData(data)
         writer.SetDataModeToAppended()
         writer.EncodeAppendedDataOff()
         writer.SetCompressorTypeToLZ4()
         writer.SetCompressionLevel(9)  # a fifth of the time of zlib at its quickest, a fifth larger
-        if writer.Write() != 1 or not temporary.exists():
+        if writer.Write() != 1 or not draft.exists():
             raise OSError(f"cannot write {path}: is the folder writable, the disk full?")
 
 
@@ -142,8 +130,8 @@ def write_pvd(path: Path, files: Sequence[tuple[float, str]]) -> None:
     for time, name in files:
         ElementTree.SubElement(collection, "DataSet", timestep=f"{time:g}", group="", part="0", file=name)
     ElementTree.indent(root)
-    with whole_file(path) as temporary:
-        ElementTree.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
+    with whole_file(path) as draft:
+        ElementTree.ElementTree(root).write(draft, encoding="utf-8", xml_declaration=True)
 
 
 def read_pvd(path: Path) -> list[tuple[float, Path]]:

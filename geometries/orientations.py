@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.files import whole_file
 from geometries.errors import GeometryError
 from geometries.joint_sets import FloatArray, JointSet
 from geometries.spacings import Lognormal
@@ -206,8 +207,8 @@ def draw_stereonet(
         axes.plot([-x, x], [-y, y], "--", color="grey", lw=1, label=f"section, x axis to {section_azimuth:03.0f}")
     axes.legend(loc="upper left", fontsize=8, frameon=False)
     axes.set_title(title or "Equal area, lower hemisphere")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_png(str(target))
+    with whole_file(target, parents=True) as draft:
+        FigureCanvasAgg(figure).print_png(str(draft))
     return target
 
 

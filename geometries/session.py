@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from bsm_mesh.files import whole_file
 from geometries.errors import GeometryError
 from geometries.physical_groups import parse_group_name
 
@@ -197,14 +198,12 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
     if target.is_dir():
         raise GeometryError(f"{target} is a folder; give the name of a file in it")
     _raise_faults(_group_faults(gmsh))
-    draft = target.with_name(f".{target.stem}.{os.getpid()}-{threading.get_ident()}.msh")
     changed = {key: BASE_OPTIONS[key] for key in ("Mesh.MshFileVersion", "Mesh.Binary", "Mesh.SaveAll")}
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with _changed_options(gmsh, changed):
-            gmsh.write(str(draft))
-        _raise_faults(_lost_groups(gmsh, draft))
-        draft.replace(target)
+        with whole_file(target, parents=True) as draft:
+            with _changed_options(gmsh, changed):
+                gmsh.write(str(draft))
+            _raise_faults(_lost_groups(gmsh, draft))
     except OSError as fault:
         reason = fault.strerror or fault
         raise GeometryError(f"{target} cannot be written: {reason}; choose another folder") from fault
@@ -212,9 +211,6 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
         if type(fault) is not Exception:
             raise
         raise GeometryError(f"{target} cannot be written: {fault}; choose another folder") from fault
-    finally:
-        with contextlib.suppress(OSError):
-            draft.unlink()
     return target
 
 

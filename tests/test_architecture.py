@@ -14,8 +14,10 @@ FOR_CONVERTERS = (
     "bsm_mesh.results",
     "bsm_mesh.errors",
     "bsm_mesh.arrays",
+    "bsm_mesh.files",
     "geometries.physical_groups",
 )
+FOR_GEOMETRIES = ("bsm_mesh.files",)
 HEAVY = (
     "pint",
     "pydantic",
@@ -95,7 +97,7 @@ def wrong_arrows(root: Path) -> list[str]:
                 if own or not others:
                     continue
                 allowed = {
-                    "geometries": False,
+                    "geometries": any(below(name, target) for target in FOR_GEOMETRIES),
                     "converters": any(below(name, target) for target in FOR_CONVERTERS),
                     "bsm_mesh": below(module, "bsm_mesh.app") and not at_load,
                 }[package]
@@ -169,6 +171,7 @@ def test_geometries_need_no_gmsh_to_be_imported():
     ("path", "text", "wrong"),
     [
         ("geometries/case.py", "import converters", True),
+        ("geometries/case.py", "from bsm_mesh.files import whole_file", False),
         ("geometries/case.py", "def build():\n    from bsm_mesh.model import Blocks", True),
         ("geometries/case.py", "from geometries.session import gmsh_session\nimport gmsh", False),
         ("converters/meshes.py", "from bsm_mesh.model import Blocks\nfrom bsm_mesh.errors import ModelError", False),
@@ -210,4 +213,89 @@ def test_importing_the_package_stays_light(statement):
 
 
 def test_importing_geometries_loads_no_gmsh_and_no_numpy():
-    assert not {"gmsh", "numpy", "bsm_mesh", "converters"} & loaded_by("import geometries.physical_groups")
+    assert not {"gmsh", "numpy", "bsm_mesh.model", "converters"} & loaded_by("import geometries.physical_groups")
+
+
+def test_the_one_writer_needs_nothing_of_the_project():
+    assert not [i for i in imports((ROOT / "bsm_mesh/files.py").read_text(), "bsm_mesh.files", False) if "bsm" in i[0]]
+
+
+CHANGING = {  # what makes, moves or removes files
+    "os": {"open", "rename", "renames", "replace", "remove", "unlink", "mkdir", "makedirs", "rmdir", "link", "symlink"},
+    "shutil": {"rmtree", "copy", "copy2", "copyfile", "copytree", "move"},
+    "tempfile": {"TemporaryDirectory", "NamedTemporaryFile", "mkdtemp", "mkstemp"},
+}
+PATH_METHODS = {"mkdir", "rmdir", "unlink", "rename", "touch", "symlink_to", "hardlink_to", "chmod"}
+WRITING = {"write_text", "write_bytes", "savefig", "print_png", "Write", "save"}  # to a file by name
+
+
+def writers(source: str) -> list[str]:
+    """Return a call for every place that changes files without `bsm_mesh.files`, or writes other than to a draft."""
+    found: list[str] = []
+
+    def visit(node: ast.AST, drafted: bool) -> None:
+        if isinstance(node, ast.With) and any("whole_file(" in ast.unparse(item) for item in node.items):
+            drafted = True
+        if isinstance(node, ast.Call) and _changes(node, drafted):
+            found.append(f"{node.lineno}: {ast.unparse(node)[:60]}")
+        for child in ast.iter_child_nodes(node):
+            visit(child, drafted)
+
+    visit(ast.parse(source), False)
+    return found
+
+
+def _changes(call: ast.Call, drafted: bool) -> bool:
+    text, name = ast.unparse(call), ast.unparse(call.func)
+    if isinstance(call.func, ast.Name):
+        return name == "open" and _for_writing(call) and not drafted
+    if not isinstance(call.func, ast.Attribute):
+        return False
+    module, _, attribute = name.rpartition(".")
+    if attribute in CHANGING.get(module, ()):
+        return "os.devnull" not in text
+    if attribute in PATH_METHODS or (attribute == "replace" and len(call.args) == 1 and not call.keywords):
+        return True
+    if attribute in WRITING or (attribute == "screenshot" and call.args) or name == "gmsh.write":
+        return not drafted
+    return attribute == "open" and _for_writing(call) and not drafted
+
+
+def _for_writing(call: ast.Call) -> bool:
+    modes = [arg.value for arg in (*call.args, *(k.value for k in call.keywords)) if isinstance(arg, ast.Constant)]
+    return any(isinstance(mode, str) and set(mode) & set("wax+") and set(mode) <= set("wabtrx+") for mode in modes)
+
+
+def test_files_are_written_by_the_one_writer():
+    """Whole or not at all: nothing else makes, moves, removes or writes a file; a user's script may."""
+    wrong = [
+        f"{path.relative_to(ROOT)}:{text}"
+        for package in PACKAGES
+        for path in sorted((ROOT / package).rglob("*.py"))
+        if path != ROOT / "bsm_mesh/files.py" and "starters" not in path.parts[:-2]
+        for text in writers(path.read_text(encoding="utf-8"))
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("path.write_text('a')", True),
+        ("with whole_file(path) as draft:\n    draft.write_text('a')", False),
+        ("open(path, 'w')", True),
+        ("path.open('wb')", True),
+        ("path.open('rb')", False),
+        ("with whole_file(path) as draft, draft.open('w', newline='') as file:\n    file.write('a')", False),
+        ("with whole_file(path) as draft:\n    other.unlink()", True),
+        ("draft.replace(path)", True),
+        ("text.replace('a', 'b')", False),
+        ("os.replace(a, b)", True),
+        ("shutil.rmtree(folder)", True),
+        ("figure.savefig(path)", True),
+        ("plotter.screenshot(return_img=True)", False),
+        ("gmsh.write(str(path))", True),
+    ],
+)
+def test_the_search_finds_other_writers(text, wrong):
+    assert bool(writers(text)) == wrong

@@ -20,6 +20,7 @@ from bsm_mesh.app.storage import read_summary
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -44,14 +45,10 @@ def animate(folder: Path) -> Path:
     durations = [FIRST_FRAME, *[FRAME] * (len(images) - 2), LAST_FRAME]
     with pictures_folder(folder) as target:
         path = target / "movement.gif"
-        temporary = path.with_name(f".{path.name}.tmp")
-        try:
+        with whole_file(path) as draft:
             images[0].save(
-                temporary, format="GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, disposal=1
+                draft, format="GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, disposal=1
             )
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
     return path
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from bsm_mesh.app.canvas import WIDTH, add_paper, scalar_bar, scaled
 from bsm_mesh.app.storage import load_results
 from bsm_mesh.app.tables import engineering
+from bsm_mesh.files import whole_file
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 
 if TYPE_CHECKING:
@@ -78,12 +78,10 @@ def draw_bolt_forces(folder: Path, title: str, path: Path) -> Path:
         place.remove()
     _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
     figure.suptitle(title)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.png")
     try:
-        figure.savefig(temporary)
-        temporary.replace(path)
+        with whole_file(path) as draft:
+            figure.savefig(draft)
     finally:
-        temporary.unlink(missing_ok=True)
         plt.close(figure)
     return path
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from bsm_mesh.app.model_tables import MeshTable
 from bsm_mesh.app.units import convert
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import scratch_folder
 from bsm_mesh.model.blocks import Blocks
 
 if TYPE_CHECKING:
@@ -31,8 +32,8 @@ def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Bl
             raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
         return _read(path.parent / mesh.file, mesh, groups, path.name)
     name = str(mesh.geometry)
-    with tempfile.TemporaryDirectory(prefix="bsm-mesh-") as folder:
-        target = Path(folder) / "mesh.msh"
+    with scratch_folder() as folder:
+        target = folder / "mesh.msh"
         try:
             build_geometry(path.parent / name if name.endswith(".py") else name, target, mesh.parameters)
             return _read(target, mesh, groups, path.name)

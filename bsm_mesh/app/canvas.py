@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.files import whole_file
 
 WIDTH = 1400  # pixels
 MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
@@ -70,12 +70,10 @@ def save_picture(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) ->
     x, y, z = plotter.camera.focal_point  # tight leaves the camera 1 m above the middle: inside a large model
     plotter.camera.position = (x, y, z + scene.size)
     plotter.reset_camera_clipping_range()
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.png")
     try:
-        plotter.screenshot(str(temporary))
-        temporary.replace(path)
+        with whole_file(path) as draft:
+            plotter.screenshot(str(draft))
     finally:
-        temporary.unlink(missing_ok=True)
         plotter.close()
     return path
 

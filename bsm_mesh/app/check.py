@@ -17,6 +17,7 @@ from bsm_mesh.app.tables import print_table
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.linear.system import LinearSystem
 
@@ -141,5 +142,5 @@ def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str)
         if report[key]
     ]
     figure.legend(handles=shown or [Patch(facecolor=PLAIN, label="no poor block")], loc="outside lower center", ncols=4)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_png(str(path))
+    with whole_file(path, parents=True) as draft:
+        FigureCanvasAgg(figure).print_png(str(draft))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results, summary
 from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.run import run
 
@@ -137,15 +137,12 @@ def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> Non
     texts = dict(_key_and_value(setting) for setting in settings)
     with geometry_faults(), stdout_to_stderr():
         parameters = parse_settings(find_case(case), texts)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".bsm-mesh-", dir=path.parent) as folder:  # a mesh is there whole or not
-        draft = Path(folder) / path.name
-        try:
+    try:
+        with whole_file(path, parents=True) as draft:
             build_geometry(case, draft, parameters)
             _, report = read_mesh(draft, groups={"*": "rock:rock"})
-        except ModelError as error:
-            raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error
-        draft.replace(path)
+    except ModelError as error:
+        raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error
     click.echo(f"written: {path}")
     print_table("physical groups", ("group", "elements"), [(name, str(n)) for name, n in report.groups.items()])
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import make_folder
 
 
 def heading(told: Mapping[str, Any], state: str = "") -> str:
@@ -22,7 +23,7 @@ def pictures_folder(folder: Path) -> Iterator[Path]:
     """Give the folder for the pictures of a results folder; say so where it cannot be written to."""
     target = folder / "pictures"
     try:
-        target.mkdir(exist_ok=True)
+        make_folder(target)
         yield target
     except OSError as error:
         raise ModelError(f"{target}: cannot be written: {error.strerror or error}") from error

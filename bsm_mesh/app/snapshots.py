@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import make_folder, remove
 from bsm_mesh.results.records import Results, StepRecord
 
 if TYPE_CHECKING:
@@ -54,8 +55,8 @@ class SnapshotWriter:
         from converters.result_files import list_snapshots, remove_snapshots, write_snapshot
 
         if not self.instants:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            (self.folder / "summary.json").unlink(missing_ok=True)  # the mark of a complete run
+            make_folder(self.folder)
+            remove(self.folder / "summary.json")  # the mark of a complete run
             remove_snapshots(self.folder)
         write_snapshot(results, self.folder, instant)
         self.instants.append(instant)

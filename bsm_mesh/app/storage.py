@@ -15,6 +15,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import make_folder, remove, whole_file, write_text
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
@@ -62,8 +63,8 @@ def save_results(
     from converters.result_files import write_series
 
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "summary.json").unlink(missing_ok=True)  # while the files change the run is not complete
+        make_folder(folder)
+        remove(folder / "summary.json")  # while the files change the run is not complete
         write_series(results, folder, instants)
         _write_history(results, folder / "history.csv")
         if model_file is not None:
@@ -74,14 +75,6 @@ def save_results(
             f"cannot write results to {folder}: {error.strerror or error}; choose another folder"
         ) from error
     return folder
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all."""
-    from converters.vtk_files import whole_file
-
-    with whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def summary(results: Results) -> dict[str, Any]:
@@ -149,9 +142,7 @@ def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
 
 
 def _write_history(results: Results, path: Path) -> None:
-    from converters.vtk_files import whole_file
-
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+    with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [field.name for field in fields(StepRecord)])
         writer.writeheader()
         writer.writerows(asdict(step) for stage in results.stages for step in stage.steps)

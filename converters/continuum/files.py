@@ -47,7 +47,6 @@ def write_comparison(comparison: Comparison, blocks: Blocks, path: Path) -> None
         cell_data=cells,
     )
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_vtu(path, grid)
+        write_vtu(path, grid, parents=True)
     except OSError as error:
         raise ModelError(f"cannot write {path}: {error.strerror or error}; choose another folder") from error

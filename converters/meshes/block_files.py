@@ -55,5 +55,5 @@ def write_polygons(blocks: Blocks, path: str | os.PathLike[str]) -> Path:
         cell_data=data,
         field_data=fields,
     )
-    write_vtu(target, grid)
+    write_vtu(target, grid, parents=True)
     return target

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bsm_mesh.errors import ModelError
-from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, whole_file, write_pvd, write_vtu
+from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, write_pvd, write_vtu
 
 
 def square(**data: object) -> Grid:
@@ -65,25 +65,6 @@ def test_a_folder_that_is_not_there(tmp_path: Path, capfd: pytest.CaptureFixture
     with pytest.raises(OSError, match=r"a\.vtu|No such file"):
         write_vtu(tmp_path / "nowhere" / "a.vtu", square())
     assert list(tmp_path.iterdir()) == []
-
-
-def test_whole_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
-    path.write_text("before")
-
-    def write_half() -> None:
-        with whole_file(path) as temporary:
-            temporary.write_text("ha")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_half()
-    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
-    assert path.read_text() == "before"
-    with whole_file(path) as temporary:
-        temporary.write_text("after")
-    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
-    assert path.read_text() == "after"
 
 
 def test_pvd(tmp_path: Path) -> None:

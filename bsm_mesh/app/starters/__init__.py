@@ -7,6 +7,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.files import make_folder, whole_file
 
 
 def starter_names() -> list[str]:
@@ -26,11 +27,12 @@ def write_starter(case: str, folder: Path) -> list[Path]:
         raise ModelError(f"there is no starter '{case}'{nearest(case, starter_names())}")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ModelError(f"{folder} exists and is not empty; name a new folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     written = []
     for source in starter_files(case):
         target = folder / source.name
-        target.write_bytes(source.read_bytes())
+        with whole_file(target) as draft:
+            draft.write_bytes(source.read_bytes())
         written.append(target)
     return written
 

@@ -1,0 +1,241 @@
+"""The one writer: every file that the project makes, moves or removes goes through here, whole or not at all.
+
+A file is written under a name of its own in the same folder and renamed when it is complete. Before each operation
+the audit event `EVENT` tells the operation's name and its paths (`sys.addaudithook`): tests count, fail and kill
+there. Nothing of the project is imported here, so that all three packages may use it.
+"""
+
+from __future__ import annotations
+
+import errno
+import itertools
+import os
+import platform
+import re
+import shutil
+import stat
+import sys
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+EVENT = "bsm_mesh.files"
+LONGEST = 80  # characters of a name that are kept in its draft's
+NO_LINKS = (errno.EPERM, errno.EXDEV, errno.EMLINK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EACCES)
+NO_EXCHANGE = (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP)
+
+_NUMBERS = itertools.count(1)
+_HERE = f"{zlib.crc32(platform.node().encode()):08x}"  # this machine, in the names of drafts
+_OWNER = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>\d+)-")
+
+
+@contextmanager
+def whole_file(path: Path, *, parents: bool = False, settled: bool = False) -> Iterator[Path]:
+    """Give a draft beside `path`, of the same ending, to write to; it is renamed when the block ends.
+
+    If the block raises, the draft is removed and what was there stays. Drafts of `path` that a killed process left
+    are removed.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    parents : bool
+        Make its folder if it is missing; it goes again if the block raises.
+    settled : bool
+        Have it on the disk itself, and not only in the system's memory, before it is renamed.
+    """
+    made = make_folder(path.parent) if parents else []
+    stem = f".{path.stem[:LONGEST]}"
+    for entry in path.parent.glob(f"{_literally(stem)}.*.draft{_literally(path.suffix)}"):
+        if _is_abandoned(entry.name):
+            remove(entry)
+    draft = path.with_name(f"{stem}.{_HERE}-{os.getpid()}-{next(_NUMBERS)}.draft{path.suffix}")
+    try:
+        _tell("write", draft)
+        yield draft
+        if settled:
+            settle(draft)
+        move(draft, path)
+    except BaseException:
+        with suppress(OSError):
+            remove(draft)
+        remove_empty(made)
+        raise
+
+
+def write_text(path: Path, text: str, *, settled: bool = False) -> None:
+    """Write a text file in UTF-8, whole or not at all."""
+    with whole_file(path, settled=settled) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def is_draft(name: str) -> bool:
+    """Return whether a file's name is that of a draft."""
+    return name.startswith(".") and ".draft" in name and _OWNER.search(name) is not None
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Give a temporary folder that is removed when the block ends; those that killed processes left are removed."""
+    place = Path(tempfile.gettempdir())
+    for left in place.glob(f"bsm-mesh.{_HERE}-*"):
+        if _is_abandoned(left.name):
+            with suppress(OSError):  # another user's
+                remove_tree(left)
+    _tell("make", place)
+    with tempfile.TemporaryDirectory(prefix=f"bsm-mesh.{_HERE}-{os.getpid()}-") as folder:
+        yield Path(folder)
+
+
+def make_folder(path: Path) -> list[Path]:
+    """Make a folder and those above it that are missing; return what was made, the topmost first."""
+    made: list[Path] = []
+    try:
+        for place in [place for place in (path, *path.parents) if not place.is_dir()][::-1]:
+            _tell("make", place)
+            try:
+                place.mkdir()
+                made.append(place)
+            except FileExistsError:  # another process was quicker
+                if not place.is_dir():
+                    raise
+    except BaseException:
+        remove_empty(made)
+        raise
+    return made
+
+
+def move(source: Path, target: Path) -> None:
+    """Give a file or folder another name; a file of that name is replaced, an empty folder too."""
+    _tell("move", source, target)
+    source.replace(target)
+
+
+def exchange(one: Path, other: Path) -> bool:
+    """Exchange two names in one step; return False where the system or the file system cannot."""
+    _tell("exchange", one, other)
+    if sys.platform != "linux":
+        return False
+    import ctypes
+
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (AttributeError, OSError):  # an old C library, or another one
+        return False
+    here, by_exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    if rename(here, os.fsencode(one), here, os.fsencode(other), by_exchange) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in NO_EXCHANGE:
+        return False
+    raise OSError(code, os.strerror(code), str(one))
+
+
+def keep(source: Path, target: Path) -> None:
+    """Give a file, or a folder with all that is in it, a second name; a copy where there are no links.
+
+    Raises
+    ------
+    FileExistsError
+        If `target` is there.
+    """
+    _tell("keep", source, target)
+    if source.is_symlink():
+        target.symlink_to(os.readlink(source))
+    elif source.is_dir():
+        target.mkdir()
+        for entry in sorted(source.iterdir()):
+            keep(entry, target / entry.name)
+        shutil.copystat(source, target)
+    else:
+        try:
+            os.link(source, target)
+        except OSError as error:
+            if error.errno not in NO_LINKS:
+                raise
+            shutil.copy2(source, target)
+
+
+def remove(path: Path) -> None:
+    """Remove a file, if it is there."""
+    if os.path.lexists(path):
+        _tell("remove", path)
+        path.unlink(missing_ok=True)
+
+
+def remove_tree(path: Path) -> None:
+    """Remove a folder with all that is in it, if it is there."""
+    if os.path.lexists(path):
+        _tell("remove", path)
+        shutil.rmtree(path)
+
+
+def remove_empty(folders: list[Path]) -> None:
+    """Remove folders that are empty, the last first: what `make_folder` made."""
+    for folder in reversed(folders):
+        with suppress(OSError):
+            _tell("remove", folder)
+            folder.rmdir()
+
+
+def append_line(path: Path, line: str) -> None:
+    """Add a line to a text file; one that a killed process left unfinished is ended first."""
+    _tell("append", path)
+    with path.open("ab") as file:
+        file.write(f"\n{line}\n".encode())
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def settle(path: Path) -> None:
+    """Wait until a file, or the list of names in a folder, is on the disk itself."""
+    _tell("settle", path)
+    folder = path.is_dir()
+    if folder and os.name == "nt":  # Windows opens no folders
+        return
+    descriptor = os.open(path, os.O_RDONLY if folder else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    except OSError:
+        if not folder:  # some file systems have nothing to settle in a folder
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def copy_mode(source: Path, target: Path) -> None:
+    """Give a folder the permissions of another one, as far as that is allowed."""
+    with suppress(OSError):
+        _tell("mode", target)
+        target.chmod(stat.S_IMODE(source.stat().st_mode))
+
+
+def is_alive(process: int) -> bool:
+    """Return whether a process of this machine is there; of what cannot be asked it is assumed."""
+    if os.name == "nt":  # there is no harmless signal to ask with
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
+
+
+def _is_abandoned(name: str) -> bool:
+    """Return whether a draft's or scratch folder's process ran on this machine and is gone."""
+    owner = _OWNER.search(name)
+    return owner is not None and owner["host"] == _HERE and not is_alive(int(owner["process"]))
+
+
+def _literally(text: str) -> str:
+    """Return a text for `Path.glob` that stands for itself."""
+    return re.sub(r"([*?[])", r"[\1]", text)
+
+
+def _tell(operation: str, *paths: Path) -> None:
+    sys.audit(EVENT, operation, *map(str, paths))
