@@ -1,11 +1,11 @@
-"""Array types, the rule that a dataclass owns its arrays read-only, and a hash of its content."""
+"""Array types, the rule that a dataclass owns its arrays read-only (in every process), and a hash of its content."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping
-from typing import Any, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,78 @@ from bsm_mesh.errors import ModelError
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.signedinteger[Any]]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+Value = TypeVar("Value")
+Owner = TypeVar("Owner")
+
+
+class ReadOnlyMapping(Mapping[str, Value]):
+    """A mapping that nobody can change; it can be pickled, which Python's own (`types.MappingProxyType`) cannot.
+
+    Examples
+    --------
+    >>> ReadOnlyMapping({"top": 1})
+    ReadOnlyMapping({'top': 1})
+    """
+
+    __slots__ = ("_content",)
+
+    def __init__(self, content: Mapping[str, Value]) -> None:
+        self._content = dict(content)
+
+    def __getitem__(self, key: str) -> Value:
+        return self._content[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._content)
+
+    def __len__(self) -> int:
+        return len(self._content)
+
+    def __repr__(self) -> str:
+        return f"ReadOnlyMapping({self._content})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _mapping_again, (self._content,)
+
+
+class Portable:
+    """Base of a frozen dataclass with arrays: pickled, copied or sent to another process they are read-only again.
+
+    What was derived from the fields and kept (`functools.cached_property`) is left behind.
+    """
+
+    __slots__ = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        content = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
+        return _owner_again, (type(self), content)
+
+
+def _owner_again(kind: type[Owner], content: dict[str, Any]) -> Owner:
+    """Return a dataclass as it was; it was validated when it was made."""
+    made = object.__new__(kind)
+    for name, value in content.items():
+        object.__setattr__(made, name, _read_only_again(value))
+    return made
+
+
+def _mapping_again(content: dict[str, Any]) -> ReadOnlyMapping[Any]:
+    return ReadOnlyMapping({key: _read_only_again(value) for key, value in content.items()})
+
+
+def _read_only_again(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        value.setflags(write=False)
+    return value
+
+
+def show_only(owner: object) -> None:
+    """Replace a frozen dataclass's arrays by read-only views: whoever made them may go on with them, nobody else."""
+    for field in dataclasses.fields(owner):  # type: ignore[arg-type]
+        value = getattr(owner, field.name)
+        if isinstance(value, np.ndarray) and value.flags.writeable:
+            object.__setattr__(owner, field.name, _read_only_again(value.view()))
 
 
 def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | None, ...], name: str) -> Any:

@@ -27,6 +27,9 @@ class ModelError(ValueError):
         self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
         super().__init__(self._text())
 
+    def __reduce__(self) -> tuple[type[ModelError], tuple[tuple[str, ...]]]:
+        return type(self), (self.faults,)  # from another process too all faults, one by one
+
     def _text(self) -> str:
         if len(self.faults) == 1:
             return self.faults[0]

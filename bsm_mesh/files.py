@@ -31,6 +31,11 @@ _HERE = f"{zlib.crc32(platform.node().encode()):08x}"  # this machine, in the na
 _OWNER = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>\d+)-")
 
 
+def tell(operation: str, *paths: Path) -> None:
+    """Raise the audit event of an operation that is about to be done."""
+    sys.audit(EVENT, operation, *map(str, paths))
+
+
 @contextmanager
 def whole_file(path: Path, *, parents: bool = False, settled: bool = False) -> Iterator[Path]:
     """Give a draft beside `path`, of the same ending, to write to; it is renamed when the block ends.
@@ -54,7 +59,7 @@ def whole_file(path: Path, *, parents: bool = False, settled: bool = False) -> I
             remove(entry)
     draft = path.with_name(f"{stem}.{_HERE}-{os.getpid()}-{next(_NUMBERS)}.draft{path.suffix}")
     try:
-        _tell("write", draft)
+        tell("write", draft)
         yield draft
         if settled:
             settle(draft)
@@ -85,7 +90,7 @@ def scratch_folder() -> Iterator[Path]:
         if _is_abandoned(left.name):
             with suppress(OSError):  # another user's
                 remove_tree(left)
-    _tell("make", place)
+    tell("make", place)
     with tempfile.TemporaryDirectory(prefix=f"bsm-mesh.{_HERE}-{os.getpid()}-") as folder:
         yield Path(folder)
 
@@ -95,7 +100,7 @@ def make_folder(path: Path) -> list[Path]:
     made: list[Path] = []
     try:
         for place in [place for place in (path, *path.parents) if not place.is_dir()][::-1]:
-            _tell("make", place)
+            tell("make", place)
             try:
                 place.mkdir()
                 made.append(place)
@@ -110,13 +115,13 @@ def make_folder(path: Path) -> list[Path]:
 
 def move(source: Path, target: Path) -> None:
     """Give a file or folder another name; a file of that name is replaced, an empty folder too."""
-    _tell("move", source, target)
+    tell("move", source, target)
     source.replace(target)
 
 
 def exchange(one: Path, other: Path) -> bool:
     """Exchange two names in one step; return False where the system or the file system cannot."""
-    _tell("exchange", one, other)
+    tell("exchange", one, other)
     if sys.platform != "linux":
         return False
     import ctypes
@@ -142,7 +147,7 @@ def keep(source: Path, target: Path) -> None:
     FileExistsError
         If `target` is there.
     """
-    _tell("keep", source, target)
+    tell("keep", source, target)
     if source.is_symlink():
         target.symlink_to(os.readlink(source))
     elif source.is_dir():
@@ -162,14 +167,14 @@ def keep(source: Path, target: Path) -> None:
 def remove(path: Path) -> None:
     """Remove a file, if it is there."""
     if os.path.lexists(path):
-        _tell("remove", path)
+        tell("remove", path)
         path.unlink(missing_ok=True)
 
 
 def remove_tree(path: Path) -> None:
     """Remove a folder with all that is in it, if it is there."""
     if os.path.lexists(path):
-        _tell("remove", path)
+        tell("remove", path)
         shutil.rmtree(path)
 
 
@@ -177,13 +182,13 @@ def remove_empty(folders: list[Path]) -> None:
     """Remove folders that are empty, the last first: what `make_folder` made."""
     for folder in reversed(folders):
         with suppress(OSError):
-            _tell("remove", folder)
+            tell("remove", folder)
             folder.rmdir()
 
 
 def append_line(path: Path, line: str) -> None:
     """Add a line to a text file; one that a killed process left unfinished is ended first."""
-    _tell("append", path)
+    tell("append", path)
     with path.open("ab") as file:
         file.write(f"\n{line}\n".encode())
         file.flush()
@@ -192,7 +197,7 @@ def append_line(path: Path, line: str) -> None:
 
 def settle(path: Path) -> None:
     """Wait until a file, or the list of names in a folder, is on the disk itself."""
-    _tell("settle", path)
+    tell("settle", path)
     folder = path.is_dir()
     if folder and os.name == "nt":  # Windows opens no folders
         return
@@ -209,7 +214,7 @@ def settle(path: Path) -> None:
 def copy_mode(source: Path, target: Path) -> None:
     """Give a folder the permissions of another one, as far as that is allowed."""
     with suppress(OSError):
-        _tell("mode", target)
+        tell("mode", target)
         target.chmod(stat.S_IMODE(source.stat().st_mode))
 
 
@@ -235,7 +240,3 @@ def _is_abandoned(name: str) -> bool:
 def _literally(text: str) -> str:
     """Return a text for `Path.glob` that stands for itself."""
     return re.sub(r"([*?[])", r"[\1]", text)
-
-
-def _tell(operation: str, *paths: Path) -> None:
-    sys.audit(EVENT, operation, *map(str, paths))

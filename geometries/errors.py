@@ -1,4 +1,4 @@
-"""What is raised when a geometry cannot be built. Nothing of `bsm_mesh` is needed to build one."""
+"""What is raised when a geometry cannot be built. Of `bsm_mesh` only the writer of files is needed."""
 
 from __future__ import annotations
 
@@ -27,6 +27,9 @@ class GeometryError(ValueError):
         else:
             text = "\n".join([f"{len(self.faults)} faults:", *(f"  - {fault}" for fault in self.faults)])
         super().__init__(text)
+
+    def __reduce__(self) -> tuple[type[GeometryError], tuple[tuple[str, ...]]]:
+        return type(self), (self.faults,)  # from another process too all faults, one by one
 
 
 def nearest_name(name: str, known: Iterable[str]) -> str:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.arrays import FloatArray, IntArray, own_array, read_only
+from bsm_mesh.arrays import FloatArray, IntArray, Portable, ReadOnlyMapping, own_array, read_only
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.block_faults import outline_faults
 from bsm_mesh.model.edges import EdgeTable
@@ -24,7 +22,7 @@ EdgePredicate = Callable[[FloatArray, FloatArray], npt.NDArray[np.bool_]]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Blocks:
+class Blocks(Portable):
     """Rigid polygonal blocks, stored flat.
 
     Edge e runs from corner e to the next corner of the same block, so edges and corners share their numbers.
@@ -80,7 +78,7 @@ class Blocks:
                 key: read_only(ids, np.int32, (None,), f"Blocks.{name}['{key}']")
                 for key, ids in getattr(self, name).items()
             }
-            object.__setattr__(self, name, MappingProxyType(groups))
+            object.__setattr__(self, name, ReadOnlyMapping(groups))
         object.__setattr__(self, "rock_names", tuple(self.rock_names))
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
         self._check_sizes()
@@ -242,7 +240,8 @@ class Blocks:
 
     def _with(self, **changes: object) -> Blocks:
         """Return a copy with other groups; the outlines, and what was found out about them, stay as they are."""
-        made = copy.copy(self)
+        made = object.__new__(Blocks)
+        made.__dict__.update(self.__dict__)
         for name, value in changes.items():
             object.__setattr__(made, name, value)
         made._own_arrays()

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.arrays import FloatArray, IntArray, own_array
+from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.values import Rules, plain_numbers
@@ -90,7 +90,7 @@ class Traction:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class EdgeTractions:
+class EdgeTractions(Portable):
     """A traction that is given edge by edge, linear along each edge.
 
     Attributes

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.in_situ import Points, line
 from bsm_mesh.model.values import Rules, is_number
@@ -54,7 +53,7 @@ class Water:
         raise_faults(rules.faults)
         object.__setattr__(self, "unit_weight", float(self.unit_weight))
         given = {str(name): float(value) for name, value in self.joint_pressure.items()}
-        object.__setattr__(self, "joint_pressure", MappingProxyType(given))
+        object.__setattr__(self, "joint_pressure", ReadOnlyMapping(given))
 
     def surface(self) -> WaterSurface:
         """Return the tables as one line made of straight pieces."""

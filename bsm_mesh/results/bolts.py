@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 
 
 class BoltStatus(IntEnum):
@@ -21,7 +21,7 @@ class BoltStatus(IntEnum):
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class BoltForces:
+class BoltForces(Portable):
     """Forces in the bolts, stored flat: element i of a bolt joins its nodes i and i + 1, from head to tip.
 
     Forces are those of one bolt.
@@ -83,6 +83,9 @@ class BoltForces:
     shear_force: FloatArray
     shear_point: FloatArray
     shear_direction: FloatArray
+
+    def __post_init__(self) -> None:
+        show_only(self)
 
     @classmethod
     def none(cls) -> BoltForces:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltForces
 
@@ -35,7 +35,7 @@ class ContactStatus(IntEnum):
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class ContactForces:
+class ContactForces(Portable):
     """Forces in the contacts, one row a contact.
 
     Attributes
@@ -76,6 +76,9 @@ class ContactForces:
     joint: IntArray
     water_pressure: FloatArray
 
+    def __post_init__(self) -> None:
+        show_only(self)
+
     @property
     def force(self) -> FloatArray:
         """Force on `block_b`, (m, 2) [N/m]."""
@@ -86,7 +89,7 @@ class ContactForces:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class SupportForces:
+class SupportForces(Portable):
     """Forces with which the supports hold the blocks, one row a held point.
 
     Attributes
@@ -105,6 +108,9 @@ class SupportForces:
     point: FloatArray
     reaction: FloatArray
     moment: FloatArray
+
+    def __post_init__(self) -> None:
+        show_only(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +146,7 @@ class StepRecord:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class StageResult:
+class StageResult(Portable):
     """A stage at its end.
 
     Attributes
@@ -207,6 +213,9 @@ class StageResult:
     reference_weight: float
     steps: tuple[StepRecord, ...]
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        show_only(self)
 
     @property
     def seconds(self) -> float:
