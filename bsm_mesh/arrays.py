@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Iterator, Mapping
+from types import CodeType, FunctionType
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -131,32 +132,54 @@ def own_array(owner: object, name: str, dtype: npt.DTypeLike, shape: tuple[int |
 def content_hash(thing: Any) -> str:
     """Return the SHA-256 of a (nested) dataclass's content: equal models have equal digests.
 
-    Fields with ``metadata={"in_hash": False}`` (derived or cosmetic) do not count.
+    Fields with ``metadata={"in_hash": False}`` (derived or cosmetic) do not count. What is no
+    dataclass, as a joint law of the user's own may be, counts by its class's name and its attributes.
     """
     state = hashlib.sha256()
     _feed(state, thing)
     return state.hexdigest()
 
 
-def _feed(state: Any, thing: Any) -> None:
+def _feed(state: Any, thing: Any, within: tuple[int, ...] = ()) -> None:
     if dataclasses.is_dataclass(thing):
         state.update(type(thing).__name__.encode())
         for field in dataclasses.fields(thing):
             if field.metadata.get("in_hash", True):
                 state.update(field.name.encode())
-                _feed(state, getattr(thing, field.name))
+                _feed(state, getattr(thing, field.name), within)
     elif isinstance(thing, np.ndarray):
         state.update(f"{thing.dtype.str}{thing.shape}".encode())
         state.update(np.ascontiguousarray(thing).data)
     elif isinstance(thing, Mapping):
         for key in sorted(thing):
             state.update(repr(key).encode())
-            _feed(state, thing[key])
+            _feed(state, thing[key], within)
     elif isinstance(thing, tuple | list):
         state.update(f"({len(thing)}".encode())
         for part in thing:
-            _feed(state, part)
+            _feed(state, part, within)
     elif isinstance(thing, int | float | np.number) and not isinstance(thing, bool):
         state.update(float(thing).hex().encode())
+    elif _shows_an_address(thing):
+        if id(thing) not in within:
+            for part in _content(thing):
+                _feed(state, part, (*within, id(thing)))
     else:
         state.update(repr(thing).encode())
+
+
+def _shows_an_address(thing: Any) -> bool:
+    kind: Any = type(thing)
+    return isinstance(thing, FunctionType) or kind.__repr__ is object.__repr__
+
+
+def _content(thing: Any) -> tuple[Any, ...]:
+    """Return what makes a function, or an object of a plain class, what it is."""
+    if isinstance(thing, FunctionType):
+        code = thing.__code__
+        constants = tuple(part for part in code.co_consts if not isinstance(part, CodeType))
+        kept = tuple(cell.cell_contents for cell in thing.__closure__ or ())
+        return thing.__qualname__, code.co_code, constants, kept, thing.__defaults__
+    named = [getattr(kind, "__slots__", ()) for kind in type(thing).__mro__]
+    slots = [name for names in named for name in ([names] if isinstance(names, str) else names) if hasattr(thing, name)]
+    return type(thing).__qualname__, {name: getattr(thing, name) for name in (*getattr(thing, "__dict__", ()), *slots)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba as nb
@@ -69,9 +70,15 @@ class JointCatalogue:
             for other in rocks:
                 laws.append(_between(one, other))
                 tension.append(min(_rock_tension(one), _rock_tension(other)))
-        self.laws = tuple(dict.fromkeys(laws))  # one of equal ones
-        self._law = np.array([self.laws.index(law) for law in laws], dtype=np.int32)
+        self.laws, self._law = _different(laws)
         self._tension = np.array(tension)
+
+    def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return number of the law and tensile strength [Pa] of contacts whose joints (m,) are known (-1: rock)."""
+        rock, n_rocks = self._model.blocks.rock, len(self._moduli)
+        between = len(self._joint_stiffness) + rock[block_a] * n_rocks + rock[block_b]
+        kind = np.where(joint >= 0, joint, between)
+        return self._law[kind], self._tension[kind]
 
     def look_up(
         self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray
@@ -112,6 +119,21 @@ class JointCatalogue:
             law=self._law[kind],
             tension=self._tension[kind],
         )
+
+
+def _different(laws: Sequence[JointLaw]) -> tuple[tuple[JointLaw, ...], IntArray]:
+    """Return one of equal laws each, and the number there of every law; a law that cannot be hashed equals itself."""
+    found: dict[object, int] = {}
+    number = np.array([found.setdefault(_key(law), len(found)) for law in laws], dtype=np.int32)
+    return tuple(laws[int(k)] for k in np.unique(number, return_index=True)[1]), number
+
+
+def _key(law: JointLaw) -> object:
+    try:
+        hash(law)
+    except TypeError:
+        return "same object", id(law)
+    return law
 
 
 @nb.njit(cache=True, error_model="numpy")

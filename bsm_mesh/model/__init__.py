@@ -3,7 +3,7 @@
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import JointResponse, MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
@@ -20,6 +20,7 @@ __all__ = [
     "InSitu",
     "InSituTraction",
     "Joint",
+    "JointResponse",
     "Model",
     "MohrCoulomb",
     "NormalRoller",

@@ -2,12 +2,13 @@
 
 A law is one small frozen class with `respond`: old state in; shear, tangent and new state out, vectorised over
 contacts. It sees numbers, not the model. Evaluating it changes nothing; only an accepted step keeps a new state.
+That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class JointResponse:
 
 
 class JointLaw(Protocol):
-    """A law for the shear force of contacts."""
+    """A law for the shear force of contacts: what every scheme asks of it."""
 
     def respond(
         self, pressure: FloatArray, trial_shear: FloatArray, length: FloatArray, failed: BoolArray
@@ -64,6 +65,23 @@ class JointLaw(Protocol):
         """
 
 
+@runtime_checkable
+class StraightLaw(JointLaw, Protocol):
+    """A law whose strength is bounded by straight lines: what limit analysis asks of it besides."""
+
+    def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return slope [-] and intercept [N/m] of k lines for contacts that have not failed, (m, k) each.
+
+        The shear strength at a pressure p is the least of ``intercept + slope * p``. A curved strength has tangents,
+        which lie above it, and lines through points that follow each other, which lie below it between them.
+
+        Parameters
+        ----------
+        length : (m,) float64 [m]
+            Length that each contact stands for.
+        """
+
+
 @dataclass(frozen=True, slots=True)
 class Elastic:
     """No limit of strength."""
@@ -80,6 +98,10 @@ class Elastic:
             sticking=whole,
             failed=failed.copy(),
         )
+
+    def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return no line."""
+        return np.zeros((len(length), 0)), np.zeros((len(length), 0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,6 +154,11 @@ class Patton:
         sheared_off = ~failed & ~on_first & (np.abs(trial_shear) > strength) & (self.cohesion + peak - residual > 0)
         return _slide(trial_shear, strength, slope, failed | sheared_off)
 
+    def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return lines 1 and 2 (Wang Eqs. 4.1, 4.2)."""
+        angles = np.tan(np.radians([self.friction + self.dilation, self.residual]))
+        return np.tile(angles, (len(length), 1)), np.stack([np.zeros(len(length)), self.cohesion * length], axis=1)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MohrCoulomb:
@@ -176,6 +203,11 @@ class MohrCoulomb:
         slope = np.where(pressure > 0, np.where(failed, residual, peak), 0.0)
         return _slide(trial_shear, strength, slope, failed | (np.abs(trial_shear) > strength))
 
+    def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the peak line."""
+        slope = np.full((len(length), 1), np.tan(np.radians(self.friction)))
+        return slope, self.cohesion * length[:, None]
+
 
 @dataclass(frozen=True, slots=True)
 class Weaker:
@@ -199,6 +231,12 @@ class Weaker:
             failed=np.where(first, a.failed, b.failed),
         )
 
+    def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the lines of both laws."""
+        of_both = zip(self.one.strength_lines(length), self.other.strength_lines(length), strict=True)
+        slope, intercept = (np.concatenate(pair, axis=1) for pair in of_both)
+        return slope, intercept
+
 
 def _slide(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: BoolArray) -> JointResponse:
     """Return the trial shear cut to the strength (return mapping)."""
@@ -210,3 +248,68 @@ def _slide(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: B
         sticking=sticking,
         failed=failed,
     )
+
+
+def law_faults(law: Any, *, tension: bool) -> list[str]:
+    """Return what is wrong with how a law answers, a sentence each: a law may be of the user's own.
+
+    Parameters
+    ----------
+    law : object
+        What is given as a law.
+    tension : bool
+        Whether its contacts may bear tension, so that it is asked at negative pressures too.
+    """
+    who = f"the law {type(law).__name__}"
+    if not callable(getattr(law, "respond", None)) or isinstance(law, type):
+        return [
+            f"{who}: has no method respond(pressure, trial_shear, length, failed): docs/theory.md says what a law is"
+        ]
+    pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *([-1e3] * tension)])
+    trial = np.array([0.0, 0.0, 1.0, 1e9, -1e9, *([1.0] * tension)])
+    failed = np.array([False, True, False, True, False, *([False] * tension)])
+    given = pressure, trial, np.ones(len(trial)), failed
+    copies = tuple(values.copy() for values in given)
+    try:
+        with np.errstate(all="ignore"):
+            answer = law.respond(*copies)
+    except Exception as error:
+        return [f"{who}: respond failed on arrays of {len(trial)} contacts: {type(error).__name__}: {error}"]
+    if not isinstance(answer, JointResponse):
+        return [f"{who}: respond returns {type(answer).__name__}; it must return a bsm.JointResponse"]
+    faults = [
+        text
+        for field in fields(JointResponse)
+        for text in _array_faults(field.name, getattr(answer, field.name), trial)
+    ]
+    if not faults:
+        faults = _response_faults(answer, failed)
+    if not all(np.array_equal(one, other) for one, other in zip(given, copies, strict=True)):
+        faults.append("changes the arrays that it is given; it must return new ones")
+    return [f"{who}: respond {text}" for text in faults]
+
+
+def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:
+    kind = np.dtype(bool if name in ("sticking", "failed") else float)
+    if isinstance(values, np.ndarray) and values.shape == like.shape and values.dtype == kind:
+        return []
+    have = f"{values.dtype} of shape {values.shape}" if isinstance(values, np.ndarray) else type(values).__name__
+    return [f"returns {name} as {have}; it must be an array of {kind} with an entry a contact, {like.shape} here"]
+
+
+def _response_faults(answer: JointResponse, failed: BoolArray) -> list[str]:
+    """Return what is wrong with an answer about contacts, of which the first two do not touch."""
+    faults = []
+    if not (np.isfinite(answer.shear).all() and np.isfinite(answer.by_pressure).all()):
+        faults.append("returns shear or by_pressure that are not finite (contacts that do not touch have pressure 0)")
+    if not (answer.strength >= 0).all():
+        faults.append("returns a strength that is not 0 or more")
+    elif (np.abs(answer.shear) > answer.strength * (1 + 1e-12)).any():
+        faults.append("returns more shear than strength")
+    if (answer.failed != failed)[:2].any():
+        faults.append(
+            "changes the state of contacts that do not touch: pressure and trial shear 0 must leave failed as it is"
+        )
+    if (failed & ~answer.failed).any():
+        faults.append("mends contacts that have failed: failed stays true")
+    return faults

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
-from bsm_mesh.model.joint_laws import JointLaw
-from bsm_mesh.model.values import Rules, plain_numbers
+from bsm_mesh.model.joint_laws import JointLaw, law_faults
+from bsm_mesh.model.values import Rules, is_number, plain_numbers
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
 
@@ -136,8 +136,8 @@ class Joint:
         Stiffness per area; None where `filling` gives them.
     filling : Filling or None
         A thick filling, instead of the two stiffnesses.
-    law : Patton, MohrCoulomb or None
-        Strength; None: elastic.
+    law : JointLaw or None
+        Strength: `Patton`, `MohrCoulomb`, or a law of your own (`bsm_mesh.model.joint_laws`); None: elastic.
     tensile_strength : float [Pa]
         Tension the joint bears until it breaks.
     """
@@ -163,6 +163,9 @@ class Joint:
                 f"{rules.thing}: needs normal_stiffness and shear_stiffness [Pa/m], or filling = "
                 "{thickness, young, poisson}"
             )
+        if self.law is not None:
+            tension = is_number(self.tensile_strength) and self.tensile_strength > 0
+            rules.faults.extend(f"{rules.thing}: {text}" for text in law_faults(self.law, tension=tension))
         raise_faults(rules.faults)
         plain_numbers(self)
 

@@ -1,14 +1,10 @@
 """Joint laws: strength lines, what is remembered, derivatives, and a law of the user's own."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import rectangle, turned
 
-import bsm_mesh as bsm
-from bsm_mesh.model.joint_laws import Elastic, JointResponse, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.joint_laws import Elastic, MohrCoulomb, Patton, Weaker
 
 FAR = 1e12  # a trial shear beyond any strength
 
@@ -141,44 +137,3 @@ def test_a_response_changes_nothing_it_is_given(law):
     law.respond(*given)
     for array, copy in zip(given, copies, strict=True):
         assert_array_equal(array, copy)
-
-
-@dataclass(frozen=True)
-class Power:
-    """A curved strength tau = a p^b per area: all that a law of the user's own takes."""
-
-    a: float
-    b: float
-
-    def respond(self, pressure, trial_shear, length, failed):
-        p = np.maximum(pressure, 1e-9)
-        strength = self.a * (p / length) ** self.b * length
-        sticking = np.abs(trial_shear) <= strength
-        sign = np.sign(trial_shear)
-        return JointResponse(
-            shear=np.where(sticking, trial_shear, sign * strength),
-            by_pressure=np.where(sticking, 0.0, sign * self.b * strength / p),
-            strength=strength,
-            sticking=sticking,
-            failed=failed.copy(),
-        )
-
-
-@pytest.mark.parametrize(("side", "status"), [(0.99, "stable"), (1.01, "unstable")])
-def test_a_law_of_the_users_own_works_in_the_engine(side, status):
-    """A wide slab on a plane of 30 degrees: shear stress g h sin cos against a (g h cos^2)^b at equal corners."""
-    angle, height, width = np.radians(30), 0.2, 10.0
-    normal = 25e3 * height * np.cos(angle)
-    b = 0.8
-    a = 25e3 * height * np.sin(angle) / normal**b / side
-    polygons = [turned(p, 30) for p in (rectangle(-1, -1, 12, 0), rectangle(0, 0, width, height))]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e9, 1e9, law=Power(a, b))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
-    results = bsm.run(model, bsm.Options(scheme="continuation"))
-    assert results.status == status
-    assert status == "unstable" or results.check().ok

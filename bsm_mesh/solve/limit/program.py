@@ -55,7 +55,8 @@ class LimitProgram:
         self.tension = strength.tension
         # The convex hull: with tension the strength itself, friction only under pressure, would not be convex.
         raised = np.where(np.isfinite(self.tension), self.tension, 0.0)[:, None]
-        self.lines = strength.slope, strength.intercept + strength.slope * raised
+        slope, intercept = strength.lines()
+        self.lines = slope, intercept + slope * raised
         self.radius = model.blocks.moments.gyration
 
     @property
@@ -187,8 +188,7 @@ class LimitProgram:
         m = self.contacts.count
         rows, cols, values, bounds = [], [], [], []
         start = 0
-        for line in range(2):
-            slope, intercept = self.lines[0][:, line], self.lines[1][:, line]
+        for slope, intercept in zip(*(values.T for values in self.lines), strict=True):
             chosen = np.flatnonzero(np.isfinite(intercept))
             for sign in (1.0, -1.0):
                 row = start + np.arange(len(chosen))

@@ -1,0 +1,260 @@
+"""Laws of the user's own: one class with `respond` serves every scheme, and with straight lines limit analysis too."""
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scenes import rectangle, running_bond, turned
+
+import bsm_mesh as bsm
+from bsm_mesh.arrays import digest
+
+THEORY = Path(__file__).parents[2] / "docs/theory.md"
+SCHEMES = ("linear", "continuation", "wang")
+
+
+def cut(trial, strength, slope, failed):
+    """Return the trial shear cut to a strength, as a law answers."""
+    sticking = np.abs(trial) <= strength
+    return bsm.JointResponse(
+        shear=np.where(sticking, trial, np.sign(trial) * strength),
+        by_pressure=np.where(sticking, 0.0, np.sign(trial) * slope),
+        strength=strength,
+        sticking=sticking,
+        failed=failed.copy(),
+    )
+
+
+@dataclass(frozen=True)
+class Power:
+    """A curved strength tau = a p^b per area: all that a law takes."""
+
+    a: float
+    b: float
+
+    def respond(self, pressure, trial_shear, length, failed):
+        p = np.maximum(pressure, 1e-9)
+        strength = self.a * (p / length) ** self.b * length
+        return cut(trial_shear, strength, self.b * strength / p, failed)
+
+
+class Coulomb:
+    """Friction by a class that is no dataclass and cannot be hashed."""
+
+    __hash__ = None
+
+    def __init__(self, degrees):
+        self.tan = np.tan(np.radians(degrees))
+
+    def __eq__(self, other):
+        raise AssertionError("laws need not be comparable")
+
+    def respond(self, pressure, trial_shear, length, failed):
+        pressing = np.maximum(pressure, 0.0)
+        return cut(trial_shear, self.tan * pressing, np.where(pressure > 0, self.tan, 0.0), failed)
+
+
+class Straight(Coulomb):
+    """The same with the line that limit analysis asks for."""
+
+    def strength_lines(self, length):
+        return np.full((len(length), 1), self.tan), np.zeros((len(length), 1))
+
+
+def slab(law, angle=30.0, height=0.2, width=10.0):
+    """Return a wide slab on a plane."""
+    polygons = [turned(p, angle) for p in (rectangle(-1, -1, 12, 0), rectangle(0, 0, width, height))]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=25e3)],
+        joints=[bsm.Joint("J", 1e9, 1e9, law=law)],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+
+
+def wall(beds, heads):
+    """Return a tilted wall with a law in its beds and one in its heads."""
+    blocks = bsm.Blocks.from_polygons([rectangle(-1, -1, 4, 0), *running_bond(3, 3)], rock="r")
+    upright = np.abs(blocks.edge_vectors[:, 0]) < 1e-9
+    blocks = replace(blocks, edge_joint=upright.astype(np.int32), joint_names=("beds", "heads"))
+    return bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("r", unit_weight=25e3)],
+        joints=[bsm.Joint("beds", 1e9, 1e9, law=beds), bsm.Joint("heads", 1e9, 5e8, law=heads)],
+        default_joint="beds",
+        supports=[bsm.Fixed(blocks=[0])],
+        gravity_direction=-100.0,
+    )
+
+
+@pytest.mark.parametrize("scheme", ["continuation", "wang"])
+@pytest.mark.parametrize(("side", "status"), [(0.99, "stable"), (1.01, "unstable")])
+def test_a_slab_slides_at_the_strength_of_a_curved_law(side, status, scheme):
+    """Shear stress g h sin cos against a (g h cos^2)^b at equal corners."""
+    angle, height, b = np.radians(30), 0.2, 0.8
+    a = 25e3 * height * np.sin(angle) / (25e3 * height * np.cos(angle)) ** b / side
+    model = slab(Power(a, b))
+    results = bsm.run(model, bsm.Options(scheme=scheme, sliding_stiffness=0.01 if scheme == "wang" else 1.0))
+    assert results.status == status or (scheme, side) == ("wang", 1.01)  # cycles that end on their way
+    assert (results.status == "stable") == (side < 1)
+    assert side > 1 or results.check().ok
+
+
+def test_the_linear_scheme_reports_the_utilisation_of_a_curved_law():
+    law = Power(2.0, 0.8)
+    contacts = bsm.run(slab(law), bsm.Options(scheme="linear")).stages[0].contacts
+    strength = 2.0 * (-contacts.normal_force / contacts.length) ** 0.8 * contacts.length
+    assert_allclose(contacts.utilisation, np.abs(contacts.shear_force) / strength, rtol=1e-12)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_an_own_law_does_as_the_same_law_of_the_project(scheme):
+    """Two laws that can be neither hashed nor compared, in one model."""
+    options = bsm.Options(scheme=scheme)
+    own = bsm.run(wall(Coulomb(35.0), Coulomb(20.0)), options)
+    built_in = bsm.run(wall(bsm.MohrCoulomb(friction=35.0), bsm.MohrCoulomb(friction=20.0)), options)
+    assert own.status == built_in.status == "stable"
+    assert_allclose(own.stages[0].displacement, built_in.stages[0].displacement, rtol=1e-9, atol=1e-15)
+    assert_allclose(own.stages[0].contacts.utilisation, built_in.stages[0].contacts.utilisation, rtol=1e-9)
+    assert own.stages[0].contacts.utilisation.max() > 0.1
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_an_in_situ_field_is_compared_with_an_own_law(scheme):
+    model = wall(Coulomb(35.0), Coulomb(1.0)).replace(
+        gravity_direction=-90.0, in_situ=bsm.InSitu(stress={"xx": -1e5, "yy": -1e5, "xy": 5e3})
+    )
+    assert any("beyond the strength" in note for note in bsm.run(model, bsm.Options(scheme=scheme)).stages[0].notes)
+
+
+def test_limit_analysis_takes_the_lines_of_an_own_law():
+    pulled = bsm.PointLoad(block=1, point=(5.0, 0.1), force=(1e3, 0.0))
+    for law in (Straight(30.0), bsm.MohrCoulomb(friction=30.0)):
+        model = slab(law, angle=0.0).replace(loads=[])
+        found = bsm.limit_analysis(model, [pulled])
+        assert_allclose(found.factor, 25e3 * 0.2 * 10.0 * np.tan(np.radians(30.0)) / 1e3, rtol=1e-9)
+
+
+def test_limit_analysis_of_a_law_without_lines_says_what_it_needs():
+    with pytest.raises(bsm.ModelError, match=r"the law Coulomb has no method strength_lines\(length\): give it one"):
+        bsm.limit_analysis(slab(Coulomb(30.0)))
+
+
+def test_lines_of_a_wrong_shape():
+    class Wrong(Coulomb):
+        def strength_lines(self, length):
+            return np.tan(0.5), np.zeros(len(length))
+
+    with pytest.raises(bsm.ModelError, match="the law Wrong: strength_lines returns arrays of shape"):
+        bsm.limit_analysis(slab(Wrong(30.0)))
+
+
+def test_a_law_counts_by_its_content_in_the_digest_of_a_model():
+    assert slab(Coulomb(30.0)) == slab(Coulomb(30.0))
+    assert slab(Coulomb(30.0)) != slab(Coulomb(31.0))
+    assert slab(Coulomb(30.0)) != slab(Straight(30.0))
+
+
+def test_digest_of_functions_and_of_objects_in_circles():
+    def law(factor):
+        return lambda pressure: factor * pressure
+
+    class Slotted:
+        __slots__ = ("other", "value")
+
+    def circle(value):
+        one = Slotted()
+        one.other, one.value = one, value
+        return one
+
+    assert digest(law(0.5)) == digest(law(0.5))
+    assert digest(law(0.5)) != digest(law(0.6))
+    assert digest(circle(1.0)) == digest(circle(1.0)) != digest(circle(2.0))
+
+
+def answering(**changes):
+    """Return a law whose answer is changed in some arrays."""
+
+    class Changed(Coulomb):
+        def respond(self, pressure, trial_shear, length, failed):
+            answer = super().respond(pressure, trial_shear, length, failed)
+            for name, change in changes.items():
+                object.__setattr__(answer, name, change(getattr(answer, name)))
+            return answer
+
+    return Changed(30.0)
+
+
+class NoJointResponse(Coulomb):
+    def respond(self, pressure, trial_shear, length, failed):
+        return trial_shear
+
+
+class WrongArguments(Coulomb):
+    def respond(self, pressure, trial_shear):
+        return trial_shear
+
+
+class Spoils(Coulomb):
+    def respond(self, pressure, trial_shear, length, failed):
+        pressure += 1.0
+        return super().respond(pressure - 1.0, trial_shear, length, failed)
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (30.0, "the law float: has no method respond"),
+        (Coulomb, "has no method respond"),  # the class instead of a law
+        (NoJointResponse(30.0), "the law NoJointResponse: respond returns ndarray; it must return a bsm.JointResponse"),
+        (WrongArguments(30.0), "the law WrongArguments: respond failed on arrays of 5 contacts: TypeError"),
+        (Spoils(30.0), "changes the arrays that it is given"),
+        (answering(shear=lambda a: 0.0), "returns shear as float; it must be an array of float64"),
+        (answering(by_pressure=lambda a: a[1:]), r"returns by_pressure as float64 of shape \(4,\)"),
+        (answering(failed=lambda a: a.astype(int)), "returns failed as int64"),
+        (answering(shear=lambda a: a * np.nan), "not finite"),
+        (answering(strength=lambda a: a - 1.0), "strength that is not 0 or more"),
+        (answering(shear=lambda a: 2 * a), "more shear than strength"),
+        (answering(failed=lambda a: ~a), "must leave failed as it is"),
+        (answering(failed=lambda a: a & (np.arange(len(a)) < 2)), "failed stays true"),
+    ],
+)
+def test_what_is_no_law_is_refused_where_it_is_given(law, words):
+    with pytest.raises(bsm.ModelError, match=f"joint 'J': the law.*{words}" if "law" not in words else words):
+        bsm.Joint("J", 1e9, 1e9, law=law)
+
+
+def test_a_law_is_asked_for_tension_only_where_the_joint_bears_it():
+    class Root(Power):
+        def respond(self, pressure, trial_shear, length, failed):
+            strength = self.a * np.sqrt(pressure)
+            slope = np.where(pressure > 0, 0.5 * self.a / np.sqrt(np.maximum(pressure, 1e-9)), 0.0)
+            return cut(trial_shear, strength, slope, failed)
+
+    assert bsm.Joint("J", 1e9, 1e9, law=Root(1.0, 0.5)).law is not None
+    with pytest.raises(bsm.ModelError, match="strength that is not 0 or more"):
+        bsm.Joint("J", 1e9, 1e9, law=Root(1.0, 0.5), tensile_strength=1e5)
+
+
+@pytest.mark.skipif(not THEORY.is_file(), reason="docs/theory.md")
+def test_the_law_in_the_theory_is_one():
+    """Its strength is Barton's, its derivative the difference quotient."""
+    found = re.search(r"^```python\n(.*?)^```", THEORY.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    assert found is not None
+    names: dict[str, object] = {}
+    exec(compile(found[1], str(THEORY), "exec"), names)
+    law = names["joint"].law
+    pressure, length = np.array([1e3, 1e5, 1e6]), np.array([1.0, 0.5, 2.0])
+    expected = pressure * np.tan(np.radians(np.minimum(8 * np.log10(50e6 * length / pressure) + 28, 70)))
+
+    def shear(p):
+        return law.respond(p, np.full(3, 1e12), length, np.zeros(3, dtype=bool)).shear
+
+    assert_allclose(shear(pressure), expected, rtol=1e-12)
+    step = 1e-6 * pressure
+    slope = law.respond(pressure, np.full(3, 1e12), length, np.zeros(3, dtype=bool)).by_pressure
+    assert_allclose(slope, (shear(pressure + step) - shear(pressure - step)) / (2 * step), rtol=1e-6)
