@@ -1,4 +1,4 @@
-"""What a dataclass owns: read-only, with a digest, and the same after a way through another process."""
+"""What a dataclass owns: read-only, with a hash of its content, and the same after a way through another process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 import scenes
 
 import bsm_mesh as bsm
-from bsm_mesh.arrays import ReadOnlyMapping, digest
+from bsm_mesh.arrays import ReadOnlyMapping, content_hash
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.results import Results
 from geometries.errors import GeometryError
@@ -91,7 +91,7 @@ def test_what_is_given_stays_equal_and_read_only(way: Callable[[Any], Any]) -> N
 @pytest.mark.parametrize("way", [through_pickle, copy.deepcopy, copy.copy])
 def test_what_came_out_stays_equal_and_read_only(results: Results, way: Callable[[Any], Any]) -> None:
     again = way(results)
-    assert digest(again) == digest(results)
+    assert content_hash(again) == content_hash(results)
     assert len(arrays(again)) == len(arrays(results)) > 50
     assert str(again.check()) == str(results.check())
     for made in (results, again):

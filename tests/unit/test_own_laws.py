@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scenes import rectangle, running_bond, turned
 
 import bsm_mesh as bsm
-from bsm_mesh.arrays import digest
+from bsm_mesh.arrays import content_hash
 
 THEORY = Path(__file__).parents[2] / "docs/theory.md"
 SCHEMES = ("linear", "continuation", "wang")
@@ -171,9 +171,9 @@ def test_digest_of_functions_and_of_objects_in_circles():
         one.other, one.value = one, value
         return one
 
-    assert digest(law(0.5)) == digest(law(0.5))
-    assert digest(law(0.5)) != digest(law(0.6))
-    assert digest(circle(1.0)) == digest(circle(1.0)) != digest(circle(2.0))
+    assert content_hash(law(0.5)) == content_hash(law(0.5))
+    assert content_hash(law(0.5)) != content_hash(law(0.6))
+    assert content_hash(circle(1.0)) == content_hash(circle(1.0)) != content_hash(circle(2.0))
 
 
 def answering(**changes):
