@@ -18,7 +18,8 @@ from typing import Any, TextIO
 from benchmarks.campaign.outcome import ERROR, TIMEOUT, Record
 
 Task = tuple[str, int]
-WARM_UP = (("slope+bolts", 10**6), ("tunnel+water", 10**6), ("layers", 10**6 + 3), ("pile+stages", 10**6))
+UNSEEN = 10**6  # seeds from here on are in no campaign
+WARM_UP = {"slope+bolts": UNSEEN, "tunnel+water": UNSEEN + 1, "layers": UNSEEN + 1, "pile+stages": UNSEEN}
 JUDGING = 3  # limits of a run that judging may take: it runs twins
 
 
@@ -114,7 +115,7 @@ def _work(pipe: Connection, limit: float, judged: bool) -> None:
     from benchmarks.campaign.trial import trial_of
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent sees to that
-    for family, seed in WARM_UP:  # compiled code
+    for family, seed in WARM_UP.items():  # compiled code
         _model(lambda record: None, trial_of(FAMILIES[family], seed), limit=None, judged=judged)
     from benchmarks.campaign.sizes import every_family
 

@@ -74,7 +74,8 @@ SIZES: dict[str, tuple[int, list[Named]]] = {
 LIMITS = {"1e4": 300.0, "1e5": 1800.0, "1e6": 7200.0}  # processor seconds
 
 
-def _scene_of(named: Named, n: int) -> Scene:
+def scene_of(named: Named, n: int) -> Scene:
+    """Return a scene of the benchmark suite, of about n blocks, as one of the campaign's."""
     made = named.build(n)
     polygons = [np.asarray(polygon, dtype=np.float64) for polygon in made.polygons]
     digs = []
@@ -102,7 +103,7 @@ def _scene_of(named: Named, n: int) -> Scene:
 
 def _draw(size: str, number: int) -> Draft:
     n, chosen = SIZES[size]
-    return Draft(scene=_scene_of(chosen[number], n), parameters={"scene": chosen[number].name})
+    return Draft(scene=scene_of(chosen[number], n), parameters={"scene": chosen[number].name})
 
 
 def families_of(size: str) -> dict[str, Family]:
