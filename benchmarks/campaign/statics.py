@@ -71,7 +71,9 @@ def touching(polygons: Sequence[FloatArray], reach: float, size: float) -> Touch
         outside &= across >= -lean * size_of_side
         leads_away = np.where(station < length / 2, -1, 1) * (side * t).sum(axis=1) > 0
         at_end = (station <= no_overlap) | (station >= length - no_overlap)
-        outside &= ~(at_end & leads_away & (across <= lean * size_of_side))  # parallel, and they share no length
+        outside &= ~(
+            at_end & leads_away & (np.abs(across) <= lean * size_of_side)
+        )  # parallel, and they share no length
     convex = ahead[:, 0] * behind[:, 1] - ahead[:, 1] * behind[:, 0] > 0
     kept = outside & convex & (np.abs(gap) <= reach) & (station >= -reach) & (station <= length + reach)
     return Touching(

@@ -56,6 +56,13 @@ def test_edges_in_line_that_share_no_length_bear_nothing():
     assert lack(hanging, 30.0) > 0.5
 
 
+def test_a_corner_does_not_press_on_an_edge_from_inside():
+    """The tips of a triangle beside a square touch the ends of its floor and roof, but lie within their lines."""
+    found = touching([np.array([(0, 0.5), (1, 0), (1, 1)]), box(1, 0, 2, 1)], 1e-6, 1.0)
+    assert found.length.size == 4
+    assert (np.abs(found.normal[:, 0]) == 1).all()
+
+
 def test_all_corners_on_edges_are_found():
     found = touching([box(0, 0, 4, 1), box(1, 1, 2, 2), box(2, 1, 3, 2)], 1e-6, 1.0)
     pairs = sorted(zip(found.corner_block.tolist(), found.edge_block.tolist(), strict=True))

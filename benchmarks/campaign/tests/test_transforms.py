@@ -22,7 +22,7 @@ EVERYTHING = [
     ("wall+stages", 2),
     ("arch", 5),
     ("plane", 7),
-    ("layers+water", 0),
+    ("slope+water", 3),
 ]
 UPRIGHT = [("slope+bolts", 0), ("wall+bolts", 1), ("arch+stages", 1)]
 
