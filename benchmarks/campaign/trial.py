@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.campaign.scene import Scene
 
 Value = float | int | str
-Parameters = dict[str, Value]
+Parameters = Mapping[str, Value]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -117,8 +117,9 @@ def draw_plane(generator: np.random.Generator) -> Draft:
     kn, ks = stiffness(generator)
     head = np.array([crest, height]) * 0.5 + (0.05, 0.0)
     tip = head + 3 * along * np.array([np.cos(plunge), -np.sin(plunge)])
-    steel = {"diameter": 0.05, "yield_strength": force / (np.pi * 0.05**2 / 4)}
-    bolts = (bsm.Bolt(start=tuple(head), end=tuple(tip), **steel),) if is_bolted else ()
+    steel = force / (np.pi * 0.05**2 / 4)
+    ends = (float(head[0]), float(head[1])), (float(tip[0]), float(tip[1]))
+    bolts = (bsm.Bolt(start=ends[0], end=ends[1], diameter=0.05, yield_strength=steel),) if is_bolted else ()
     reach, low = behind + 4 * along, -4 * along
     rock = np.array([(0, low), (reach, low), (reach, height), (behind, height), crack, (0, 0)])  # free below the toe
     scene = Scene(

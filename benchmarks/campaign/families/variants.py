@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def bolted(draw: Draw) -> Draw:
                 break
         grouted = sum(bolt.kind == "grouted" for bolt in bolts)
         given = {"bolts": len(bolts), "grouted": grouted, "tensioned": sum(bolt.pretension > 0 for bolt in bolts)}
-        return Draft(scene=replace(draft.scene, bolts=tuple(bolts)), parameters=draft.parameters | given)
+        return Draft(scene=replace(draft.scene, bolts=tuple(bolts)), parameters={**draft.parameters, **given})
 
     return drawn
 
@@ -46,7 +47,7 @@ def _bolt(generator: np.random.Generator, scene: Scene) -> bsm.Bolt | None:
         return None
     end = centres[generator.choice(near)]
     tension = float(generator.choice([0.0, generator.uniform(20e3, 150e3)]))
-    common = {"start": tuple(start), "end": tuple(end), "diameter": 0.025, "yield_strength": 500e6}
+    common: dict[str, Any] = {"start": tuple(start), "end": tuple(end), "diameter": 0.025, "yield_strength": 500e6}
     common |= {"pretension": tension, "spacing": float(generator.uniform(1, 2))}
     if scene.digs and generator.random() < 0.5:
         common["stage"] = "1"
@@ -54,7 +55,7 @@ def _bolt(generator: np.random.Generator, scene: Scene) -> bsm.Bolt | None:
     if kind < 0.25:
         return bsm.Bolt(kind="end_anchored", anchor_capacity=200e3, **common)
     strength = float(generator.uniform(50e3, 400e3))
-    dowel = {"bearing_stiffness": 1e9, "bearing_strength": 100e6} if kind > 0.75 else {}
+    dowel: dict[str, Any] = {"bearing_stiffness": 1e9, "bearing_strength": 100e6} if kind > 0.75 else {}
     return bsm.Bolt(bond_strength=strength, **common, **dowel)
 
 
@@ -79,7 +80,7 @@ def watered(draw: Draw) -> Draw:
         later = not scene.digs and generator.random() < 0.5
         digs = (Dig(blocks=np.zeros(0, int), table=table),) if later else scene.digs
         changed = replace(scene, table=() if later else table, digs=digs)
-        return Draft(scene=changed, parameters=draft.parameters | {"depth_of_water": depth, "raised": int(later)})
+        return Draft(scene=changed, parameters={**draft.parameters, "depth_of_water": depth, "raised": int(later)})
 
     return drawn
 
@@ -106,7 +107,7 @@ def staged(draw: Draw) -> Draw:
         chosen = scene.free[generator.permutation(len(level)) if order is None else order][:count]
         relaxation = ((1.0,), (0.5, 1.0))[int(generator.random() < 0.4)]
         digs = tuple(Dig(blocks=np.sort(part), relaxation=relaxation) for part in np.array_split(chosen, stages))
-        given = {"stages": stages, "taken": count, "where": where, "relaxation": len(relaxation)}
-        return Draft(scene=replace(scene, digs=digs), parameters=draft.parameters | given)
+        given: dict[str, Any] = {"stages": stages, "taken": count, "where": where, "relaxation": len(relaxation)}
+        return Draft(scene=replace(scene, digs=digs), parameters={**draft.parameters, **given})
 
     return drawn
