@@ -8,7 +8,7 @@ import bsm_mesh as bsm
 EXACT = 1e-9  # linear fields lie in both element spaces, the gravity column in the second-order one; rounding is lost
 E, MU = 50e9, 0.25
 STRESS = np.array([(-3.0, 1.2), (1.2, -7.0)]) * 1e6
-ROCK = bsm.Rock("rock", young=E, poisson=MU)
+ROCK = bsm.Rock("rock", unit_weight=0, young=E, poisson=MU)
 HEAVY = bsm.Rock("rock", unit_weight=26e3, young=E, poisson=MU)
 PINNED = [bsm.Fixed(point=(0, 0)), bsm.Roller(point=(4, 3), direction=90)]
 L_SHAPE = np.array([(0, 0), (4, 0), (4, 0.5), (0.5, 0.5), (0.5, 3), (0, 3)])  # its centroid does not see all of it

@@ -10,16 +10,14 @@ from bsm_mesh.app.units import convert
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest, placed
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.bolt_patterns import bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
+from bsm_mesh.model.bolt_patterns import ENDS, bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.quantities import COORDINATE, quantities_of
 
 PLACES = ("start", "end", "radial", "row", "curve", "table")
-UNITS = {  # of the columns of a table
-    **dict.fromkeys(("start_x", "start_y", "end_x", "end_y", "diameter", "hole_diameter", "spacing"), "m"),
-    **dict.fromkeys(("young", "yield_strength", "bond_steel_grout", "bond_grout_rock", "bond_stiffness"), "Pa"),
-    **dict.fromkeys(("bearing_stiffness", "bearing_strength"), "Pa"),
-    **dict.fromkeys(("pretension", "anchor_capacity", "plate"), "N"),
-    "bond_strength": "N/m",
+QUANTITIES = {  # of the columns of a table
+    **dict.fromkeys(ENDS, COORDINATE),
+    **{name: quantity for name, (quantity, _) in quantities_of(Bolt).items()},
 }
 
 
@@ -88,6 +86,6 @@ def _read_cell(name: str, text: str) -> float:
     except ValueError:
         pass
     try:
-        return convert(text, UNITS[name])
+        return convert(text, QUANTITIES[name])
     except ValueError as error:
         raise ValueError(f"{name} = {text}: {error}") from None

@@ -15,6 +15,7 @@ from bsm_mesh.app.units import convert
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import scratch_folder
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.quantities import UNIT_OF_LENGTH
 
 if TYPE_CHECKING:
     from converters import MeshReport
@@ -45,7 +46,7 @@ def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) 
     from converters import read_mesh
 
     try:
-        scale = convert(f"1 {mesh.unit}", "m")
+        scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
     except ValueError as error:
         raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
     return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale, blocks=mesh.blocks)

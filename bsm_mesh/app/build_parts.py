@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
+
+from pydantic import ValidationError
 
 from bsm_mesh.app.model_tables import (
     InSituTable,
@@ -11,9 +14,10 @@ from bsm_mesh.app.model_tables import (
     RockTable,
     StageTable,
     SupportTable,
+    Table,
     WaterTable,
 )
-from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.errors import ModelError, placed, raise_faults
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
@@ -39,7 +43,7 @@ def make_joint(name: str, table: JointTable) -> Joint:
         shear_stiffness=table.shear_stiffness,
         filling=filling,
         law=law,
-        tensile_strength=table.tensile_strength,
+        tensile_strength=table.tensile_strength or 0.0,
     )
 
 
@@ -47,14 +51,25 @@ def _law(table: JointTable) -> JointLaw | None:
     given = {key: getattr(table, key) for key in ("friction", "dilation", "cohesion", "residual_friction")}
     given = {key: value for key, value in given.items() if value is not None}
     if not given and table.law is None:
+        if table.tensile_strength is not None:
+            raise ModelError(
+                "tensile_strength never acts: a joint without a law carries any tension and shear; give friction, "
+                "or leave tensile_strength out"
+            )
         return None
+    faults = []
     if "friction" not in given:
-        raise ModelError("a joint with a strength needs the key 'friction' [degrees]")
-    if table.law == "mohr_coulomb":
-        if "dilation" in given:
-            raise ModelError("law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
-        return MohrCoulomb(**given)
-    return Patton(**given)
+        faults.append("a joint with a strength needs the key 'friction' [degrees]")
+    named = [key for key in ("cohesion", "residual_friction") if given.get(key)]
+    if table.law is None and named:
+        faults.append(
+            f"a joint with {' and '.join(named)} needs the key 'law': \"mohr_coulomb\" (cohesion carries shear from "
+            'the start) or "patton" (cohesion is that of its second line: asperities that shear off, with dilation)'
+        )
+    if table.law == "mohr_coulomb" and "dilation" in given:
+        faults.append("law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
+    raise_faults(faults)
+    return MohrCoulomb(**given) if table.law == "mohr_coulomb" else Patton(**given)
 
 
 def make_supports(table: SupportTable, place: str) -> list[Support]:
@@ -124,3 +139,38 @@ def make_stage(table: StageTable) -> Stage:
         water=None if table.water is None else make_water(table.water, place),
         loads=tuple(make_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
     )
+
+
+Maker = Callable[[Any, Any], object]  # of a table's name or number in its list, and the table
+NAMED: dict[str, tuple[type[Table], Maker]] = {"rock": (RockTable, make_rock), "joint": (JointTable, make_joint)}
+LISTED: dict[str, tuple[type[Table], Maker]] = {
+    "support": (SupportTable, lambda k, table: make_supports(table, f"[[support]] number {k + 1}")),
+    "load": (LoadTable, lambda k, table: make_load(table, f"[[load]] number {k + 1}")),
+    "stage": (StageTable, lambda _, table: make_stage(table)),
+}
+SINGLE: dict[str, tuple[type[Table], Maker]] = {
+    "in_situ": (InSituTable, lambda _, table: make_in_situ(table)),
+    "water": (WaterTable, lambda _, table: make_water(table, "[water]")),
+}
+
+
+def faults_of_parts(content: Mapping[str, Any]) -> Iterator[str]:
+    """Say what does not fit together in the well-formed tables of a file in which others are not."""
+    parts = [
+        *((make, key, content.get(key)) for key, make in SINGLE.items()),
+        *((make, k, part) for key, make in LISTED.items() for k, part in enumerate(_given(content, key, list))),
+        *((make, k, part) for key, make in NAMED.items() for k, part in _given(content, key, dict).items()),
+    ]
+    for (kind, make), name, part in parts:
+        try:
+            make(name, kind.model_validate(part))
+        except ValidationError:  # told of already
+            continue
+        except ModelError as error:
+            yield from error.faults
+
+
+def _given(content: Mapping[str, Any], key: str, kind: type) -> Any:
+    """Return the list or table under a key; an empty one where there is none."""
+    given = content.get(key)
+    return given if isinstance(given, kind) else kind()

@@ -10,12 +10,14 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from bsm_mesh.app.build_parts import faults_of_parts
 from bsm_mesh.app.model_tables import ModelFile, Table
 from bsm_mesh.errors import ModelError, nearest
 
 PLAIN_WORDS = {  # for pydantic's names of faults
     "string_type": "must be a text, in quotes",
     "list_type": "must be a list, in brackets",
+    "too_short": "must not be empty: give block numbers, or leave the support out",  # blocks of a support
     "int_type": "must be a whole number, without quotes",
     "int_from_float": "must be a whole number",
 }
@@ -53,7 +55,8 @@ def read_model_file(path: Path) -> ModelFile:
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
-        raise ModelError([f"{path.name}: {text}" for text in dict.fromkeys(_sentences(error))]) from None
+        told = dict.fromkeys([*_sentences(error), *faults_of_parts(content)])
+        raise ModelError([f"{path.name}: {text}" for text in told]) from None
 
 
 def _toml_fault(message: str, text: str) -> str:

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, StrictInt, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.app.units import (
-    Angle,
     Force,
-    ForceOfOne,
-    ForcePerLength,
-    Length,
+    In,
     Level,
     LinearStress,
     LinearStressPair,
     Lines,
-    Number,
     Point,
     Region,
-    Stiffness,
-    Stress,
-    UnitWeight,
     convert,
+    schema_of,
 )
+from bsm_mesh.model import quantities as q
 from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.bolts import BoltKind
-from bsm_mesh.model.in_situ import STRESS_RATIOS, InSituMethod
+from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
 from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.model import ContactPoints
 from bsm_mesh.model.water import WATER, Head
@@ -71,7 +66,9 @@ class MeshTable(Table):
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="parameters of the geometry")
     unit: str = Field(default="m", description="unit of length of the mesh")
-    merge_tolerance: Length = Field(default=MERGE_TOLERANCE, description="nodes nearer than this are one")
+    merge_tolerance: Annotated[float, In(q.MERGE_TOLERANCE)] = Field(
+        default=MERGE_TOLERANCE, description="nodes nearer than this are one"
+    )
     contact_points: ContactPoints = "ends"
     blocks: Literal["elements", "regions"] = Field(
         default="elements", description="every element is a rigid block, or every region between joints is one"
@@ -82,48 +79,48 @@ class MeshTable(Table):
 class RockTable(Table):
     """A rock."""
 
-    unit_weight: UnitWeight = 0.0
-    young: Stress | None = None
-    poisson: Number | None = None
-    cohesion: Stress | None = None
-    friction: Angle | None = None
-    tensile_strength: Stress | None = None
+    unit_weight: Annotated[float, In(q.UNIT_WEIGHT)]
+    young: Annotated[float, In(q.YOUNG)] | None = None
+    poisson: Annotated[float, In(q.POISSON)] | None = None
+    cohesion: Annotated[float, In(q.COHESION)] | None = None
+    friction: Annotated[float, In(q.FRICTION)] | None = None
+    tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = None
     stiffness: RockStiffness = "wang"
 
 
 class FillingTable(Table):
     """A joint's filling."""
 
-    thickness: Length
-    young: Stress
-    poisson: Number
+    thickness: Annotated[float, In(q.THICKNESS)]
+    young: Annotated[float, In(q.YOUNG)]
+    poisson: Annotated[float, In(q.POISSON)]
 
 
 class JointTable(Table):
     """A joint or joint set."""
 
-    normal_stiffness: Stiffness | None = None
-    shear_stiffness: Stiffness | None = None
+    normal_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
+    shear_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     filling: FillingTable | None = None
     law: Literal["patton", "mohr_coulomb"] | None = Field(
         default=None, description="patton where friction is given without it"
     )
-    friction: Angle | None = None
-    dilation: Angle | None = None
-    cohesion: Stress | None = None
-    residual_friction: Angle | None = None
-    tensile_strength: Stress = 0.0
+    friction: Annotated[float, In(q.FRICTION)] | None = None
+    dilation: Annotated[float, In(q.DILATION)] | None = None
+    cohesion: Annotated[float, In(q.COHESION)] | None = None
+    residual_friction: Annotated[float, In(q.FRICTION)] | None = None
+    tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
 
 
 class SupportTable(Table):
     """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
 
     boundary: str | None = None
-    blocks: list[StrictInt] | None = None
+    blocks: list[Annotated[int, In(q.BLOCK)]] | None = Field(default=None, min_length=1)
     point: Point | None = None
     fix: Fix | None = None
-    direction: Angle | None = None
-    displacement: Length | None = None
+    direction: Annotated[float, In(q.DIRECTION)] | None = None
+    displacement: Annotated[float, In(q.DISPLACEMENT)] | None = None
 
 
 class LoadTable(Table):
@@ -133,7 +130,7 @@ class LoadTable(Table):
     in_situ: bool | None = Field(default=None, description="true: the traction that balances the field of [in_situ]")
     pressure: LinearStress | None = Field(default=None, description="positive into the blocks")
     traction: LinearStressPair | None = None
-    block: StrictInt | None = None
+    block: Annotated[int, In(q.BLOCK)] | None = None
     point: Point | None = None
     force: Force | None = None
 
@@ -142,21 +139,25 @@ class RadialTable(Table):
     """Bolts that point away from a centre, their heads on a circle."""
 
     centre: Point
-    radius: Length
-    length: Length
-    count: StrictInt
-    first: Angle = Field(default=0.0, description="direction of the first bolt")
-    last: Angle = Field(default=180.0, description="direction of the last bolt")
+    radius: Annotated[float, In(q.RADIUS)]
+    length: Annotated[float, In(q.BOLT_LENGTH)]
+    count: Annotated[int, In(q.BOLT_COUNT)]
+    first: Annotated[float, In(q.DIRECTION)] = Field(default=0.0, description="direction of the first bolt")
+    last: Annotated[float, In(q.DIRECTION)] = Field(default=180.0, description="direction of the last bolt")
 
 
 class RowTable(Table):
     """Bolts in a row along a boundary, into the rock."""
 
     boundary: str
-    length: Length
-    interval: Length = Field(description="distance of the heads along the boundary")
-    offset: Length | None = Field(default=None, description="of the first head; default: half an interval")
-    direction: Angle | None = Field(default=None, description="of all bolts; default: normal to the boundary")
+    length: Annotated[float, In(q.BOLT_LENGTH)]
+    interval: Annotated[float, In(q.BOLT_INTERVAL)] = Field(description="distance of the heads along the boundary")
+    offset: Annotated[float, In(q.DISTANCE)] | None = Field(
+        default=None, description="of the first head; default: half an interval"
+    )
+    direction: Annotated[float, In(q.DIRECTION)] | None = Field(
+        default=None, description="of all bolts; default: normal to the boundary"
+    )
 
 
 class BoltTable(Table):
@@ -170,38 +171,53 @@ class BoltTable(Table):
     table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
     name: str = ""
     kind: BoltKind = "grouted"
-    diameter: Length | None = None
-    young: Stress = 200e9
-    yield_strength: Stress | None = Field(default=None, description="of the steel; default: unlimited")
-    pretension: ForceOfOne = 0.0
-    anchor_capacity: ForceOfOne | None = Field(default=None, description="end_anchored only; default: unlimited")
-    spacing: Length = Field(default=1.0, description="out of the plane")
+    diameter: Annotated[float, In(q.BOLT_DIAMETER)] | None = None
+    young: Annotated[float, In(q.BOLT_YOUNG)] = 200e9
+    yield_strength: Annotated[float, In(q.YIELD_STRENGTH)] | None = Field(
+        default=None, description="of the steel; default: unlimited"
+    )
+    pretension: Annotated[float, In(q.BOLT_FORCE)] = 0.0
+    anchor_capacity: Annotated[float, In(q.BOLT_CAPACITY)] | None = Field(
+        default=None, description="end_anchored only; default: unlimited"
+    )
+    spacing: Annotated[float, In(q.BOLT_SPACING)] = Field(default=1.0, description="out of the plane")
     stage: str | None = Field(default=None, description="stage that installs it; default: there from the start")
-    bond_strength: ForcePerLength | None = Field(default=None, description="grouted only; default: unlimited")
-    hole_diameter: Length | None = None
-    bond_steel_grout: Stress | None = None
-    bond_grout_rock: Stress | None = None
-    bond_stiffness: Stress | None = Field(default=None, description="per length of bolt, in N/m2; default: rigid")
-    bearing_stiffness: Stress | None = Field(
+    bond_strength: Annotated[float, In(q.BOND_STRENGTH)] | None = Field(
+        default=None, description="grouted only; default: unlimited"
+    )
+    hole_diameter: Annotated[float, In(q.HOLE_DIAMETER)] | None = None
+    bond_steel_grout: Annotated[float, In(q.BOND_SHEAR_STRENGTH)] | None = None
+    bond_grout_rock: Annotated[float, In(q.BOND_SHEAR_STRENGTH)] | None = None
+    bond_stiffness: Annotated[float, In(q.BOND_STIFFNESS)] | None = Field(
+        default=None, description="per length of bolt, in N/m2; default: rigid"
+    )
+    bearing_stiffness: Annotated[float, In(q.BOND_STIFFNESS)] | None = Field(
         default=None, description="dowel action: of the grout, N/m2; default: none"
     )
-    bearing_strength: Stress | None = Field(default=None, description="of grout or rock; default: unlimited shear")
-    plate: ForceOfOne = Field(default=0.0, description="capacity of a face plate at the head; grouted only")
+    bearing_strength: Annotated[float, In(q.BEARING_STRENGTH)] | None = Field(
+        default=None, description="of grout or rock; default: unlimited shear"
+    )
+    plate: Annotated[float, In(q.BOLT_FORCE)] = Field(
+        default=0.0, description="capacity of a face plate at the head; grouted only"
+    )
 
 
 class GravityTable(Table):
     """Gravity."""
 
-    direction: Angle = -90.0
+    direction: Annotated[float, In(q.DIRECTION)] = -90.0
+
+
+RATIO_PARTS = dict(zip("abc", PARTS_OF_RATIO, strict=True))
 
 
 def _stress_ratio(value: object) -> object:
     if isinstance(value, str) and value in STRESS_RATIOS:
         return value
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return value
-    if isinstance(value, dict) and value and set(value) <= {"a", "b", "c"}:
-        return {key: convert(part, "m" if key == "a" else "1/m" if key == "c" else "") for key, part in value.items()}
+        return convert(value, q.STRESS_RATIO)
+    if isinstance(value, dict) and value and set(value) <= set(RATIO_PARTS):
+        return {key: convert(part, RATIO_PARTS[key]) for key, part in value.items()}
     names = ", ".join(f'"{name}"' for name in STRESS_RATIOS)
     raise ValueError(f"must be a number, {{a, b, c}} for K = a / h + b + c h at the depth h, or one of {names}")
 
@@ -209,7 +225,19 @@ def _stress_ratio(value: object) -> object:
 StressRatio = Annotated[
     Any,
     PlainValidator(_stress_ratio),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"enum": list(STRESS_RATIOS)}, {"type": "object"}]}),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                schema_of(q.STRESS_RATIO),
+                {"enum": list(STRESS_RATIOS)},
+                {
+                    "type": "object",
+                    "properties": {key: schema_of(part) for key, part in RATIO_PARTS.items()},
+                    "additionalProperties": False,
+                },
+            ]
+        }
+    ),
 ]
 
 
@@ -226,7 +254,7 @@ class InSituTable(Table):
 
     method: InSituMethod = "direct"
     surface: Level | None = Field(default=None, description="level of the ground, or its line from left to right")
-    surcharge: Stress = 0.0
+    surcharge: Annotated[float, In(q.PRESSURE)] = 0.0
     k0: StressRatio = Field(default=1.0, description="horizontal over vertical total stress")
     stress: StressTable | None = None
 
@@ -235,9 +263,11 @@ class WaterTable(Table):
     """Groundwater."""
 
     table: Lines = Field(default=(), description="the water table from left to right, or several tables")
-    unit_weight: UnitWeight = WATER
+    unit_weight: Annotated[float, In(q.WATER_WEIGHT)] = WATER
     head: Head = Field(default="vertical", description="parallel: seepage parallel to the table")
-    joint_pressure: dict[str, Stress] = Field(default_factory=dict, description="pressure in all faces of a joint")
+    joint_pressure: dict[str, Annotated[float, In(q.PRESSURE)]] = Field(
+        default_factory=dict, description="pressure in all faces of a joint"
+    )
 
 
 class StageTable(Table):
@@ -246,8 +276,12 @@ class StageTable(Table):
     name: str
     excavate: list[Region] = Field(default_factory=list, description="groups, block numbers, polygons")
     fill: list[Region] = Field(default_factory=list, description="blocks taken away before")
-    relaxation: list[Number] = Field(default=[1.0], description="parts of the former forces released, one by one")
-    pressure: Stress = Field(default=0.0, description="on newly excavated faces, into the blocks")
+    relaxation: list[Annotated[float, In(q.RELAXATION)]] = Field(
+        default=[1.0], description="parts of the former forces released, one by one"
+    )
+    pressure: Annotated[float, In(q.STRESS)] = Field(
+        default=0.0, description="on newly excavated faces, into the blocks"
+    )
     water: WaterTable | None = None
     load: list[LoadTable] = Field(default_factory=list)
 
@@ -256,16 +290,20 @@ class SolverTable(Table):
     """How to solve."""
 
     scheme: Scheme = "continuation"
-    tolerance: Number = Field(
+    tolerance: Annotated[float, In(q.TOLERANCE)] = Field(
         default=1e-6, description="forces balance to this part of the greatest of mean weight, load, force at the start"
     )
-    max_steps: StrictInt = Field(default=500, description="steps, or cycles of wang, before it gives up")
-    displacement_limit: Length | None = Field(default=None, description="unstable beyond; default: the model's size")
-    sliding_stiffness: Number = Field(
+    max_steps: Annotated[int, In(q.STEPS)] = Field(
+        default=500, description="steps, or cycles of wang, before it gives up"
+    )
+    displacement_limit: Annotated[float, In(q.DISPLACEMENT_LIMIT)] | None = Field(
+        default=None, description="unstable beyond; default: the model's size"
+    )
+    sliding_stiffness: Annotated[float, In(q.PART)] = Field(
         default=1.0, description="wang: part of their shear stiffness that sliding contacts keep in the matrix"
     )
     linear_solver: LinearSolverName = "auto"
-    threads: StrictInt = 0
+    threads: Annotated[int, In(q.THREADS)] = 0
 
 
 class OutputTable(Table):

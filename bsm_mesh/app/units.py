@@ -1,23 +1,18 @@
-"""Numbers with units in the model file: ``"6.89 GPa"``, ``"26 kN/m^3"``, ``"69 kPa"``."""
+"""Numbers with units in the model file: ``"6.89 GPa"``, ``"26 kN/m^3"``, ``"69 kPa"``, each held to its range."""
 
 from __future__ import annotations
 
+import math
 import re
+from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeGuard
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, PlainValidator, WithJsonSchema
+from pydantic_core import core_schema
 
-EXAMPLES = {
-    "Pa": "69 kPa",
-    "Pa/m": "5 GPa/m",
-    "N/m^3": "26 kN/m^3",
-    "m": "25 mm",
-    "N/m": "120 kN/m",
-    "N": "100 kN",
-    "degree": "35 deg",
-}
-GREATEST = 1e30  # in SI units; nothing in rock is greater, and products of such numbers are still finite
+from bsm_mesh.model.quantities import BLOCK, COORDINATE, FORCE, STRESS, STRESS_GRADIENT, Quantity
+
 NUMBER = r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*(?P<unit>[^\d\s,;+-][^,;+]*)?"
 
 
@@ -28,35 +23,46 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-def convert(value: object, unit: str) -> float:
-    """Return a number in `unit`, from a number (already in it) or a text with a unit.
+def convert(value: object, quantity: Quantity) -> float:
+    """Return a number in the unit of a quantity, from a number (already in it) or a text with a unit.
 
     Parameters
     ----------
     value : float or str
         What the file says.
-    unit : str
-        An SI unit as in `EXAMPLES`.
+    quantity : Quantity
+        What it is a number of. One without a unit, or a whole number, is given plainly.
 
     Raises
     ------
     ValueError
-        If the text cannot be read or has another dimension, or the number is not finite.
+        If the text cannot be read or has another dimension, or the number is not in the quantity's range.
 
     Examples
     --------
-    >>> convert("6.89 GPa", "Pa")
+    >>> from bsm_mesh.model.quantities import FRICTION, YOUNG
+    >>> convert("6.89 GPa", YOUNG)
     6890000000.0
-    >>> convert(35, "degree")
+    >>> convert(35, FRICTION)
     35.0
     """
-    example = f'"{EXAMPLES.get(unit, "1 " + unit)}"'
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise ValueError(f"needs a number [{unit}] or a text with a unit such as {example}")
-    number = _from_text(value, unit, f"give {unit}, for example {example}") if isinstance(value, str) else value
-    if not abs(number) < GREATEST:
-        raise ValueError(f"is no finite number below {GREATEST:g} [{unit}]")
-    return float(number)
+    if not quantity.unit and (isinstance(value, str) or not _is_number(value)):
+        raise ValueError(f"must be a {'whole' if quantity.whole else 'plain'} number, without quotes")
+    if isinstance(value, str):
+        number: float = _from_text(value, quantity.unit, f"give {quantity.unit}, for example {quantity.example}")
+    elif _is_number(value):
+        number = value
+    else:
+        raise ValueError(f"needs a number [{quantity.unit}] or a text with a unit such as {quantity.example}")
+    if isinstance(number, float) and not math.isfinite(number):
+        raise ValueError(f"is no finite number; it {quantity.rule_in_file}")
+    if not quantity.holds(number) or (quantity.whole and not isinstance(number, int)):
+        raise ValueError(quantity.rule_in_file)
+    return number if quantity.whole else float(number)
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _from_text(text: str, unit: str, cure: str) -> float:
@@ -90,45 +96,61 @@ def _spelled_out(unit: str) -> str:
     return re.sub(r"\b(m|cm|mm|ft|in)([23])\b", r"\1^\2", unit.replace("³", "^3").replace("²", "^2"))
 
 
-def quantity(unit: str) -> Any:
-    """Return the pydantic type of a number in `unit` that may be given as a text with a unit."""
-    return Annotated[
-        float,
-        BeforeValidator(lambda value: convert(value, unit)),
-        WithJsonSchema(_schema(unit)),
-    ]
+@dataclass(frozen=True, slots=True)
+class In:
+    """The pydantic type of a number of a quantity: ``Annotated[float, In(YOUNG)]``."""
+
+    quantity: Quantity
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """Read a number, or a text with a unit."""
+        return core_schema.no_info_plain_validator_function(lambda value: convert(value, self.quantity))
+
+    def __get_pydantic_json_schema__(self, core: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> Any:
+        """Return the range, for editors."""
+        return schema_of(self.quantity)
 
 
-def _schema(unit: str) -> dict[str, Any]:
+def schema_of(quantity: Quantity) -> dict[str, Any]:
+    """Return the JSON Schema of a number with its range; where it has a unit it may be a text as well."""
+    bounds = {
+        "minimum": quantity.least,
+        "exclusiveMinimum": quantity.above,
+        "maximum": quantity.most,
+        "exclusiveMaximum": quantity.below,
+    }
+    given = {key: bound for key, bound in bounds.items() if math.isfinite(bound)}
+    number = {"type": "integer" if quantity.whole else "number", **given}
+    if not quantity.unit:
+        return number
     return {
-        "anyOf": [{"type": "number"}, {"type": "string"}],
-        "description": f"in {unit}, or a text with its unit",
-        "examples": [EXAMPLES.get(unit, f"1 {unit}")],
+        "anyOf": [number, {"type": "string"}],
+        "description": f"{quantity.span}, or a text with its unit",
+        "examples": [quantity.example.strip('"')],
     }
 
 
-def pair(unit: str) -> Any:
+def pair(quantity: Quantity) -> Any:
     """Return the pydantic type of a pair such as a point [x, y]."""
 
     def read(value: object) -> tuple[float, float]:
         if not isinstance(value, list | tuple) or len(value) != 2:
-            raise ValueError(f"needs two numbers [x, y] in {unit}")
-        return convert(value[0], unit), convert(value[1], unit)
+            raise ValueError(f"needs two numbers [x, y] in {quantity.unit}")
+        return convert(value[0], quantity), convert(value[1], quantity)
 
-    number = _schema(unit)
     return Annotated[
         Any,
         PlainValidator(read),
-        WithJsonSchema({"type": "array", "items": number, "minItems": 2, "maxItems": 2}),
+        WithJsonSchema({"type": "array", "items": schema_of(quantity), "minItems": 2, "maxItems": 2}),
     ]
 
 
 def _linear_stress(value: object) -> tuple[float, float, float]:
     if not isinstance(value, list | tuple):
-        return convert(value, "Pa"), 0.0, 0.0
+        return convert(value, STRESS), 0.0, 0.0
     if len(value) != 3:
         raise ValueError("needs one stress, or three values [c, a_x, a_y] for c + a_x x + a_y y")
-    return convert(value[0], "Pa"), convert(value[1], "Pa/m"), convert(value[2], "Pa/m")
+    return convert(value[0], STRESS), convert(value[1], STRESS_GRADIENT), convert(value[2], STRESS_GRADIENT)
 
 
 def _linear_stress_pair(value: object) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -138,8 +160,9 @@ def _linear_stress_pair(value: object) -> tuple[tuple[float, float, float], tupl
 
 
 def _linear_schema() -> dict[str, Any]:
-    three = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 3, "maxItems": 3}
-    return {"anyOf": [{"type": "number"}, {"type": "string"}, three], "description": "Pa, or [c, a_x, a_y]"}
+    gradient = schema_of(STRESS_GRADIENT)
+    three = {"type": "array", "prefixItems": [schema_of(STRESS), gradient, gradient], "minItems": 3, "maxItems": 3}
+    return {"anyOf": [*schema_of(STRESS)["anyOf"], three], "description": "Pa, or [c, a_x, a_y]"}
 
 
 LinearStress = Annotated[Any, PlainValidator(_linear_stress), WithJsonSchema(_linear_schema())]
@@ -157,7 +180,7 @@ def _line(value: object) -> Any:
     for point in value:
         if not isinstance(point, list | tuple) or len(point) != 2:
             raise ValueError("needs points [[x, y], ...] in m")
-        read.append((convert(point[0], "m"), convert(point[1], "m")))
+        read.append((convert(point[0], COORDINATE), convert(point[1], COORDINATE)))
     return tuple(read)
 
 
@@ -173,19 +196,21 @@ def _lines(value: object) -> Any:
 
 
 def _level(value: object) -> Any:
-    return _line(value) if isinstance(value, list | tuple) else convert(value, "m")
+    return _line(value) if isinstance(value, list | tuple) else convert(value, COORDINATE)
 
 
-_POINTS = {"type": "array", "items": {"type": "array", "items": _schema("m"), "minItems": 2, "maxItems": 2}}
+_POINTS = {"type": "array", "items": {"type": "array", "items": schema_of(COORDINATE), "minItems": 2, "maxItems": 2}}
 Lines = Annotated[
     Any, PlainValidator(_lines), WithJsonSchema({"anyOf": [_POINTS, {"type": "array", "items": _POINTS}]})
 ]
-Level = Annotated[Any, PlainValidator(_level), WithJsonSchema({"anyOf": [*_schema("m")["anyOf"], _POINTS]})]
+Level = Annotated[Any, PlainValidator(_level), WithJsonSchema({"anyOf": [*schema_of(COORDINATE)["anyOf"], _POINTS]})]
 
 
 def _region(value: object) -> Any:
-    if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
+    if isinstance(value, str):
         return value
+    if isinstance(value, int) and not isinstance(value, bool):
+        return convert(value, BLOCK)
     try:
         points = _line(value)
     except ValueError:
@@ -196,23 +221,9 @@ def _region(value: object) -> Any:
 
 
 Region = Annotated[
-    Any, PlainValidator(_region), WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "integer"}, _POINTS]})
+    Any, PlainValidator(_region), WithJsonSchema({"anyOf": [{"type": "string"}, schema_of(BLOCK), _POINTS]})
 ]
 
 
-def _plain(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < GREATEST:
-        raise ValueError("must be a plain finite number, without quotes")
-    return float(value)
-
-
-Number = Annotated[float, PlainValidator(_plain), WithJsonSchema({"type": "number"})]
-Point = pair("m")
-Force = pair("N/m")
-Stress = quantity("Pa")
-Stiffness = quantity("Pa/m")
-UnitWeight = quantity("N/m^3")
-Length = quantity("m")
-Angle = quantity("degree")
-ForceOfOne = quantity("N")
-ForcePerLength = quantity("N/m")
+Point = pair(COORDINATE)
+Force = pair(FORCE)

@@ -187,12 +187,8 @@ def _in_series(
     return normal, shear, joint, kind
 
 
-def _has_strength(rock: Rock) -> bool:
-    return not (rock.cohesion is None and rock.friction is None and rock.tensile_strength is None)
-
-
 def _rock_tension(rock: Rock) -> float:
-    return (rock.tensile_strength or 0.0) if _has_strength(rock) else np.inf
+    return (rock.tensile_strength or 0.0) if rock.has_strength else np.inf
 
 
 def _between(one: Rock, other: Rock) -> JointLaw:
@@ -200,7 +196,7 @@ def _between(one: Rock, other: Rock) -> JointLaw:
     laws = [
         MohrCoulomb(friction=rock.friction or 0.0, cohesion=rock.cohesion or 0.0)
         for rock in (one, other)
-        if _has_strength(rock)
+        if rock.has_strength
     ]
     if not laws:
         return Elastic()

@@ -17,6 +17,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, nearest, place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, DIRECTION, DISTANCE, RADIUS
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
 
@@ -56,13 +57,12 @@ def radial_bolts(
     [(3.0, 0.0), (0.0, 3.0), (-3.0, 0.0)]
     """
     rules = Rules("radial bolts")
-    rules.point("centre", centre, "m")
-    rules.number("radius", radius, "m", least=0)
-    rules.number("length", length, "m", above=0)
-    rules.number("first", first, "degrees")
-    rules.number("last", last, "degrees")
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-        rules.faults.append(f"radial bolts: count = {count!r} must be a whole number of 1 or more")
+    rules.point("centre", centre)
+    rules.number("radius", radius, RADIUS)
+    rules.number("length", length, BOLT_LENGTH)
+    rules.number("first", first, DIRECTION)
+    rules.number("last", last, DIRECTION)
+    rules.number("count", count, BOLT_COUNT)
     raise_faults(rules.faults)
     whole_turn = abs(abs(last - first) - 360) < 1e-9
     angles = np.linspace(first, last, count, endpoint=not whole_turn)
@@ -106,22 +106,28 @@ def row_of_bolts(
         If there is no such boundary, or it has rock on both sides and neither is excavated.
     """
     rules = Rules(f"bolts along '{boundary}'")
-    rules.number("length", length, "m", above=0)
-    rules.number("interval", interval, "m", above=0)
-    rules.number("offset", offset, "m", least=0, optional=True)
-    rules.number("direction", direction, "degrees", optional=True)
+    rules.number("length", length, BOLT_LENGTH)
+    rules.number("interval", interval, BOLT_INTERVAL)
+    rules.number("offset", offset, DISTANCE, optional=True)
+    rules.number("direction", direction, DIRECTION, optional=True)
     raise_faults(rules.faults)
     heads, directions = [], []
     for chain in _chains(blocks, _one_side(blocks, boundary, rules.thing)):
         start, along = blocks.vertices[chain], blocks.edge_vectors[chain]
         reach = np.hypot(*along.T)
         ends = np.cumsum(reach)
+        _refuse_too_many(rules.thing, float(ends[-1]), interval)
         at = np.arange(interval / 2 if offset is None else offset, ends[-1] * (1 + 1e-9), interval)
         edge = np.minimum(np.searchsorted(ends, at), len(chain) - 1)
         unit = along[edge] / reach[edge, None]
         heads.append(start[edge] + (at - ends[edge] + reach[edge])[:, None] * unit)
         inward = np.stack([-unit[:, 1], unit[:, 0]], axis=1)  # corners run counter-clockwise: the rock is to the left
         directions.append(inward if direction is None else np.tile(unit_vector(direction), (len(at), 1)))
+    if not any(map(len, heads)):
+        raise ModelError(
+            f"{rules.thing}: no bolt fits: the first head, {interval / 2 if offset is None else offset:g} m from the "
+            "boundary's beginning, is beyond its end; give a smaller interval or offset"
+        )
     return _bolts(np.concatenate(heads), np.concatenate(directions), length, keys)
 
 
@@ -203,6 +209,8 @@ def bolts_from_table(
     missing = [name for name in ENDS if name not in header]
     if missing:
         unknown.append(f"{file.name}: needs the column{'s' if len(missing) > 1 else ''} {', '.join(missing)}")
+    if not rows:
+        unknown.append(f"{file.name}: has no row; give a bolt a row, or leave the table out")
     raise_faults(unknown)
     bolts: list[Bolt] = []
     faults: list[str] = []
@@ -242,6 +250,14 @@ def _bolts(heads: FloatArray, directions: FloatArray, length: float, keys: Mappi
         _one(k, head, head + length * along, keys)
         for k, (head, along) in enumerate(zip(heads, directions, strict=True))
     ]
+
+
+def _refuse_too_many(thing: str, length: float, interval: float) -> None:
+    if length > BOLT_COUNT.most * interval:
+        raise ModelError(
+            f"{thing}: interval = {interval:g} m makes {length / interval:.0f} bolts on {length:.6g} m; at most "
+            f"{BOLT_COUNT.most:g} stand in a row; give a greater interval"
+        )
 
 
 def _one_side(blocks: Blocks, boundary: str, thing: str) -> IntArray:

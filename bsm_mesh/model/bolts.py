@@ -4,9 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.model.quantities import (
+    BEARING_STRENGTH,
+    BOLT_CAPACITY,
+    BOLT_DIAMETER,
+    BOLT_FORCE,
+    BOLT_SPACING,
+    BOLT_YOUNG,
+    BOND_SHEAR_STRENGTH,
+    BOND_STIFFNESS,
+    BOND_STRENGTH,
+    HOLE_DIAMETER,
+    YIELD_STRENGTH,
+)
 from bsm_mesh.model.values import Rules, plain_numbers
 
 BoltKind = Literal["grouted", "end_anchored"]
@@ -72,44 +85,29 @@ class Bolt:
 
     start: tuple[float, float]
     end: tuple[float, float]
-    diameter: float
+    diameter: Annotated[float, BOLT_DIAMETER]
     kind: BoltKind = "grouted"
-    young: float = 200e9
-    yield_strength: float | None = None
-    pretension: float = 0.0
-    anchor_capacity: float | None = None
-    spacing: float = 1.0
+    young: Annotated[float, BOLT_YOUNG] = 200e9
+    yield_strength: Annotated[float, YIELD_STRENGTH] | None = None
+    pretension: Annotated[float, BOLT_FORCE] = 0.0
+    anchor_capacity: Annotated[float, BOLT_CAPACITY] | None = None
+    spacing: Annotated[float, BOLT_SPACING] = 1.0
     stage: str | None = None
-    bond_strength: float | None = None
-    hole_diameter: float | None = None
-    bond_steel_grout: float | None = None
-    bond_grout_rock: float | None = None
-    bond_stiffness: float | None = None
-    bearing_stiffness: float | None = None
-    bearing_strength: float | None = None
-    plate: float = 0.0
+    bond_strength: Annotated[float, BOND_STRENGTH] | None = None
+    hole_diameter: Annotated[float, HOLE_DIAMETER] | None = None
+    bond_steel_grout: Annotated[float, BOND_SHEAR_STRENGTH] | None = None
+    bond_grout_rock: Annotated[float, BOND_SHEAR_STRENGTH] | None = None
+    bond_stiffness: Annotated[float, BOND_STIFFNESS] | None = None
+    bearing_stiffness: Annotated[float, BOND_STIFFNESS] | None = None
+    bearing_strength: Annotated[float, BEARING_STRENGTH] | None = None
+    plate: Annotated[float, BOLT_FORCE] = 0.0
     name: str = ""
 
     def __post_init__(self) -> None:
         rules = Rules(f"bolt '{self.name}'" if self.name else "bolt")
         for name in ("start", "end"):
-            object.__setattr__(self, name, rules.point(name, getattr(self, name), "m"))
-        for name, unit in (("diameter", "m"), ("young", "Pa"), ("spacing", "m")):
-            rules.number(name, getattr(self, name), unit, above=0)
-        for name, unit in (
-            ("yield_strength", "Pa"),
-            ("anchor_capacity", "N"),
-            ("hole_diameter", "m"),
-            ("bond_stiffness", "N/m2"),
-            ("bearing_stiffness", "N/m2"),
-            ("bearing_strength", "Pa"),
-        ):
-            rules.number(name, getattr(self, name), unit, above=0, optional=True)
-        for name, unit in (("bond_strength", "N/m"), ("bond_steel_grout", "Pa"), ("bond_grout_rock", "Pa")):
-            rules.number(name, getattr(self, name), unit, least=0, optional=True)
-        rules.number("pretension", self.pretension, "N", least=0)
-        if self.plate != math.inf:
-            rules.number("plate", self.plate, "N", least=0)
+            object.__setattr__(self, name, rules.point(name, getattr(self, name)))
+        rules.numbers(self, without=("plate",) if self.plate == math.inf else ())
         raise_faults(rules.faults)
         plain_numbers(self)
         raise_faults([f"{rules.thing}: {text}" for text in self._misfits()])

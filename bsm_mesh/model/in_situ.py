@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, get_args
+from numbers import Real
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.loads import LinearField, linear_field
-from bsm_mesh.model.values import Rules, is_number, plain_numbers
+from bsm_mesh.model.quantities import COORDINATE, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
+from bsm_mesh.model.values import Rules, plain_numbers
 
 InSituMethod = Literal["direct", "gravity"]
 Points: TypeAlias = tuple[tuple[float, float], ...]
 StressRatio: TypeAlias = tuple[float, float, float]
 """Coefficients (a [m], b, c [1/m]) of K = a / h + b + c h at the depth h."""
 
+PARTS_OF_RATIO = (RATIO_BY_DEPTH, STRESS_RATIO, RATIO_PER_DEPTH)
 STRESS_RATIOS: dict[str, StressRatio] = {
     "herget": (267.0, 1.25, 0.0),  # Canadian shield, Herget 1987: Wang Eq. 4.15
     "brown_hoek_upper": (1500.0, 0.5, 0.0),  # Brown and Hoek 1978: Wang Eq. 4.16
@@ -55,7 +61,7 @@ class InSitu:
 
     method: InSituMethod = "direct"
     surface: float | Points | None = None
-    surcharge: float = 0.0
+    surcharge: Annotated[float, PRESSURE] = 0.0
     k0: StressRatio = (0.0, 1.0, 0.0)
     stress: tuple[LinearField, LinearField, LinearField] | None = None
 
@@ -65,9 +71,11 @@ class InSitu:
             rules.faults.append(
                 f"in_situ: method = {self.method!r} is unknown{nearest(str(self.method), get_args(InSituMethod))}"
             )
-        rules.number("surcharge", self.surcharge, "Pa")
+        rules.numbers(self)
         object.__setattr__(self, "k0", _stress_ratio(self.k0, rules))
-        if self.surface is not None and not is_number(self.surface):
+        if isinstance(self.surface, Real):
+            rules.number("surface", self.surface, COORDINATE)
+        elif self.surface is not None:
             object.__setattr__(self, "surface", line(self.surface, "surface", rules))
         if self.stress is not None:
             object.__setattr__(self, "stress", _components(self.stress, rules))
@@ -78,8 +86,10 @@ class InSitu:
                 "in_situ: method = 'direct' needs the field: surface (level of the ground [m]) with k0, or "
                 "stress = {xx, yy, xy}"
             )
-        if self.stress is not None and self.surcharge:
-            rules.faults.append("in_situ: surcharge belongs to a surface; a given stress has it already")
+        for name, default in (("surcharge", 0.0), ("k0", (0.0, 1.0, 0.0))):
+            if self.surface is None and getattr(self, name) != default:
+                has_it = "a given stress has it already" if self.stress is not None else "give the surface"
+                rules.faults.append(f"in_situ: {name} belongs to a surface; {has_it}, or leave {name} out")
         raise_faults(rules.faults)
         plain_numbers(self)
 
@@ -87,6 +97,14 @@ class InSitu:
     def describes_field(self) -> bool:
         """Whether the stress at a point follows from what is given here."""
         return self.surface is not None or self.stress is not None
+
+    def level(self, x: FloatArray) -> FloatArray:
+        """Return the level of the ground at abscissas x [m]; there must be a surface."""
+        if isinstance(self.surface, tuple):
+            level: FloatArray = np.interp(x, *np.array(self.surface).T)
+            return level
+        assert self.surface is not None
+        return np.full(len(x), float(self.surface))
 
 
 def line(value: Any, name: str, rules: Rules) -> Points:
@@ -96,7 +114,7 @@ def line(value: Any, name: str, rules: Rules) -> Points:
         rules.faults.append(f"{rules.thing}: {name} = {value!r} must be points [[x, y], ...] from left to right [m]")
         return ((0.0, 0.0),)
     before = len(rules.faults)
-    found = tuple(rules.point(f"{name} point {k + 1}", point, "m") for k, point in enumerate(points))
+    found = tuple(rules.point(f"{name} point {k + 1}", point) for k, point in enumerate(points))
     if len(rules.faults) == before:
         for k in range(1, len(found)):
             if found[k][0] <= found[k - 1][0]:
@@ -119,14 +137,15 @@ def _stress_ratio(value: object, rules: Rules) -> StressRatio:
             rules.faults.append(f"in_situ: k0 = {dict(value)!r} needs a [m] and b (and c [1/m]): K = a / h + b + c h")
             return 0.0, 1.0, 0.0
         value = tuple(value.get(key, 0.0) for key in "abc")
-    elif is_number(value):
+    plain = isinstance(value, Real)
+    if plain:
         value = (0.0, value, 0.0)
     if not isinstance(value, Sequence) or len(value) != 3:
         rules.faults.append(f"in_situ: k0 = {value!r} must be a number, {{a, b}} or one of {', '.join(STRESS_RATIOS)}")
         return 0.0, 1.0, 0.0
     before = len(rules.faults)
-    for name, part, unit in zip("abc", value, ("m", "", "1/m"), strict=True):
-        rules.number(f"k0 {name}", part, unit)
+    for name, part, quantity in zip("abc", value, PARTS_OF_RATIO, strict=True):
+        rules.number("k0" if plain else f"k0 {name}", part, quantity)
     return (float(value[0]), float(value[1]), float(value[2])) if len(rules.faults) == before else (0.0, 1.0, 0.0)
 
 

@@ -8,13 +8,16 @@ That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import raise_faults
+from bsm_mesh.model.quantities import COHESION, DILATION, FRICTION
 from bsm_mesh.model.values import Rules, plain_numbers
+
+ROUNDING = 1e-9  # degrees: sums of angles round
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -117,24 +120,49 @@ class Patton:
     cohesion : float [Pa]
         Intercept of the second line.
     residual_friction : float or None [degrees]
-        Friction angle once the asperities are sheared off; None: `friction`.
+        Friction angle of the second line, and once the asperities are sheared off; None: `friction`.
+
+    Raises
+    ------
+    ModelError
+        With every value out of range; where one of the two lines can never govern, so that a value given is without
+        effect; where the residual friction exceeds the peak, `friction` + `dilation`.
     """
 
-    friction: float
-    dilation: float = 0.0
-    cohesion: float = 0.0
-    residual_friction: float | None = None
+    friction: Annotated[float, FRICTION]
+    dilation: Annotated[float, DILATION] = 0.0
+    cohesion: Annotated[float, COHESION] = 0.0
+    residual_friction: Annotated[float, FRICTION] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("law 'patton'")
-        rules.number("friction", self.friction, "degrees", least=0, below=90)
-        rules.number("dilation", self.dilation, "degrees", least=0, below=90)
+        rules.numbers(self)
         if not rules.faults and self.dilation > 0:
-            rules.number("friction + dilation", self.friction + self.dilation, "degrees", below=90)
-        rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
+            rules.number("friction + dilation", self.friction + self.dilation, FRICTION)
         raise_faults(rules.faults)
+        raise_faults([f"{rules.thing}: {text}" for text in self._misfits()])
         plain_numbers(self)
+
+    def _misfits(self) -> list[str]:
+        """Return what does not fit together: of two lines each must govern at some pressure, or both be one."""
+        peak, residual = self.friction + self.dilation, self.residual
+        slopes = np.tan(np.radians(peak)) - np.tan(np.radians(residual))
+        if residual > peak + ROUNDING:
+            return [above_peak(residual, "friction + dilation", peak)]
+        # With the lines crossing beyond any pressure in rock, or nowhere:
+        if self.cohesion and self.cohesion > slopes * COHESION.most:
+            return [
+                f"cohesion = {self.cohesion:g} Pa never acts: line 1, friction + dilation = {peak:g} degrees, governs "
+                "at every pressure; where cohesion carries shear from the start choose mohr_coulomb (bsm.MohrCoulomb), "
+                "else give the dilation of the asperities, or a residual_friction below friction"
+            ]
+        if self.cohesion == 0 and peak > residual + ROUNDING:
+            return [
+                f"friction + dilation = {peak:g} degrees never acts: without cohesion line 2, residual friction = "
+                f"{residual:g} degrees, governs at every pressure; give the cohesion of the asperities, or that "
+                "friction alone; where friction falls with the first slip choose mohr_coulomb (bsm.MohrCoulomb)"
+            ]
+        return []
 
     @property
     def residual(self) -> float:
@@ -172,18 +200,23 @@ class MohrCoulomb:
         Cohesion, lost once the joint has slipped or opened.
     residual_friction : float or None [degrees]
         Friction angle after that; None: `friction`.
+
+    Raises
+    ------
+    ModelError
+        With every value out of range, or a residual friction above `friction`.
     """
 
-    friction: float
-    cohesion: float = 0.0
-    residual_friction: float | None = None
+    friction: Annotated[float, FRICTION]
+    cohesion: Annotated[float, COHESION] = 0.0
+    residual_friction: Annotated[float, FRICTION] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("law 'mohr_coulomb'")
-        rules.number("friction", self.friction, "degrees", least=0, below=90)
-        rules.number("cohesion", self.cohesion, "Pa", least=0)
-        rules.number("residual_friction", self.residual_friction, "degrees", least=0, below=90, optional=True)
+        rules.numbers(self)
         raise_faults(rules.faults)
+        if self.residual > self.friction:
+            raise_faults([f"{rules.thing}: {above_peak(self.residual, 'friction', self.friction)}"])
         plain_numbers(self)
 
     @property
@@ -236,6 +269,14 @@ class Weaker:
         of_both = zip(self.one.strength_lines(length), self.other.strength_lines(length), strict=True)
         slope, intercept = (np.concatenate(pair, axis=1) for pair in of_both)
         return slope, intercept
+
+
+def above_peak(residual: float, name: str, peak: float) -> str:
+    """Return the sentence on a residual friction that exceeds the peak [degrees]."""
+    return (
+        f"residual_friction = {residual:g} degrees is above {name} = {peak:g} degrees: the joint would grow stronger "
+        "by failing; give less, or leave it out"
+    )
 
 
 def _slide(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: BoolArray) -> JointResponse:

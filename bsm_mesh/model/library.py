@@ -153,11 +153,13 @@ def rock(name: str, **changes: Any) -> Rock:
     Raises
     ------
     ModelError
-        For an unknown name, or a rock whose table row lacks Poisson's ratio where none is given.
+        For an unknown name, or a rock whose table row lacks its unit weight or Poisson's ratio where none is given.
     """
     entry = _find("rock", name, ROCKS)
-    given = {"young": entry.young, "poisson": entry.poisson, "unit_weight": entry.unit_weight or 0.0}
-    return Rock(changes.pop("name", name), **{**given, **changes})
+    given = {"young": entry.young, "poisson": entry.poisson, "unit_weight": entry.unit_weight, **changes}
+    if given["unit_weight"] is None:
+        raise ModelError(f"the library has no unit weight of '{entry.name}'; give it: unit_weight = 26e3 [N/m3], or 0")
+    return Rock(given.pop("name", name), **given)
 
 
 def joint(name: str, law: JointLaw | None = None, **changes: Any) -> Joint:

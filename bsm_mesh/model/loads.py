@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from numbers import Integral
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.quantities import BLOCK, FORCE, STRESS, STRESS_GRADIENT
 from bsm_mesh.model.values import Rules, plain_numbers
 
 LinearField: TypeAlias = tuple[float, float, float]
@@ -39,10 +39,9 @@ class PointLoad:
 
     def __post_init__(self) -> None:
         rules = Rules(f"point load on block {self.block}")
-        if not isinstance(self.block, Integral) or isinstance(self.block, bool):
-            rules.faults.append(f"point load: block = {self.block!r} must be a block's number")
-        object.__setattr__(self, "point", rules.point("point", self.point, "m"))
-        object.__setattr__(self, "force", rules.point("force", self.force, "N/m"))
+        rules.number("block", self.block, BLOCK)
+        object.__setattr__(self, "point", rules.point("point", self.point))
+        object.__setattr__(self, "force", rules.point("force", self.force, FORCE))
         raise_faults(rules.faults)
         plain_numbers(self)
 
@@ -107,8 +106,11 @@ class EdgeTractions(Portable):
 
     def __post_init__(self) -> None:
         own_array(self, "values", np.float64, (None, 2, 2))
-        if not np.isfinite(self.values).all():
-            raise ModelError(f"load on '{self.boundary}': values must be finite")
+        beyond = ~(np.abs(self.values) <= STRESS.most)
+        if beyond.any():
+            raise ModelError(
+                f"load on '{self.boundary}': values: {self.values[beyond][0]:g} {STRESS.unit} {STRESS.rule}"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,8 +157,8 @@ def linear_field(value: float | Sequence[float], name: str) -> LinearField:
     rules = Rules(name)
     if len(parts) not in (1, 3):
         rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")
-    for part in parts:
-        rules.number("value", part, "Pa or Pa/m")
+    for part, quantity in zip(parts, (STRESS, STRESS_GRADIENT, STRESS_GRADIENT), strict=False):
+        rules.number("value", part, quantity)
     raise_faults(rules.faults)
     c, ax, ay = [*map(float, parts), 0.0, 0.0][:3]
     return c, ax, ay

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw, law_faults
+from bsm_mesh.model.quantities import (
+    COHESION,
+    FRICTION,
+    POISSON,
+    STIFFNESS,
+    TENSILE_STRENGTH,
+    THICKNESS,
+    UNIT_WEIGHT,
+    YOUNG,
+)
 from bsm_mesh.model.values import Rules, is_number, plain_numbers
 
 RockStiffness = Literal["wang", "homogeneous", "triangle", "rigid"]
@@ -27,17 +37,18 @@ class Filling:
         Poisson's ratio of the filling.
     """
 
-    thickness: float
-    young: float
-    poisson: float
+    thickness: Annotated[float, THICKNESS]
+    young: Annotated[float, YOUNG]
+    poisson: Annotated[float, POISSON]
 
     def __post_init__(self) -> None:
         rules = Rules("filling")
-        rules.number("thickness", self.thickness, "m", above=0)
-        rules.number("young", self.young, "Pa", above=0)
-        rules.number("poisson", self.poisson, "", least=0, below=0.5)
+        rules.numbers(self)
         raise_faults(rules.faults)
         plain_numbers(self)
+        for name in ("normal_stiffness", "shear_stiffness"):
+            rules.number(f"{name} of young, poisson and thickness", getattr(self, name), STIFFNESS)
+        raise_faults(rules.faults)
 
     @property
     def normal_stiffness(self) -> float:
@@ -59,7 +70,7 @@ class Rock:
     name : str
         As in the physical group ``rock:name``.
     unit_weight : float [N/m3]
-        Weight per volume.
+        Weight per volume; 0 for a rock without weight.
     young : float or None [Pa]
         Elastic modulus E; None: rigid.
     poisson : float or None
@@ -75,23 +86,18 @@ class Rock:
     """
 
     name: str
-    unit_weight: float = 0.0
-    young: float | None = None
-    poisson: float | None = None
-    cohesion: float | None = None
-    friction: float | None = None
-    tensile_strength: float | None = None
+    unit_weight: Annotated[float, UNIT_WEIGHT]
+    young: Annotated[float, YOUNG] | None = None
+    poisson: Annotated[float, POISSON] | None = None
+    cohesion: Annotated[float, COHESION] | None = None
+    friction: Annotated[float, FRICTION] | None = None
+    tensile_strength: Annotated[float, TENSILE_STRENGTH] | None = None
     stiffness: RockStiffness = "wang"
 
     def __post_init__(self) -> None:
         rules = Rules(f"rock '{self.name}'")
         rules.name(self.name)
-        rules.number("unit_weight", self.unit_weight, "N/m3", least=0)
-        rules.number("young", self.young, "Pa", above=0, optional=True)
-        rules.number("poisson", self.poisson, "", least=0, below=0.5, optional=True)
-        rules.number("cohesion", self.cohesion, "Pa", least=0, optional=True)
-        rules.number("friction", self.friction, "degrees", least=0, below=90, optional=True)
-        rules.number("tensile_strength", self.tensile_strength, "Pa", least=0, optional=True)
+        rules.numbers(self)
         known = get_args(RockStiffness)
         if self.stiffness not in known:
             rules.faults.append(
@@ -106,6 +112,11 @@ class Rock:
     def is_rigid(self) -> bool:
         """Whether faces of this rock have no compliance of their own."""
         return self.young is None or self.stiffness == "rigid"
+
+    @property
+    def has_strength(self) -> bool:
+        """Whether unjointed faces can fail: the rock gives cohesion, friction or tensile strength."""
+        return not (self.cohesion is None and self.friction is None and self.tensile_strength is None)
 
     @property
     def contact_moduli(self) -> tuple[float, float]:
@@ -139,22 +150,20 @@ class Joint:
     law : JointLaw or None
         Strength: `Patton`, `MohrCoulomb`, or a law of your own (`bsm_mesh.model.joint_laws`); None: elastic.
     tensile_strength : float [Pa]
-        Tension the joint bears until it breaks.
+        Tension the joint bears until it breaks; belongs to a law.
     """
 
     name: str
-    normal_stiffness: float | None = None
-    shear_stiffness: float | None = None
+    normal_stiffness: Annotated[float, STIFFNESS] | None = None
+    shear_stiffness: Annotated[float, STIFFNESS] | None = None
     filling: Filling | None = None
     law: JointLaw | None = None
-    tensile_strength: float = 0.0
+    tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
 
     def __post_init__(self) -> None:
         rules = Rules(f"joint '{self.name}'")
         rules.name(self.name)
-        rules.number("normal_stiffness", self.normal_stiffness, "Pa/m", above=0, optional=True)
-        rules.number("shear_stiffness", self.shear_stiffness, "Pa/m", above=0, optional=True)
-        rules.number("tensile_strength", self.tensile_strength, "Pa", least=0)
+        rules.numbers(self)
         given = [self.normal_stiffness is not None, self.shear_stiffness is not None]
         if self.filling is not None and any(given):
             rules.faults.append(f"{rules.thing}: give normal_stiffness and shear_stiffness or filling, not both")
@@ -163,9 +172,14 @@ class Joint:
                 f"{rules.thing}: needs normal_stiffness and shear_stiffness [Pa/m], or filling = "
                 "{thickness, young, poisson}"
             )
+        tension = is_number(self.tensile_strength) and self.tensile_strength > 0
         if self.law is not None:
-            tension = is_number(self.tensile_strength) and self.tensile_strength > 0
             rules.faults.extend(f"{rules.thing}: {text}" for text in law_faults(self.law, tension=tension))
+        elif tension:
+            rules.faults.append(
+                f"{rules.thing}: tensile_strength = {self.tensile_strength:g} Pa never acts: a joint without a law "
+                "carries any tension and shear; give it a law (friction), or leave tensile_strength out"
+            )
         raise_faults(rules.faults)
         plain_numbers(self)
 

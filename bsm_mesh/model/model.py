@@ -6,7 +6,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -19,11 +19,13 @@ from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.loads import ActingLoad, EdgeTractions, InSituTraction, Load, PointLoad, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.quantities import DIRECTION
 from bsm_mesh.model.stages import Stage, presence
 from bsm_mesh.model.supports import Support, bars_of, unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.model.water import Water
 
+DEEPEST = 1e4  # m: deeper than any mine
 ContactPoints = Literal["ends", "gauss"]
 
 
@@ -73,7 +75,7 @@ class Model:
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
     bolts: tuple[Bolt, ...] = ()
-    gravity_direction: float = -90.0
+    gravity_direction: Annotated[float, DIRECTION] = -90.0
     contact_points: ContactPoints = "ends"
     in_situ: InSitu | None = None
     water: Water | None = None
@@ -146,7 +148,7 @@ def _faults(model: Model) -> list[str]:
     """Return one sentence for everything in the model that does not fit together."""
     blocks = model.blocks
     rules = Rules("model")
-    rules.number("gravity_direction", model.gravity_direction, "degrees")
+    rules.numbers(model)
     if model.contact_points not in ("ends", "gauss"):
         rules.faults.append(f"model: contact_points = '{model.contact_points}' must be 'ends' or 'gauss'")
     faults = rules.faults
@@ -195,8 +197,27 @@ def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
             f"in_situ: surface means ground under gravity straight down; gravity.direction is "
             f"{model.gravity_direction:g} degrees: give the field as stress = {{xx, yy, xy}}"
         )
+    elif in_situ is not None and in_situ.surface is not None:
+        yield from _surface_faults(in_situ, model.blocks)
     if model.water is not None:
         yield from _water_faults("water", model.water, model.blocks, joint_names)
+
+
+def _surface_faults(in_situ: InSitu, blocks: Blocks) -> Iterable[str]:
+    """Say where the ground's surface is too far from the model, or the horizontal stress below it would pull."""
+    depth = in_situ.level(blocks.vertices[:, 0]) - blocks.vertices[:, 1]
+    low, high = blocks.vertices[:, 1].min(), blocks.vertices[:, 1].max()
+    where = f"the model reaches from y = {low:.6g} m to {high:.6g} m; check the level and its unit"
+    if depth.max() <= 0:
+        yield f"in_situ: the whole model lies above the surface, where the ground has no stress: {where}"
+    elif depth.min() > DEEPEST:
+        yield f"in_situ: the surface lies {depth.min():.6g} m above the model, at most {DEEPEST:g} m are taken: {where}"
+    a, b, c = in_situ.k0
+    if depth.max() > 0 > a / depth.max() + b + c * depth.max():
+        yield (
+            f"in_situ: k0 = {a:g} / h + {b:g} {c:+g} h makes the horizontal stress a tension at the depth "
+            f"{depth.max():.6g} m; raise c"
+        )
 
 
 def _water_faults(place: str, water: Water, blocks: Blocks, joint_names: Sequence[str]) -> Iterable[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Integral
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import Load
+from bsm_mesh.model.quantities import RELAXATION, STRESS
 from bsm_mesh.model.values import Rules
 from bsm_mesh.model.water import Water
 
@@ -53,7 +54,7 @@ class Stage:
     excavate: tuple[Region, ...] = ()
     fill: tuple[Region, ...] = ()
     relaxation: tuple[float, ...] = (1.0,)
-    pressure: float = 0.0
+    pressure: Annotated[float, STRESS] = 0.0
     water: Water | None = None
     loads: tuple[Load, ...] = ()
 
@@ -65,10 +66,14 @@ class Stage:
         for name in ("excavate", "fill"):
             object.__setattr__(self, name, _regions(getattr(self, name), name, rules))
         object.__setattr__(self, "loads", tuple(self.loads))
-        rules.number("pressure", self.pressure, "Pa")
+        rules.numbers(self)
         factors = tuple(self.relaxation) if isinstance(self.relaxation, Iterable) else (self.relaxation,)
         for factor in factors:
-            rules.number("relaxation", factor, "", least=0, most=1)
+            rules.number("relaxation", factor, RELAXATION)
+        if self.pressure and not self.excavate:
+            rules.faults.append(
+                f"{rules.thing}: pressure acts on surfaces that the stage lays bare, and it excavates none; give a load"
+            )
         if not rules.faults and (not factors or any(b <= a for a, b in pairwise(factors))):
             rules.faults.append(f"{rules.thing}: relaxation = {list(factors)} must rise, for example [0.5, 1.0]")
         raise_faults(rules.faults)
@@ -89,7 +94,7 @@ def _regions(value: Any, name: str, rules: Rules) -> tuple[Region, ...]:
         elif isinstance(part, str):
             found.append(part)
         elif isinstance(part, Sequence | np.ndarray) and len(part) >= 3:
-            found.append(tuple(rules.point(f"{name}: polygon point", point, "m") for point in part))
+            found.append(tuple(rules.point(f"{name}: polygon point", point) for point in part))
         else:
             rules.faults.append(
                 f"{rules.thing}: {name}: {part!r} is no group name, block number or polygon of 3 points or more"

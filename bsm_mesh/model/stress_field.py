@@ -70,7 +70,7 @@ class StressField:
         x, y = points.T
         if self.given.stress is not None:
             return np.stack([c + ax * x + ay * y for c, ax, ay in self.given.stress], axis=1)
-        surface = self.level(x)
+        surface = self.given.level(x)
         weight = self.model.unit_weights[block]
         side = points + INWARD * (self.model.blocks.moments.centroid[block] - points)
         covered = y - surface <= ROUNDING * (1 + np.abs(surface))
@@ -82,16 +82,6 @@ class StressField:
         horizontal = np.where(covered, a * top + (b + c * depth) * vertical, 0.0)
         vertical = np.where(covered, vertical, 0.0)
         return np.stack([-horizontal, -vertical, np.zeros(len(x))], axis=1)
-
-    def level(self, x: FloatArray) -> FloatArray:
-        """Return the level of the ground at abscissas x [m]."""
-        surface = self.given.surface
-        if isinstance(surface, tuple):
-            line = np.array(surface)
-            level: FloatArray = np.interp(x, line[:, 0], line[:, 1])
-            return level
-        assert surface is not None
-        return np.full(len(x), float(surface))
 
     def end_forces(
         self,

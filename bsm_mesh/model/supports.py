@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, listing, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.quantities import DIRECTION, DISPLACEMENT
 from bsm_mesh.model.values import Rules, plain_numbers
 
 Point: TypeAlias = tuple[float, float]
@@ -40,19 +41,21 @@ class Target:
         rules = Rules(f"support {type(self).__name__}")
         if self.blocks is not None:
             numbers = np.atleast_1d(np.asarray(self.blocks))
-            if numbers.ndim == 1 and (numbers.size == 0 or np.issubdtype(numbers.dtype, np.integer)):
+            if numbers.size == 0:
+                rules.faults.append(
+                    f"{rules.thing}: blocks is empty: it holds nothing; give block numbers, or no support"
+                )
+            elif numbers.ndim == 1 and np.issubdtype(numbers.dtype, np.integer):
                 object.__setattr__(self, "blocks", tuple(int(b) for b in numbers))
             else:  # a mask, read as numbers, would hold the blocks 0 and 1
                 rules.faults.append(f"{rules.thing}: blocks must be block numbers; of a mask give np.flatnonzero(mask)")
         if self.point is not None:
-            object.__setattr__(self, "point", rules.point("point", self.point, "m"))
+            object.__setattr__(self, "point", rules.point("point", self.point))
         if len(given) != 1:
             rules.faults.append(
                 f"{rules.thing}: give exactly one of blocks, boundary, point; given: {', '.join(given) or 'none'}"
             )
-        for name, unit in (("direction", "degrees"), ("displacement", "m")):
-            if hasattr(self, name):
-                rules.number(name, getattr(self, name), unit)
+        rules.numbers(self)
         raise_faults(rules.faults)
         plain_numbers(self)
 
@@ -72,7 +75,7 @@ class Roller(Target):
         Direction that is held, from the x axis, counter-clockwise.
     """
 
-    direction: float
+    direction: Annotated[float, DIRECTION]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,8 +100,8 @@ class PrescribedDisplacement(Target):
         Displacement in that direction.
     """
 
-    direction: float
-    displacement: float
+    direction: Annotated[float, DIRECTION]
+    displacement: Annotated[float, DISPLACEMENT]
 
 
 GivenSupport: TypeAlias = Fixed | Roller | NormalRoller | PrescribedDisplacement

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import fields
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any, SupportsFloat
 
 import numpy as np
+
+from bsm_mesh.model.quantities import COORDINATE, Quantity, quantities_of
 
 
 def is_number(value: object) -> bool:
@@ -37,45 +39,35 @@ class Rules:
         self.thing = thing
         self.faults: list[str] = []
 
-    def number(
-        self,
-        name: str,
-        value: object,
-        unit: str,
-        *,
-        optional: bool = False,
-        above: float = -math.inf,
-        least: float = -math.inf,
-        below: float = math.inf,
-        most: float = math.inf,
-    ) -> None:
-        """Demand a finite number (of Python or NumPy) in a range; None (not given) passes where `optional`."""
+    def numbers(self, owner: Any, *, without: Collection[str] = ()) -> None:
+        """Hold every field of a dataclass that bears a `Quantity` to its range."""
+        owner_type: type = type(owner)
+        for name, (quantity, optional) in quantities_of(owner_type).items():
+            if name not in without:
+                self.number(name, getattr(owner, name), quantity, optional=optional)
+
+    def number(self, name: str, value: object, quantity: Quantity, *, optional: bool = False) -> None:
+        """Demand a finite number (of Python or NumPy) in its range; None (not given) passes where `optional`."""
         if value is None and optional:
             return
         if not is_number(value):
-            shown = f"{self.thing}: {name} = {value!r} is not a finite number"
-            self.faults.append(f"{shown} [{unit}]" if unit else shown)
+            unit = f" [{quantity.unit}]" if quantity.unit else ""
+            self.faults.append(f"{self.thing}: {name} = {value!r} is not a finite number{unit}")
             return
         assert isinstance(value, SupportsFloat)
-        value = float(value)
-        for holds, rule in (
-            (value > above, f"be above {above:g}"),
-            (value >= least, f"be {least:g} or more"),
-            (value < below, f"be below {below:g}"),
-            (value <= most, f"be {most:g} or less"),
-        ):
-            if not holds:
-                self.faults.append(f"{self.thing}: {name} = {value:g} {unit}".rstrip() + f" must {rule}")
+        if (quantity.whole and not isinstance(value, Integral)) or not quantity.holds(float(value)):
+            shown = f"{value!r}" if quantity.whole else f"{float(value):g} {quantity.unit}".rstrip()
+            self.faults.append(f"{self.thing}: {name} = {shown} {quantity.rule}")
 
-    def point(self, name: str, value: object, unit: str) -> tuple[float, float]:
-        """Demand two finite numbers, and return them; zeros where the rule is broken."""
+    def point(self, name: str, value: object, quantity: Quantity = COORDINATE) -> tuple[float, float]:
+        """Demand two numbers in their range, and return them; zeros where the rule is broken."""
         parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
         if len(parts) != 2:
-            self.faults.append(f"{self.thing}: {name} = {value!r} must be two numbers (x, y) [{unit}]")
+            self.faults.append(f"{self.thing}: {name} = {value!r} must be two numbers (x, y) [{quantity.unit}]")
             return 0.0, 0.0
         before = len(self.faults)
         for axis, part in zip("xy", parts, strict=True):
-            self.number(f"{name} {axis}", part, unit)
+            self.number(f"{name} {axis}", part, quantity)
         return (float(parts[0]), float(parts[1])) if len(self.faults) == before else (0.0, 0.0)
 
     def name(self, value: object) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
 from bsm_mesh.errors import nearest, raise_faults
 from bsm_mesh.model.in_situ import Points, line
+from bsm_mesh.model.quantities import PRESSURE, WATER_WEIGHT
 from bsm_mesh.model.values import Rules, is_number
 
 Head = Literal["vertical", "parallel"]
@@ -36,7 +37,7 @@ class Water:
     """
 
     table: tuple[Points, ...] = ()
-    unit_weight: float = WATER
+    unit_weight: Annotated[float, WATER_WEIGHT] = WATER
     head: Head = "vertical"
     joint_pressure: Mapping[str, float] = field(default_factory=dict)
 
@@ -45,11 +46,11 @@ class Water:
         object.__setattr__(self, "table", _tables(self.table, rules))
         if len(self.table) > 1 and min(map(len, self.table)) == 1:
             rules.faults.append("water: a table of one point is level everywhere; give it alone, or two points or more")
-        rules.number("unit_weight", self.unit_weight, "N/m3", above=0)
+        rules.numbers(self)
         if self.head not in get_args(Head):
             rules.faults.append(f"water: head = {self.head!r} is unknown{nearest(str(self.head), get_args(Head))}")
         for name, pressure in self.joint_pressure.items():
-            rules.number(f"joint_pressure of '{name}'", pressure, "Pa", least=0)
+            rules.number(f"joint_pressure of '{name}'", pressure, PRESSURE)
         raise_faults(rules.faults)
         object.__setattr__(self, "unit_weight", float(self.unit_weight))
         given = {str(name): float(value) for name, value in self.joint_pressure.items()}

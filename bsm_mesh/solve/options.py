@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, PART, STEPS, THREADS, TOLERANCE
 from bsm_mesh.model.values import Rules
 
 Scheme = Literal["linear", "continuation", "wang"]
@@ -25,7 +25,7 @@ class Options:
         ``"wang"``: the iteration of Wang Fig. 4.9, corrected, to compare with the thesis only: slow where blocks slide.
     tolerance : float
         Largest residual force of a block in equilibrium, over the reference weight: the greatest of the blocks' mean
-        weight, the mean load of a loaded one and the contacts' mean force at the start.
+        weight, the mean load of a loaded one and the contacts' mean force at the start. 1e-12 to 1e-4.
     max_steps : int
         Steps of the continuation, cycles of ``"wang"``, after which it gives up: `not_converged`.
     displacement_limit : float or None [m]
@@ -41,23 +41,16 @@ class Options:
     """
 
     scheme: Scheme = "continuation"
-    tolerance: float = 1e-6
-    max_steps: int = 500
-    displacement_limit: float | None = None
-    sliding_stiffness: float = 1.0
+    tolerance: Annotated[float, TOLERANCE] = 1e-6
+    max_steps: Annotated[int, STEPS] = 500
+    displacement_limit: Annotated[float, DISPLACEMENT_LIMIT] | None = None
+    sliding_stiffness: Annotated[float, PART] = 1.0
     linear_solver: LinearSolverName = "auto"
-    threads: int = 0
+    threads: Annotated[int, THREADS] = 0
 
     def __post_init__(self) -> None:
         rules = Rules("solver")
-        rules.number("tolerance", self.tolerance, "", above=0, below=1)
-        rules.number("displacement_limit", self.displacement_limit, "m", above=0, optional=True)
-        rules.number("sliding_stiffness", self.sliding_stiffness, "", above=0, most=1)
-        if not isinstance(self.max_steps, int) or isinstance(self.max_steps, bool) or self.max_steps < 1:
-            rules.faults.append(f"solver: max_steps = {self.max_steps!r} must be a whole number of 1 or more")
-        rules.number("threads", self.threads, "", least=0)
-        if not isinstance(self.threads, Integral):
-            rules.faults.append(f"solver: threads = {self.threads!r} must be a whole number")
+        rules.numbers(self)
         for name, known in (("scheme", get_args(Scheme)), ("linear_solver", get_args(LinearSolverName))):
             value = getattr(self, name)
             if value not in known:

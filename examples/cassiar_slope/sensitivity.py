@@ -73,8 +73,7 @@ def steeper_friction(degrees):
 
 def serpentine(joint):
     """Return the joint with the strength and stiffness of the serpentinite's discontinuities."""
-    law = dataclasses.replace(joint.law, friction=24.0, cohesion=0.054e6)
-    return dataclasses.replace(joint, normal_stiffness=43e6, law=law)
+    return dataclasses.replace(joint, normal_stiffness=43e6, law=dataclasses.replace(joint.law, friction=24.0))
 
 
 def table_8_3(joint):

@@ -28,7 +28,9 @@ def dense(pattern, data):
 
 def assembled(polygons):
     blocks = bsm.Blocks.from_polygons(polygons, rock="r")
-    model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("r")], joints=[bsm.Joint("J", *STIFFNESS)], default_joint="J")
+    model = bsm.Model(
+        blocks=blocks, rocks=[bsm.Rock("r", unit_weight=0)], joints=[bsm.Joint("J", *STIFFNESS)], default_joint="J"
+    )
     c = initial_contacts(model)
     pattern = block_pattern(blocks.count, c.block_a, c.block_b)
     data = fill_stiffness(

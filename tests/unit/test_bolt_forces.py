@@ -29,7 +29,7 @@ BOLTS = {
 
 
 def installed_bolts(bolts, blocks, position):
-    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock")], bolts=bolts), position)
+    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], bolts=bolts), position)
 
 
 def displaced(seed, size=2e-3):

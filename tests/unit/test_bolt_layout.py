@@ -95,13 +95,13 @@ def test_faults_name_bolt_place_and_cure(ends, words):
 def test_all_faults_are_collected_by_the_model():
     bad = [bolt(*ends, name=f"B{k}") for k, (ends, _) in enumerate(FAULTS)]
     with pytest.raises(bsm.ModelError) as caught:
-        bsm.Model(blocks=blocks_of(ROW), rocks=[bsm.Rock("any")], bolts=[bolt((0, 0.5), (2, 0.5)), *bad])
+        bsm.Model(blocks=blocks_of(ROW), rocks=[bsm.Rock("any", unit_weight=0)], bolts=[bolt((0, 0.5), (2, 0.5)), *bad])
     assert len(caught.value.faults) == len(bad)
     assert "bolt 2 'B0'" in caught.value.faults[0]
 
 
 KEYS = [
-    ({"diameter": -1}, "diameter = -1 m must be above 0"),
+    ({"diameter": -1}, "diameter = -1 m must be 0.001 to 0.5 m"),
     ({"kind": "groutd"}, "did you mean 'grouted'"),
     ({"kind": "end_anchored", "bond_strength": 1e5}, "bond_strength belong to grouted bolts"),
     ({"anchor_capacity": 1e5}, "anchor_capacity belongs to end-anchored bolts"),
@@ -109,7 +109,7 @@ KEYS = [
     ({"hole_diameter": 0.05}, "need bond_grout_rock and bond_steel_grout"),
     ({"hole_diameter": 0.01, "bond_steel_grout": 1e6, "bond_grout_rock": 1e6}, "less than the diameter"),
     ({"yield_strength": 1e8, "pretension": 1e5}, "is more than the bolt bears, 31415.9 N"),
-    ({"spacing": 0}, "spacing = 0 m must be above 0"),
+    ({"spacing": 0}, "spacing = 0 m must be 0.01 to 100 m"),
     ({"end": (0, 0)}, "the same point"),
     ({"end": (0, float("nan"))}, "not a finite number"),
 ]

@@ -235,4 +235,14 @@ def test_unused_curves_are_told(case: Case) -> None:
 
 def test_row_longer_than_its_boundary() -> None:
     blocks = framed(bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1)], rock="any"), 1, 1)
-    assert row_of_bolts(blocks, boundary="top", length=0.5, interval=3, diameter=0.02) == []
+    keys = {"boundary": "top", "length": 0.5, "diameter": 0.02}
+    with pytest.raises(bsm.ModelError, match=r"'top': no bolt fits: the first head, 1\.5 m from .*smaller interval"):
+        row_of_bolts(blocks, interval=3, **keys)
+    with pytest.raises(bsm.ModelError, match=r"no bolt fits: the first head, 7 m from .*offset"):
+        row_of_bolts(blocks, interval=0.1, offset=7, **keys)
+
+
+def test_a_row_of_too_many_bolts() -> None:
+    blocks = framed(bsm.Blocks.from_polygons([rectangle(0, 0, 20, 1)], rock="any"), 20, 1)
+    with pytest.raises(bsm.ModelError, match=r"interval = 0\.001 m makes 20000 bolts on 20 m; at most 10000"):
+        row_of_bolts(blocks, boundary="top", length=0.5, interval=1e-3, diameter=0.02)

@@ -168,7 +168,7 @@ def test_compare_writes_both_and_their_difference(case: Case) -> None:
 
 
 def test_not_converged_is_exit_code_3(case: Case) -> None:
-    case.write("model.toml", MODEL + "[solver]\ntolerance = 1e-300\n")
+    case.write("model.toml", MODEL + "[solver]\nmax_steps = 1\n")
     outcome = case.run("run", "model.toml", "-q")
     assert outcome.code == 3
     assert "not_converged" in outcome.out

@@ -89,7 +89,10 @@ def test_gravity_column_is_exact(shape):
 
 def test_rocks_of_different_stiffness_in_series():
     blocks = framed(bsm.Blocks.from_polygons(grid(1, 2), rock=["hard", "soft"]), 1, 2)
-    rocks = [bsm.Rock("hard", young=E, poisson=0.0), bsm.Rock("soft", young=E / 10, poisson=0.0)]
+    rocks = [
+        bsm.Rock("hard", unit_weight=0, young=E, poisson=0.0),
+        bsm.Rock("soft", unit_weight=0, young=E / 10, poisson=0.0),
+    ]
     loads = [bsm.Pressure(boundary="top", pressure=1e6)]
     supports = [bsm.Roller(boundary="bottom", direction=90), bsm.Fixed(point=(0, 0))]
     solution = solve_continuum(bsm.Model(blocks=blocks, rocks=rocks, supports=supports, loads=loads))

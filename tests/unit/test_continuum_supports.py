@@ -93,7 +93,9 @@ class TestPointLoads:
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        "rock", [bsm.Rock("rock"), bsm.Rock("rock", young=E, poisson=MU, stiffness="rigid")], ids=["no E", "rigid"]
+        "rock",
+        [bsm.Rock("rock", unit_weight=0), bsm.Rock("rock", unit_weight=0, young=E, poisson=MU, stiffness="rigid")],
+        ids=["no E", "rigid"],
     )
     def test_rigid_rock(self, rock):
         joint = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import Elastic, MohrCoulomb, Patton, Weaker
 
 FAR = 1e12  # a trial shear beyond any strength
@@ -62,10 +63,48 @@ def test_patton_without_dilation_or_cohesion_is_plain_friction():
     assert not answer.failed.any()
 
 
-def test_patton_with_dilation_0_never_uses_its_cohesion():
-    answer = respond(Patton(friction=30, cohesion=1e6), [1e3, 1e6, 1e9])
-    assert_allclose(answer.strength, np.array([1e3, 1e6, 1e9]) * tan(30))
-    assert not answer.failed.any()
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"residual_friction": 25},
+        {"residual_friction": 30, "dilation": 5},
+        {"residual_friction": 30 + 1e-12, "dilation": 5},  # sums of angles round
+        {"dilation": 1e-5},  # the lines cross beyond any pressure in rock
+    ],
+)
+def test_a_cohesion_of_patton_that_cannot_act_is_refused(keys):
+    cures = r"never acts.*mohr_coulomb \(bsm\.MohrCoulomb\).*dilation of the asperities, or a residual_friction below"
+    with pytest.raises(ModelError, match=cures):
+        Patton(friction=25, cohesion=1e5, **keys)
+
+
+@pytest.mark.parametrize("keys", [{"dilation": 5}, {"residual_friction": 20}])
+def test_a_first_line_of_patton_that_cannot_act_is_refused(keys):
+    """Without cohesion the second line is below the first at every pressure."""
+    with pytest.raises(ModelError, match=r"friction \+ dilation = .* never acts.*give the cohesion.*MohrCoulomb"):
+        Patton(friction=25, **keys)
+
+
+@pytest.mark.parametrize("keys", [{"dilation": 5}, {"residual_friction": 20}, {"dilation": 5, "residual_friction": 28}])
+def test_a_cohesion_of_patton_that_is_accepted_acts(keys):
+    law = Patton(friction=25, cohesion=1e5, **keys)
+    assert respond(law, 1e9).strength < 1e9 * tan(law.friction + law.dilation)
+    assert respond(law, 1e3).strength == pytest.approx(1e3 * tan(law.friction + law.dilation))
+
+
+@pytest.mark.parametrize(
+    ("law", "keys"),
+    [
+        (MohrCoulomb, {"friction": 35, "residual_friction": 35.1}),
+        (MohrCoulomb, {"friction": 35, "cohesion": 1e6, "residual_friction": 60}),
+        (Patton, {"friction": 35, "residual_friction": 60}),
+        (Patton, {"friction": 30, "dilation": 5, "cohesion": 1e5, "residual_friction": 35.1}),
+    ],
+)
+def test_a_joint_does_not_grow_stronger_by_failing(law, keys):
+    with pytest.raises(ModelError, match=r"residual_friction = .* is above friction.*stronger by failing"):
+        law(**keys)
 
 
 def test_mohr_coulomb_loses_cohesion_by_slip():

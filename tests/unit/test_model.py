@@ -27,7 +27,7 @@ def fault(match):
     ("changes", "message"),
     [
         (
-            {"rocks": (bsm.Rock("granit"), ROCKS[1])},
+            {"rocks": (bsm.Rock("granit", unit_weight=0), ROCKS[1])},
             "rock 'granite' of 1 block (0) is not defined; define it, [rock.granite] in a model file; did you mean",
         ),
         ({"rocks": ()}, "rock 'schist' of 1 block (1) is not defined; define it, [rock.schist] in a model file"),
@@ -83,7 +83,7 @@ def test_many_faults_are_cut_short_in_the_message_only():
 
 
 def test_unused_rocks_and_joints_are_welcome():
-    assert len(model(rocks=(*ROCKS, bsm.Rock("spare"))).rocks) == 3
+    assert len(model(rocks=(*ROCKS, bsm.Rock("spare", unit_weight=0))).rocks) == 3
 
 
 def test_weights_follow_rock_and_direction():

@@ -65,7 +65,7 @@ def test_what_does_not_fit_the_model(stages, words):
         ({"name": "a", "excavate": [((0, 0), (1, 0))]}, ["3 points"]),
         ({"name": "a", "excavate": [((0, 0), (1, 0), (1, np.nan))]}, ["polygon point", "nan"]),
         ({"name": "a", "relaxation": [0.5, 0.5]}, ["must rise", "[0.5, 1.0]"]),
-        ({"name": "a", "relaxation": [1.5]}, ["relaxation", "1 or less"]),
+        ({"name": "a", "relaxation": [1.5]}, ["relaxation = 1.5 must be 0 to 1"]),
         ({"name": "a", "relaxation": []}, ["must rise"]),
         ({"name": "a", "pressure": "high"}, ["pressure", "not a finite number"]),
     ],

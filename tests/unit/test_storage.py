@@ -84,8 +84,8 @@ def test_an_incomplete_folder(results: Results, tmp_path: Path, name: str) -> No
 
 def test_bolts_of_an_earlier_run_go(results: Results, tmp_path: Path) -> None:
     results.save(tmp_path)
-    rocks = [bsm.Rock(name, young=1e9, poisson=0.2) for name in ("gneiss", "schist")]
-    unbolted = bsm.Model(blocks=results.blocks, rocks=rocks)  # weightless: at rest
+    rocks = [bsm.Rock(name, unit_weight=25e3, young=1e9, poisson=0.2) for name in ("gneiss", "schist")]
+    unbolted = bsm.Model(blocks=results.blocks, rocks=rocks, supports=[bsm.Fixed(boundary="bottom")])
     assert {"bolts.pvd", "bolts.csv"} <= {file.name for file in tmp_path.iterdir()}
     bsm.run(unbolted, bsm.Options(scheme="continuation")).save(tmp_path)
     assert not {"bolts.pvd", "bolts.csv"} & {file.name for file in tmp_path.iterdir()}

@@ -9,7 +9,7 @@ import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.results.stress import block_stress, principal_stresses
 
-ROCK = bsm.Rock("r", young=1e9, poisson=0.2)
+ROCK = bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)
 RTOL = 1e-12
 
 

@@ -20,7 +20,7 @@ SCENES = {
 def table(polygons, contact_points="ends"):
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r")],
+        rocks=[bsm.Rock("r", unit_weight=0)],
         joints=[bsm.Joint("J", 1e9, 3e8)],
         default_joint="J",
         contact_points=contact_points,

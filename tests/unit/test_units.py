@@ -5,6 +5,11 @@ from __future__ import annotations
 import pytest
 
 from bsm_mesh.app.units import convert
+from bsm_mesh.model.quantities import BOLT_COUNT, FRICTION, POISSON, UNIT_WEIGHT, Quantity
+
+
+def wide(unit: str) -> Quantity:
+    return Quantity(unit=unit, least=-1e12, most=1e12, example=f'"1 {unit}"')
 
 
 @pytest.mark.parametrize(
@@ -33,13 +38,13 @@ from bsm_mesh.app.units import convert
     ],
 )
 def test_conversions(text: object, unit: str, value: float) -> None:
-    assert convert(text, unit) == pytest.approx(value, rel=1e-14)
+    assert convert(text, wide(unit)) == pytest.approx(value, rel=1e-14)
 
 
 def test_rounding_of_factors_is_taken_out() -> None:
     """26 * 1000.0000000000001 would make a model in kN differ from the same in N."""
-    assert convert("26 kN/m^3", "N/m^3") == 26000
-    assert convert("0.3 mm", "m") == 0.0003
+    assert convert("26 kN/m^3", UNIT_WEIGHT) == 26000
+    assert convert("0.3 mm", wide("m")) == 0.0003
 
 
 @pytest.mark.parametrize(
@@ -60,11 +65,34 @@ def test_rounding_of_factors_is_taken_out() -> None:
         ("2700 kg/m^3", "N/m^3", "density"),
         ("nan Pa", "Pa", "no finite number"),
         (float("inf"), "Pa", "no finite number"),
-        (10**400, "Pa", "no finite number"),
+        (10**400, "Pa", "must be -1e12 to 1e12 Pa"),
         (True, "Pa", "needs a number"),
         (None, "Pa", "needs a number"),
     ],
 )
 def test_what_is_refused(text: object, unit: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        convert(text, unit)
+        convert(text, wide(unit))
+
+
+@pytest.mark.parametrize(
+    ("value", "quantity", "words"),
+    [
+        ("26 MN/m^3", UNIT_WEIGHT, 'must be 0 to 1e6 N/m.3, for example "26 kN/m.3"'),
+        (-1, UNIT_WEIGHT, "must be 0 to"),
+        (90, FRICTION, "must be at least 0 and below 90 degrees"),
+        ("0.25", POISSON, "must be a plain number, without quotes"),
+        (0, BOLT_COUNT, "must be a whole number, 1 to 10000"),
+        (3.0, BOLT_COUNT, "must be a whole number"),
+        ("3", BOLT_COUNT, "must be a whole number, without quotes"),
+        (True, BOLT_COUNT, "must be a whole number"),
+        (10**400, BOLT_COUNT, "must be a whole number"),
+    ],
+)
+def test_numbers_beyond_their_range(value: object, quantity: Quantity, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        convert(value, quantity)
+
+
+def test_the_ends_of_a_range_belong_to_it() -> None:
+    assert (convert(0, UNIT_WEIGHT), convert("1 MN/m^3", UNIT_WEIGHT), convert(10_000, BOLT_COUNT)) == (0, 1e6, 10_000)

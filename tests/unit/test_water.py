@@ -22,9 +22,9 @@ CONTINUATION = bsm.Options(scheme="continuation")
         ({"table": [(0, 1), (1, np.nan)]}, ["table point 2", "nan"]),
         ({"table": [[(0, 1)], [(1, 1), (2, 1)]]}, ["one point is level everywhere"]),
         ({"table": ["level"]}, ["table point 1"]),
-        ({"unit_weight": 0}, ["unit_weight", "above 0"]),
+        ({"unit_weight": 0}, ["unit_weight = 0 N/m^3 must be 1000 to 1e6"]),
         ({"head": "slanted"}, ["'slanted' is unknown"]),
-        ({"joint_pressure": {"J": -1.0}}, ["joint_pressure of 'J'", "0 or more"]),
+        ({"joint_pressure": {"J": -1.0}}, ["joint_pressure of 'J' = -1 Pa must be 0 to 1e10 Pa"]),
     ],
 )
 def test_what_is_no_water(given, words):
@@ -130,7 +130,7 @@ def test_a_table_below_all_blocks_is_said():
 def test_weightless_blocks_left_alone_are_idle():
     """A stage that isolates a block without load leaves it where it is: nothing pulls at it."""
     model = two_blocks(stages=[bsm.Stage(name="apart", excavate=[1])])
-    light = [bsm.Rock("rock", unit_weight=26e3), bsm.Rock("foam")]
+    light = [bsm.Rock("rock", unit_weight=26e3), bsm.Rock("foam", unit_weight=0)]
     polygons = [model.blocks.polygon(b) for b in range(3)] + [rectangle(-1, 1, 0, 2)]
     blocks = bsm.Blocks.from_polygons(polygons, rock=["rock", "rock", "rock", "foam"])
     stage = bsm.run(model.replace(blocks=blocks, rocks=light), LINEAR).stages[-1]

@@ -81,7 +81,7 @@ def test_loads_and_supports_count_as_contacts_do():
     blocks = blocks.with_boundary("bottom", lambda x, y: y < 1e-9).with_boundary("top", lambda x, y: y > 3 - 1e-9)
     model = bsm.Model(
         blocks=blocks,
-        rocks=[bsm.Rock("r")],
+        rocks=[bsm.Rock("r", unit_weight=0)],
         supports=[bsm.Fixed(boundary="bottom")],
         loads=[bsm.Pressure(boundary="top", pressure=7e5)],
     )

@@ -22,7 +22,7 @@ def block_on_plane(angle, height, *, turn_geometry, wide, base_first=True):
     polygons = [turned(p, angle * turn_geometry) for p in polygons]
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(polygons, rock=["base", "block"] if base_first else ["block", "base"]),
-        rocks=[bsm.Rock("base"), bsm.Rock("block", unit_weight=GAMMA)],
+        rocks=[bsm.Rock("base", unit_weight=0), bsm.Rock("block", unit_weight=GAMMA)],
         joints=[bsm.Joint("J", normal_stiffness=KN, shear_stiffness=KS)],
         default_joint="J",
         supports=[bsm.Fixed(blocks=[0 if base_first else 1])],

@@ -38,7 +38,7 @@ def stress_of(force, diameter):
 
 
 def installed_bolts(bolts, blocks, position):
-    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock")], bolts=bolts), position)
+    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], bolts=bolts), position)
 
 
 def roof_bolt(**keys):

@@ -153,7 +153,7 @@ def test_prescribed_displacements_without_weight(E):
     blocks = framed(bsm.Blocks.from_polygons(grid(20, 20), rock="r"), 20, 20)
     model = bsm.Model(
         blocks=blocks,
-        rocks=[bsm.Rock("r", young=E, poisson=0.25)],
+        rocks=[bsm.Rock("r", unit_weight=0, young=E, poisson=0.25)],
         supports=[
             bsm.Fixed(boundary="bottom"),
             bsm.PrescribedDisplacement(boundary="top", direction=33.0, displacement=0.1),
@@ -166,7 +166,7 @@ def test_prescribed_displacements_without_weight(E):
 
 def test_nothing_acts():
     blocks = framed(bsm.Blocks.from_polygons(grid(3, 3), rock="r"), 3, 3)
-    rock = bsm.Rock("r", young=1e9, poisson=0.2)
+    rock = bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)
     results = bsm.run(bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(boundary="bottom")]), LINEAR)
     assert results.status == bsm.results.Status.STABLE
     assert results.check().ok

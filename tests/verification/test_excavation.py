@@ -103,7 +103,7 @@ def test_the_direct_state_under_a_given_stress_field(points):
     given = {"xx": -3e6, "yy": -1e6, "xy": 0.4e6}
     model = bsm.Model(
         blocks=framed(bsm.Blocks.from_polygons(cells("triangles"), rock="rock"), WIDTH, HEIGHT),
-        rocks=[bsm.Rock("rock", young=10e9, poisson=0.25)],
+        rocks=[bsm.Rock("rock", unit_weight=0, young=10e9, poisson=0.25)],
         supports=[bsm.Fixed(boundary="bottom")],
         loads=[bsm.InSituTraction(boundary=side) for side in ("left", "right", "top")],
         in_situ=bsm.InSitu(stress=given),
@@ -234,7 +234,7 @@ def test_the_field_as_pressure_keeps_everything_in_place(options):
     p = 5e6
     model = bsm.Model(
         blocks=framed(bsm.Blocks.from_polygons(cells("bricks"), rock="rock"), WIDTH, HEIGHT),
-        rocks=[bsm.Rock("rock", young=10e9, poisson=0.25)],
+        rocks=[bsm.Rock("rock", unit_weight=0, young=10e9, poisson=0.25)],
         supports=[bsm.NormalRoller(boundary=side) for side in ("left", "bottom")],
         loads=[bsm.InSituTraction(boundary=side) for side in ("right", "top")],
         in_situ=bsm.InSitu(stress={"xx": -p, "yy": -p}),

@@ -90,7 +90,10 @@ def test_partly_submerged_faces(shape, table):
     """Eqs. 6.3-6.5, and beyond them faces under a table that bends between their corners."""
     blocks = bsm.Blocks.from_polygons([shape], rock="rock")
     model = bsm.Model(
-        blocks=blocks, rocks=[bsm.Rock("rock")], supports=[bsm.Fixed(blocks=[0])], water=bsm.Water(table=table)
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=0)],
+        supports=[bsm.Fixed(blocks=[0])],
+        water=bsm.Water(table=table),
     )
     x, y = np.array(table, dtype=float).T
     expected = submerged(np.asarray(shape, dtype=float), lambda at: np.interp(at, x, y))
@@ -104,7 +107,9 @@ def test_the_two_forces_of_a_face():
     square = np.array([(0, 0), (1, 0), (1, 3), (0, 3)])
     blocks = bsm.Blocks.from_polygons([square], rock="rock")
     water = bsm.Water(table=[(0, 1.2)])
-    model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock")], supports=[bsm.Fixed(blocks=[0])], water=water)
+    model = bsm.Model(
+        blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], supports=[bsm.Fixed(blocks=[0])], water=water
+    )
     wet, length = 1.2, 3.0
     resultant = wet * WATER * wet / 2
     ends = WaterLoad(model).on_faces(blocks.vertices, blocks.vertices[blocks.following])

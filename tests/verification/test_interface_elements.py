@@ -15,7 +15,7 @@ from converters import compare, solve_continuum
 EXACT = 1e-9  # linear displacements in every piece of rock lie in both element spaces; rounding is lost
 E, MU, KN, KS = 8e9, 0.25, 2e9, 0.3e9
 SHEAR = E / (2 * (1 + MU))
-ROCK = bsm.Rock("rock", young=E, poisson=MU)
+ROCK = bsm.Rock("rock", unit_weight=0, young=E, poisson=MU)
 JOINT = bsm.Joint("J", normal_stiffness=KN, shear_stiffness=KS)
 BEDS, WIDTH = [0.0, 1.0, 2.0, 3.5, 4.0], 2.0  # m
 
@@ -33,7 +33,7 @@ def test_joints_in_series(order):
     """Under a pressure on laterally free beds without Poisson effect: E* of the mass, joint by joint."""
     pressure = 3e6
     model = layered(
-        bsm.Rock("rock", young=E, poisson=0.0),
+        bsm.Rock("rock", unit_weight=0, young=E, poisson=0.0),
         supports=[bsm.Fixed(boundary="bottom")],
         loads=[bsm.Pressure(boundary="top", pressure=pressure)],
     )
@@ -72,7 +72,7 @@ def test_regular_spacing_gives_the_equivalent_modulus():
     )
     model = bsm.Model(
         blocks=blocks,
-        rocks=[bsm.Rock("rock", young=E, poisson=0.0)],
+        rocks=[bsm.Rock("rock", unit_weight=0, young=E, poisson=0.0)],
         joints=[JOINT],
         default_joint="J",
         supports=[bsm.Fixed(boundary="bottom")],
@@ -120,7 +120,7 @@ def test_compare_with_joints_is_nearer_than_without():
     """Blocks and continuum of one jointed slab: 1 m squares, joints on all faces."""
     model = bsm.Model(
         blocks=framed(bsm.Blocks.from_polygons([rectangle(0, k, 4, k + 1) for k in range(4)], rock="rock"), 4.0, 4.0),
-        rocks=[bsm.Rock("rock", young=E, poisson=0.0, stiffness="homogeneous")],
+        rocks=[bsm.Rock("rock", unit_weight=0, young=E, poisson=0.0, stiffness="homogeneous")],
         joints=[JOINT],
         default_joint="J",
         supports=[bsm.Fixed(boundary="bottom")],

@@ -74,7 +74,7 @@ def model_of(corners, stiffness):
     tractions = np.einsum("keij,kj->kei", kirsch(*np.moveaxis(ends, -1, 0)), normal)
     return bsm.Model(
         blocks=blocks,
-        rocks=[bsm.Rock("rock", young=50e9, poisson=0.25, stiffness=stiffness)],
+        rocks=[bsm.Rock("rock", unit_weight=0, young=50e9, poisson=0.25, stiffness=stiffness)],
         supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
         loads=[bsm.EdgeTractions(boundary="edge", values=tractions)],
     )

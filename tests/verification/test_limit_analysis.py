@@ -139,7 +139,7 @@ def test_forces_returned_are_in_equilibrium_and_within_strength():
 
 
 def test_nothing_to_carry_and_unknown_loads_are_refused():
-    weightless = on_base([square(0, 0)], 30).replace(rocks=(bsm.Rock("stone"),))
+    weightless = on_base([square(0, 0)], 30).replace(rocks=(bsm.Rock("stone", unit_weight=0),))
     with pytest.raises(bsm.ModelError, match="neither weight nor load"):
         bsm.limit_analysis(weightless)
     with pytest.raises(bsm.ModelError, match="the chosen loads are zero"):

@@ -106,7 +106,7 @@ def recombined(size):
 )
 def test_table_of_method(kind, modulus, poisson, shear):
     """Against the measured table of docs/theory.md, mu = 0.25: closed forms within 3 % (Voronoi), else 0.5 %."""
-    rock = bsm.Rock("rock", young=E, poisson=0.25)
+    rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=0.25)
     matched, exact = matched_elasticity(rock, kind), nominal_elasticity(rock)
     assert_allclose(exact.poisson, 1 / 3, rtol=1e-12)
     assert_allclose(matched.modulus / exact.modulus, modulus, rtol=5e-3)
@@ -116,14 +116,14 @@ def test_table_of_method(kind, modulus, poisson, shear):
 
 @pytest.mark.parametrize("mu", [0.0, 0.15, 0.35])
 def test_calibrated_triangles_are_the_rock(mu):
-    rock = bsm.Rock("rock", young=E, poisson=mu, stiffness="triangle")
+    rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=mu, stiffness="triangle")
     assert_allclose(matched_elasticity(rock, "triangle").matrix, nominal_elasticity(rock).matrix, rtol=1e-12)
 
 
 @pytest.mark.parametrize("choice", ["wang", "homogeneous"])
 @pytest.mark.parametrize(("first", "second"), [((1, 0), (0.5, 1)), ((2, 0.3), (-0.4, 1)), ((1, 0), (0, 3))])
 def test_parallelograms_are_exact(first, second, choice):
-    rock = bsm.Rock("rock", young=E, poisson=0.25, stiffness=choice)
+    rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=0.25, stiffness=choice)
     n = 12
     blocks = with_outline(parallelograms(n, first, second))
     i, j = np.arange(n * n) % n, np.arange(n * n) // n
@@ -138,7 +138,7 @@ def test_parallelograms_are_exact(first, second, choice):
 )
 def test_disordered_meshes(polygons, most, choice):
     """The matched continuum strains like the blocks where each block has its own affine stiffness."""
-    rock = bsm.Rock("rock", young=E, poisson=0.25, stiffness=choice)
+    rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=0.25, stiffness=choice)
     blocks = with_outline(polygons())
     assert np.diff(blocks.offsets).max() <= most
     inner = np.abs(blocks.moments.centroid - 0.5).max(axis=1) < 0.38

@@ -18,7 +18,7 @@ GAMMA_W = 9.81e3
 def contact_sums(polygons, unit_weight, loads, **more):
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(polygons, rock=["base", "block"]),
-        rocks=[bsm.Rock("base"), bsm.Rock("block", unit_weight=unit_weight)],
+        rocks=[bsm.Rock("base", unit_weight=0), bsm.Rock("block", unit_weight=unit_weight)],
         joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=3e8)],
         default_joint="J",
         supports=[bsm.Fixed(blocks=[0])],
@@ -117,7 +117,7 @@ def test_gravity_dam(uplift, wide):
         ]
     model = bsm.Model(
         blocks=blocks,
-        rocks=[bsm.Rock("base"), bsm.Rock("block", unit_weight=GAMMA_DAM)],
+        rocks=[bsm.Rock("base", unit_weight=0), bsm.Rock("block", unit_weight=GAMMA_DAM)],
         joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9)],
         default_joint="J",
         supports=[bsm.Fixed(blocks=[0])],

@@ -1,0 +1,185 @@
+"""Every number that a model may hold: its unit, its range and what is usual. Each range stands here and nowhere else.
+
+A dataclass bears a quantity at its field, ``young: Annotated[float, YOUNG]``, and `bsm_mesh.model.values.Rules` holds
+it to the range; the tables of the model file and its JSON Schema take the same object. Ranges are generous: what lies
+beyond is a slip of the pen, or more than double precision bears. What is allowed but not usual is noted
+(`bsm_mesh.model.notes`), for a factor of a thousand is the commonest slip of all.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import types
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A kind of number.
+
+    Attributes
+    ----------
+    unit : str
+        As pint reads it; empty for a pure number.
+    above, least, below, most : float
+        The range: more than `above`, `least` or more, less than `below`, `most` or less.
+    usual : pair of float, optional
+        What is usual, both ends included; elsewhere a number is noted.
+    example : str
+        How it may be given in the model file.
+    why : str
+        What is wrong beyond the range, or what is meant, for the message.
+    whole : bool
+        Whether it must be a whole number.
+
+    Examples
+    --------
+    >>> FRICTION.holds(35), FRICTION.holds(90), FRICTION.rule
+    (True, False, 'must be at least 0 and below 90 degrees')
+    """
+
+    unit: str = ""
+    above: float = -math.inf
+    least: float = -math.inf
+    below: float = math.inf
+    most: float = math.inf
+    usual: tuple[float, float] | None = None
+    example: str
+    why: str = ""
+    whole: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Return whether a number is in the range; NaN is in none."""
+        return self.above < value < self.below and self.least <= value <= self.most
+
+    @property
+    def span(self) -> str:
+        """The range in words, with its unit."""
+        if self.above == -math.inf and self.below == math.inf:
+            text = f"{shown(self.least)} to {shown(self.most)}"
+        else:
+            low = f"above {shown(self.above)}" if self.above > -math.inf else f"at least {shown(self.least)}"
+            high = f"below {shown(self.below)}" if self.below < math.inf else f"at most {shown(self.most)}"
+            text = f"{low} and {high}"
+        return f"{text} {self.unit}".rstrip()
+
+    @property
+    def usual_span(self) -> str:
+        """What is usual in words, with its unit; empty where anything is."""
+        if self.usual is None:
+            return ""
+        return f"{shown(self.usual[0])} to {shown(self.usual[1])} {self.unit}".rstrip()
+
+    @property
+    def rule(self) -> str:
+        """What a number must be, and why."""
+        return self._rule("")
+
+    @property
+    def rule_in_file(self) -> str:
+        """What a number of a model file must be, how it is given, and why."""
+        return self._rule(f", for example {self.example}")
+
+    def _rule(self, example: str) -> str:
+        whole = "a whole number, " if self.whole else ""
+        return f"must be {whole}{self.span}{example}" + (f"; {self.why}" if self.why else "")
+
+
+def shown(number: float) -> str:
+    """Return a number as it is written by hand.
+
+    Examples
+    --------
+    >>> shown(1e6), shown(0.00001), shown(5000)
+    ('1e6', '1e-5', '5000')
+    """
+    return re.sub(r"e([+-])0*", lambda sign: "e" + sign[1].strip("+"), f"{number:g}")
+
+
+@cache
+def quantities_of(owner: type[Any]) -> dict[str, tuple[Quantity, bool]]:
+    """Return the quantity of every field of a dataclass that bears one, and whether None may stand in its place."""
+    if not is_dataclass(owner):  # a law of the user's own
+        return {}
+    hints = get_type_hints(owner, include_extras=True)
+    found: dict[str, tuple[Quantity, bool]] = {}
+    for field in fields(owner):
+        parts = _members(hints[field.name])
+        marks = [mark for part in parts for mark in getattr(part, "__metadata__", ()) if isinstance(mark, Quantity)]
+        if marks:
+            found[field.name] = marks[0], types.NoneType in parts
+    return found
+
+
+def _members(hint: Any) -> tuple[Any, ...]:
+    """Return the members of a union; what is none is its only member."""
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+# Rocks, joints and fillings.
+NO_LIMIT = "what never fails is a joint without law, or a rock without cohesion, friction and tensile_strength"
+UNIT_WEIGHT = Quantity(unit="N/m^3", least=0, most=1e6, usual=(5e3, 5e4), example='"26 kN/m^3"')
+YOUNG = Quantity(unit="Pa", least=1e3, most=1e13, usual=(1e5, 5e11), example='"20 GPa"')
+POISSON = Quantity(least=0, most=0.499, example="0.25")
+COHESION = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"', why=NO_LIMIT)
+TENSILE_STRENGTH = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 5e7), example='"0.1 MPa"', why=NO_LIMIT)
+FRICTION = Quantity(
+    unit="degrees", least=0, below=90, usual=(0, 70), example='35 or "35 deg"'
+)  # 70: Barton and Choubey 1977
+DILATION = Quantity(unit="degrees", least=0, below=90, usual=(0, 45), example="5")
+STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
+THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1 mm"')
+
+# Places, directions and movements.
+COORDINATE = Quantity(unit="m", least=-1e8, most=1e8, example='"2.5 m"')
+DIRECTION = Quantity(unit="degrees", least=-360, most=360, example="-90")
+DISPLACEMENT = Quantity(unit="m", least=-1e3, most=1e3, usual=(-1, 1), example='"2 mm"')
+BLOCK = Quantity(least=0, most=2**31 - 1, whole=True, example="7")
+
+# Loads, in-situ stress and water.
+FORCE = Quantity(unit="N/m", least=-1e13, most=1e13, example='"120 kN/m"')
+STRESS = Quantity(unit="Pa", least=-1e10, most=1e10, usual=(-2e8, 2e8), example='"220 kPa"')
+STRESS_GRADIENT = Quantity(unit="Pa/m", least=-1e8, most=1e8, usual=(-1e6, 1e6), example='"26 kN/m^3"')
+PRESSURE = Quantity(unit="Pa", least=0, most=1e10, usual=(0, 2e8), example='"220 kPa"')
+RELAXATION = Quantity(least=0, most=1, example="0.5")
+STRESS_RATIO = Quantity(least=0, most=20, usual=(0, 5), example="0.5", why="it is horizontal over vertical stress")
+RATIO_BY_DEPTH = Quantity(unit="m", least=0, most=1e4, example="267")
+RATIO_PER_DEPTH = Quantity(unit="1/m", least=-0.1, most=0.1, example="0.001")
+WATER_WEIGHT = Quantity(unit="N/m^3", least=1e3, most=1e6, usual=(9e3, 1.4e4), example='"9.81 kN/m^3"')
+
+# Bolts; forces are those of one bolt.
+BOLT_DIAMETER = Quantity(unit="m", least=1e-3, most=0.5, usual=(5e-3, 0.1), example='"25 mm"')
+HOLE_DIAMETER = Quantity(unit="m", least=1e-3, most=1, usual=(5e-3, 0.3), example='"38 mm"')
+BOLT_YOUNG = Quantity(unit="Pa", least=1e6, most=1e13, usual=(1e9, 5e11), example='"200 GPa"')
+YIELD_STRENGTH = Quantity(unit="Pa", least=1e3, most=1e11, usual=(1e7, 3e9), example='"500 MPa"')
+BOLT_FORCE = Quantity(unit="N", least=0, most=1e9, usual=(0, 1e7), example='"100 kN"')
+BOLT_CAPACITY = Quantity(unit="N", above=0, most=1e9, usual=(1e3, 1e7), example='"100 kN"')
+BOLT_SPACING = Quantity(unit="m", least=0.01, most=100, usual=(0.2, 10), example='"1.5 m"')
+BOND_STRENGTH = Quantity(unit="N/m", least=0, most=1e9, usual=(0, 1e7), example='"150 kN/m"')
+BOND_SHEAR_STRENGTH = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"')
+BOND_STIFFNESS = Quantity(unit="N/m^2", least=1, most=1e15, usual=(1e5, 1e13), example='"1 GPa"')
+BEARING_STRENGTH = Quantity(unit="Pa", least=1, most=1e11, usual=(1e4, 1e9), example='"60 MPa"')
+BOLT_LENGTH = Quantity(unit="m", least=1e-3, most=1e3, usual=(0.1, 100), example='"3 m"')
+BOLT_INTERVAL = Quantity(unit="m", least=1e-3, most=1e4, example='"1.5 m"')
+BOLT_COUNT = Quantity(least=1, most=10_000, whole=True, example="9")
+RADIUS = Quantity(unit="m", least=0, most=1e5, example='"2 m"')
+DISTANCE = Quantity(unit="m", least=0, most=1e6, example='"0.75 m"')
+
+# Meshes.
+UNIT_OF_LENGTH = Quantity(unit="m", least=1e-6, most=1e4, example='"mm"', why="rock is measured in um to km")
+MERGE_TOLERANCE = Quantity(unit="m", least=0, most=1, usual=(0, 0.01), example="1e-9")
+
+# How a model is solved.
+TOLERANCE = Quantity(
+    least=1e-12,
+    most=1e-4,
+    example="1e-6",
+    why="with a greater one blocks that slide or topple slowly count as at rest, a smaller one is lost in rounding",
+)
+STEPS = Quantity(least=1, most=10**9, whole=True, example="500")
+DISPLACEMENT_LIMIT = Quantity(unit="m", least=1e-9, most=1e6, example='"5 m"')
+PART = Quantity(above=0, most=1, example="1.0")
+THREADS = Quantity(least=0, most=4096, whole=True, example="0, all cores")

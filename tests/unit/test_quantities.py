@@ -1,0 +1,196 @@
+"""Ranges: every number of the model file and of the classes has one, and both have the same."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import pytest
+from pydantic import BaseModel
+from small_case import MODEL, Case
+
+import bsm_mesh as bsm
+from bsm_mesh.app import model_tables as tables
+from bsm_mesh.app.units import In
+from bsm_mesh.model import quantities
+from bsm_mesh.model.quantities import Quantity, quantities_of
+
+SAME = {  # table of the file: class of the model
+    tables.RockTable: bsm.Rock,
+    tables.FillingTable: bsm.Filling,
+    tables.JointTable: bsm.Joint,
+    tables.SupportTable: bsm.PrescribedDisplacement,
+    tables.BoltTable: bsm.Bolt,
+    tables.InSituTable: bsm.InSitu,
+    tables.WaterTable: bsm.Water,
+    tables.StageTable: bsm.Stage,
+    tables.SolverTable: bsm.Options,
+}
+CLASSES = [*SAME.values(), bsm.Patton, bsm.MohrCoulomb, bsm.Roller, bsm.Model]
+ALL = {name: value for name, value in vars(quantities).items() if isinstance(value, Quantity)}
+
+
+def numbers_without_range(schema: Any, place: str) -> Iterator[str]:
+    """Walk a JSON Schema; say where a number has no least or no greatest value."""
+    if isinstance(schema, list):
+        for part in schema:
+            yield from numbers_without_range(part, place)
+    elif isinstance(schema, dict):
+        kind = schema.get("type")
+        numeric = {"number", "integer"} & set(kind if isinstance(kind, list) else [kind])
+        if numeric and not (
+            {"minimum", "exclusiveMinimum"} & set(schema) and {"maximum", "exclusiveMaximum"} & set(schema)
+        ):
+            yield place
+        for key, part in schema.items():
+            if key not in ("default", "examples", "enum", "description", "title"):
+                yield from numbers_without_range(part, f"{place}.{key}")
+
+
+def test_every_number_of_the_model_file_has_a_range() -> None:
+    schema = tables.ModelFile.model_json_schema()
+    assert list(numbers_without_range(schema, "model")) == []
+    assert str(schema).count("'maximum'") > 60  # the walk sees them
+    assert list(numbers_without_range({"properties": {"a": {"anyOf": [{"type": "number"}]}}}, "")) != []
+
+
+@pytest.mark.parametrize("owner", CLASSES, ids=lambda owner: owner.__name__)
+def test_every_number_of_a_class_has_a_range(owner: type) -> None:
+    hints = get_type_hints(owner, include_extras=True)
+    for field in dataclasses.fields(owner):
+        members = (
+            get_args(hints[field.name]) if isinstance(hints[field.name], types.UnionType) else (hints[field.name],)
+        )
+        assert not {int, float} & set(members) or field.name == "surface", f"{owner.__name__}.{field.name}"
+
+
+def quantity_of(annotation: Any) -> Quantity | None:
+    for part in (annotation, *get_args(annotation)):
+        for mark in get_args(part)[1:] if get_origin(part) is Annotated else ():
+            if isinstance(mark, In):
+                return mark.quantity
+    return None
+
+
+def marks(table: type[BaseModel]) -> dict[str, Quantity]:
+    hints = get_type_hints(table, include_extras=True)
+    return {name: found for name in table.model_fields if (found := quantity_of(hints[name])) is not None}
+
+
+@pytest.mark.parametrize("table", SAME, ids=lambda table: table.__name__)
+def test_file_and_class_share_one_range(table: type[BaseModel]) -> None:
+    of_class = {name: quantity for name, (quantity, _) in quantities_of(SAME[table]).items()}
+    if table is tables.JointTable:
+        of_class |= {name: quantity for name, (quantity, _) in quantities_of(bsm.Patton).items()}
+    assert marks(table).items() >= of_class.items()
+    for name in of_class:
+        assert marks(table)[name] is of_class[name]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_ranges_are_closed_and_hold_what_is_usual(name: str) -> None:
+    quantity = ALL[name]
+    low, high = max(quantity.above, quantity.least), min(quantity.below, quantity.most)
+    assert -math.inf < low < high < math.inf
+    assert (quantity.least == -math.inf) != (quantity.above == -math.inf)
+    assert (quantity.most == math.inf) != (quantity.below == math.inf)
+    if quantity.usual is not None:
+        assert low <= quantity.usual[0] < quantity.usual[1] <= high
+    for bad in (math.nan, math.inf, -math.inf, 1e29, -1e29):
+        assert not quantity.holds(bad)
+
+
+GUIDE = {  # rows of the user guide's table
+    "rock `unit_weight`": quantities.UNIT_WEIGHT,
+    "rock, filling `young`": quantities.YOUNG,
+    "`poisson`": quantities.POISSON,
+    "`cohesion`": quantities.COHESION,
+    "`tensile_strength`": quantities.TENSILE_STRENGTH,
+    "`friction`, `residual_friction`": quantities.FRICTION,
+    "`dilation`": quantities.DILATION,
+    "`normal_stiffness`, `shear_stiffness`": quantities.STIFFNESS,
+    "filling `thickness`": quantities.THICKNESS,
+    "coordinates, levels": quantities.COORDINATE,
+    "directions": quantities.DIRECTION,
+    "`displacement`": quantities.DISPLACEMENT,
+    "`force`": quantities.FORCE,
+    "`pressure`, `traction`, `stress`": quantities.STRESS,
+    "their slopes a_x, a_y": quantities.STRESS_GRADIENT,
+    "`surcharge`, `joint_pressure`": quantities.PRESSURE,
+    "`k0`, its b": quantities.STRESS_RATIO,
+    "water `unit_weight`": quantities.WATER_WEIGHT,
+    "bolt `diameter`": quantities.BOLT_DIAMETER,
+    "bolt `young`": quantities.BOLT_YOUNG,
+    "bolt `yield_strength`": quantities.YIELD_STRENGTH,
+    "`pretension`, `plate`": quantities.BOLT_FORCE,
+    "`anchor_capacity`": quantities.BOLT_CAPACITY,
+    "bolt `spacing`": quantities.BOLT_SPACING,
+    "`bond_strength`": quantities.BOND_STRENGTH,
+    "`bond_stiffness`, `bearing_stiffness`": quantities.BOND_STIFFNESS,
+    "radial `count`": quantities.BOLT_COUNT,
+    "mesh `unit`": quantities.UNIT_OF_LENGTH,
+    "`merge_tolerance`": quantities.MERGE_TOLERANCE,
+    "`tolerance`": quantities.TOLERANCE,
+    "`displacement_limit`": quantities.DISPLACEMENT_LIMIT,
+}
+
+
+def test_the_guide_has_the_ranges() -> None:
+    guide = (Path(__file__).parents[2] / "docs/user_guide.md").read_text(encoding="utf-8")
+    for keys, quantity in GUIDE.items():
+        usual = quantity.usual_span.removesuffix(f" {quantity.unit}")
+        assert f"| {keys} | {quantity.span} | {usual} |\n" in guide
+
+
+SILLY = [  # old, new, words: what was once taken without a word
+    ('"26 kN/m^3"', '"26e9 kN/m^3"', "[rock.gneiss] unit_weight"),
+    ("friction = 35", 'law = "mohr_coulomb"\nfriction = 35\ncohesion = 1e29', "[joint.J1] cohesion"),
+    ('fix = "all"', "direction = 1e29", "[[support]] number 1, direction = 1e+29: must be -360 to 360 degrees"),
+    ('"1 MPa"', "1e29", "[[load]] number 1, pressure"),
+    ('file = "mesh.msh"', 'file = "mesh.msh"\nunit = "Ym"', '[mesh] unit = "Ym": must be 1e-6 to 10000 m'),
+    ('file = "mesh.msh"', 'file = "mesh.msh"\nunit = "nm"', "rock is measured in um to km"),
+    ('boundary = "bottom"', "blocks = []", "[[support]] number 1, blocks = []: must not be empty"),
+    *(
+        (MODEL[-1:], f"\n{text}\n", words)
+        for text, words in (
+            ("[gravity]\ndirection = 1e29", "[gravity] direction = 1e+29: must be -360 to 360 degrees"),
+            ("[in_situ]\nsurface = 2\nk0 = -5", "[in_situ] k0 = -5: must be 0 to 20, for example 0.5"),
+            ("[in_situ]\nsurface = 2\nk0 = 1e29", "[in_situ] k0 = 1e+29: must be 0 to 20"),
+            ("[in_situ]\nsurface = 2\nk0 = {a = 1e29}", "[in_situ] k0"),
+            ("[in_situ]\nsurface = -1", "the whole model lies above the surface"),
+            ("[in_situ]\nsurface = 20e3", "the surface lies 19998 m above the model, at most 10000 m"),
+            ("[in_situ]\nsurface = 1e29", "[in_situ] surface = 1e+29: must be"),
+            ("[in_situ]\nsurface = 2\nk0 = {b = 0.1, c = -0.1}", "a tension at the depth 2 m"),
+            ('[in_situ]\nmethod = "gravity"\nk0 = 0.5', "in_situ: k0 belongs to a surface; give the surface"),
+            ('[in_situ]\nstress = {yy = "-1 MPa"}\nk0 = 0.5', "k0 belongs to a surface; a given stress has it"),
+            ("[water]\ntable = [[0, 1]]\nunit_weight = 9.81", "[water] unit_weight = 9.81: must be 1000 to 1e6"),
+            ("[solver]\ntolerance = 0.05", "[solver] tolerance = 0.05: must be 1e-12 to 0.0001"),
+            ("[solver]\ntolerance = 1e-300", "lost in rounding"),
+            ("[solver]\nmax_steps = 0", "[solver] max_steps = 0: must be a whole number, 1 to"),
+            ('[solver]\ndisplacement_limit = "2 Mm"', "[solver] displacement_limit"),
+            (
+                "[[bolt]]\ndiameter = 25\nstart = [0, 0]\nend = [1, 1]",
+                "[[bolt]] number 1, diameter = 25: must be 0.001",
+            ),
+            (
+                '[[bolt]]\ndiameter = "25 mm"\nradial = {centre = [0, 0], radius = 1, length = 1, count = 10000000}',
+                "[[bolt]] number 1, radial.count = 10000000: must be a whole number, 1 to 10000",
+            ),
+            (
+                '[[stage]]\nname = "a"\npressure = "1 kPa"',
+                "stage 'a': pressure acts on surfaces that the stage lays bare",
+            ),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), SILLY)
+def test_silly_numbers_are_refused(case: Case, old: str, new: str, words: str) -> None:
+    text = MODEL[:-1] + new if old == MODEL[-1:] else MODEL.replace(old, new)
+    case.write("model.toml", text)
+    case.refuses("check", "model.toml", says=[words])
