@@ -42,10 +42,16 @@ def run(
     Raises
     ------
     ModelError
-        If the model cannot be analysed: a part free to move, overlapping blocks, rigid rocks without a joint.
+        If the model cannot be analysed: nothing that loads it, a part free to move, overlapping blocks, rigid rocks
+        without a joint.
     """
+    from bsm_mesh.errors import raise_faults
+    from bsm_mesh.model.loading import faults_of_loading
+    from bsm_mesh.model.notes import notes_of
     from bsm_mesh.results.records import Results
     from bsm_mesh.solve.options import Options
+
+    raise_faults(faults_of_loading(model))
     from bsm_mesh.solve.stages import solve_stages  # compiled code: not before it is needed
 
     options = options or Options()
@@ -76,4 +82,5 @@ def run(
             observer(record)
         snapshot(record, lambda: results((stage(),)))
 
-    return results(solve_stages(model, scheme, report, watch))
+    notes = notes_of(model, fails=options.scheme != "linear")
+    return results(solve_stages(model, scheme, report, watch, tuple(notes)))

@@ -188,11 +188,11 @@ def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, 
         write_comparison(comparison, loaded.model.blocks, file)
     if as_json:
         table = [row._asdict() for row in comparison.table()]
-        notes = [*loaded.notes, *comparison.notes]
+        notes = [*loaded.notes, *results.stages[0].notes, *comparison.notes]
         click.echo(json.dumps({"rows": table, "notes": notes, "file": str(file)}, indent=2))
         return
     _print_comparison(loaded.model.title or str(path), comparison)
-    for note in (*loaded.notes, *comparison.notes):
+    for note in (*loaded.notes, *results.stages[0].notes, *comparison.notes):
         click.echo(f"note: {note}")
     click.echo(f"written: {file}")
 

@@ -14,6 +14,7 @@ from bsm_mesh.app.storage import refuse_folder
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.notes import notes_of
 from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_tilt
 
 
@@ -37,11 +38,13 @@ def analyse_limit(
         file = (output or loaded.output_folder) / "limit.vtu"
         write_mechanism(model.blocks, found.mechanism, file)
     if as_json:
-        notes = [*loaded.notes, str(found)]
+        notes = [*loaded.notes, *notes_of(model), str(found)]
         click.echo(json.dumps({**told, "file": None if file is None else str(file), "notes": notes}, indent=2))
         return
     for note in loaded.notes:
         click.echo(f"mesh: {note}", err=True)
+    for note in notes_of(model):
+        click.echo(f"note: {note}", err=True)
     print_table(model.title or str(path), ("", ""), _rows(found, numbers, told.get("tilt"), tilt))
     click.echo(f"{found}.")
     if numbers and found.admissible and found.factor < 1:

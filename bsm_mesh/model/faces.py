@@ -62,6 +62,13 @@ def find_faces(blocks: Blocks) -> Faces:
     return conforming if len(partial.edge_a) == 0 else _join(conforming, partial)
 
 
+def count_faces(blocks: Blocks, chosen: BoolArray) -> int:
+    """Return how many faces lie between two of the chosen edges (n_edges,)."""
+    one, other = blocks.edge_table.pairs()
+    alone = np.flatnonzero(blocks.edge_table.unpaired() & chosen).astype(np.int32)
+    return int((chosen[one] & chosen[other]).sum()) + len(_overlapping_edges(blocks, alone).edge_a)
+
+
 def _overlap_faults(blocks: Blocks, contested: IntArray) -> list[str]:
     return [
         f"blocks {blocks.owner[one]} and {blocks.owner[other]} overlap: both lie on the same side of their edge at "

@@ -74,8 +74,10 @@ class StageState:
     origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
-def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Observer) -> tuple[StageResult, ...]:
-    """Return the results of all stages up to the first that is not stable; ``initial`` is the first of them.
+def solve_stages(
+    model: Model, scheme: Scheme, report: Reporter, observer: Observer, notes: tuple[str, ...] = ()
+) -> tuple[StageResult, ...]:
+    """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     Raises
     ------
@@ -92,12 +94,11 @@ def solve_stages(model: Model, scheme: Scheme, report: Reporter, observer: Obser
         water=model.water,
         origin=np.zeros((model.blocks.count, 3)),
     )
-    notes: tuple[str, ...] = ()
     if model.in_situ is not None and model.in_situ.method == "direct":
         from bsm_mesh.solve.contacts.in_situ import in_situ_bars
 
         report("in-situ stress")
-        notes = scheme.set_in_situ()
+        notes += scheme.set_in_situ()
         state.bar_forces = in_situ_bars(model, bars)
     results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, notes)]
     if model.in_situ is not None:

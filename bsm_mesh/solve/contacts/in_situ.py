@@ -64,9 +64,16 @@ def _at_second_end(model: Model, bars: Bars, on_edge: IntArray) -> BoolArray:
 
 
 def beyond_strength(
-    point: FloatArray, pressure: FloatArray, shear: FloatArray, peak: FloatArray, tension: FloatArray
+    point: FloatArray,
+    pressure: FloatArray,
+    shear: FloatArray,
+    peak: FloatArray,
+    tension: FloatArray,
+    *,
+    what: str = "the in-situ field is",
+    meaning: str = "the joints cannot carry this k0 or stress",
 ) -> tuple[str, ...]:
-    """Return a sentence if forces of the in-situ field exceed the strength of contacts; nothing if none does.
+    """Return a sentence if forces exceed the strength of contacts; nothing if none does.
 
     Parameters
     ----------
@@ -76,6 +83,8 @@ def beyond_strength(
         Their forces, compression positive.
     peak, tension : (m,) float64 [N/m]
         Their strength in shear at that pressure, and in tension.
+    what, meaning : str
+        How the sentence begins and ends; of the in-situ field unless said otherwise.
     """
     size = float(np.hypot(pressure, shear).max(initial=0.0))
     slips, parts = np.abs(shear) > peak + 1e-9 * size, -pressure > tension + 1e-9 * size
@@ -86,7 +95,7 @@ def beyond_strength(
         ratio = np.where(slips, np.abs(shear) / peak, 0.0)[beyond]
     worst = beyond[int(np.argmax(np.nan_to_num(ratio, posinf=1e300)))]
     return (
-        f"the in-situ field is beyond the strength of {beyond.size} of {len(pressure)} contacts ({int(slips.sum())} in "
+        f"{what} beyond the strength of {beyond.size} of {len(pressure)} contacts ({int(slips.sum())} in "
         f"shear, {int(parts.sum())} in tension; the worst at {place(point[worst])}): "
-        "the joints cannot carry this k0 or stress",
+        f"{meaning}",
     )

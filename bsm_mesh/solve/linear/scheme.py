@@ -76,10 +76,7 @@ class LinearScheme:
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return notes on it."""
         self.normal_force, self.shear_force = in_situ_contacts(self.model, self.contacts)
-        strength = contact_strength(self.model, self.contacts)
-        pressure = -self.normal_force
-        peak = strength.peak(np.maximum(pressure, 0.0))
-        return beyond_strength(self.contacts.point, pressure, self.shear_force, peak, strength.tension)
+        return _beyond_strength(self.model, self.contacts, self.normal_force, self.shear_force)
 
     def stage_bars(self, bars: Bars, number: int) -> Bars:
         """Return the supports for a stage: prescribed displacements belong to the first."""
@@ -141,6 +138,15 @@ class LinearScheme:
         forces = self._contact_forces(part, contacts, chosen)
         bolts = bolt_forces(self.model.bolts, self.bolts, solution.bolts)
         outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, free, began)
+        notes = _beyond_strength(
+            part.model,
+            contacts,
+            solution.normal_force,
+            solution.shear_force,
+            what="forces are",
+            meaning="here nothing slips or opens; scheme = 'continuation' says whether it stands",
+        )
+        outcome = replace(outcome, stage=replace(outcome.stage, notes=notes))
         observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
@@ -170,6 +176,14 @@ class LinearScheme:
             joint=contacts.joint,
             water_pressure=WaterLoad(part.model).pressure(contacts.point, contacts.joint),
         )
+
+
+def _beyond_strength(
+    model: Model, contacts: ContactTable, normal_force: FloatArray, shear_force: FloatArray, **words: str
+) -> tuple[str, ...]:
+    strength = contact_strength(model, contacts)
+    peak = strength.peak(np.maximum(-normal_force, 0.0))
+    return beyond_strength(contacts.point, -normal_force, shear_force, peak, strength.tension, **words)
 
 
 def _contacts_of(part: SubModel, contacts: ContactTable, chosen: IntArray) -> ContactTable:

@@ -1,0 +1,200 @@
+"""What is allowed in a model but may be a slip: told with the results and by ``bsm-mesh check``, a sentence each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.errors import counted, nearest
+from bsm_mesh.model.faces import count_faces
+from bsm_mesh.model.joint_laws import MohrCoulomb
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.quantities import STRESS_RATIO, Quantity, quantities_of
+from bsm_mesh.model.supports import Fixed, unit_vector
+from bsm_mesh.model.water import Water
+
+SMALLEST, GREATEST = 0.1, 1e5  # m: a model beyond has most likely another unit of length
+
+
+def notes_of(model: Model, *, fails: bool = True) -> list[str]:
+    """Return what a reader should know of a model before he trusts its verdict, a sentence each.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    fails : bool
+        Whether its joints may fail when it is solved; then those that cannot are noted.
+    """
+    rocks, joints = _used_rocks(model), _used_joints(model)
+    found = [
+        *_of_size(model),
+        *_of_what_is_held(model),
+        *_of_unused(model, rocks, joints),
+        *_of_weights(rocks),
+        *(_of_unlimited(model, rocks, joints) if fails else ()),
+        *_of_strength(rocks, joints),
+        *_of_unusual(model, rocks, joints),
+        *_of_ground(model),
+        *_of_stages(model),
+    ]
+    return list(dict.fromkeys(found))
+
+
+def _used_rocks(model: Model) -> list[Rock]:
+    names = {model.blocks.rock_names[k] for k in np.unique(model.blocks.rock)}
+    return [rock for rock in model.rocks if rock.name in names]
+
+
+def _used_joints(model: Model) -> list[Joint]:
+    numbers = np.unique(model.blocks.edge_joint)
+    names = {model.blocks.joint_names[k] for k in numbers[numbers >= 0]} | {model.default_joint}
+    return [joint for joint in model.joints if joint.name in names]
+
+
+def _of_size(model: Model) -> Iterator[str]:
+    width, height = np.ptp(model.blocks.vertices, axis=0)
+    size = float(max(width, height))
+    if not SMALLEST <= size <= GREATEST:
+        yield f"the model measures {width:.3g} m by {height:.3g} m: check the unit of length of its mesh"
+
+
+def _of_what_is_held(model: Model) -> Iterator[str]:
+    held = np.zeros(model.blocks.count, dtype=bool)
+    for support in model.supports:
+        if isinstance(support, Fixed) and support.blocks is not None:
+            held[list(support.blocks)] = True
+    if held.all():
+        yield "every block is held by supports: nothing can move, whatever acts; hold fewer blocks"
+
+
+def _of_unused(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    known_rocks, known_joints = [rock.name for rock in rocks], [joint.name for joint in joints]
+    for rock in model.rocks:
+        if rock not in rocks:
+            yield f"rock '{rock.name}' is used by no block{nearest(rock.name, known_rocks)}"
+    for joint in model.joints:
+        if joint not in joints:
+            yield f"joint '{joint.name}' is used by no face{nearest(joint.name, known_joints)}"
+
+
+def _of_weights(rocks: Iterable[Rock]) -> Iterator[str]:
+    for rock in rocks:
+        if rock.unit_weight == 0:
+            yield f"rock '{rock.name}' has no weight: unit_weight = 0"
+
+
+def _of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    for joint in joints:
+        if isinstance(joint.law, MohrCoulomb):
+            yield from _beyond_apex(f"joint '{joint.name}'", joint.tensile_strength, joint.law.cohesion, joint.law)
+    for rock in rocks:
+        if rock.tensile_strength and rock.friction is not None:
+            law = MohrCoulomb(friction=rock.friction)
+            yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength, rock.cohesion or 0.0, law)
+
+
+def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    for joint in joints:
+        if joint.law is None:
+            yield f"joint '{joint.name}' has no law (friction): it neither slips nor opens, whatever it carries"
+    unlimited = _faces_without_strength(model, rocks)
+    if unlimited:
+        yield (
+            f"{counted(unlimited, 'face')} of rock without a joint and without strength: they neither slip nor open, "
+            "whatever they carry (default_joint, or cohesion, friction and tensile_strength of the rock, limit them)"
+        )
+
+
+def _beyond_apex(thing: str, tensile_strength: float, cohesion: float, law: MohrCoulomb) -> Iterator[str]:
+    """Say where the tension cut-off is beyond the end of Mohr and Coulomb's line, cohesion / tan(friction)."""
+    slope = math.tan(math.radians(law.friction))
+    if tensile_strength * slope > cohesion * (1 + 1e-9):
+        yield (
+            f"{thing}: tensile_strength = {tensile_strength:g} Pa is above cohesion / tan(friction) = "
+            f"{cohesion / slope:.3g} Pa, where the line of Mohr and Coulomb ends"
+        )
+
+
+def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
+    """Return how many faces bear neither a joint nor, on either side, a rock with strength."""
+    if model.default_joint is not None:
+        return 0
+    blocks = model.blocks
+    limited = {rock.name for rock in rocks if rock.has_strength}
+    unlimited = np.array([name not in limited for name in blocks.rock_names])[blocks.rock]
+    return count_faces(blocks, (blocks.edge_joint < 0) & unlimited[blocks.owner])
+
+
+def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    for rock in rocks:
+        yield from unusual(f"rock '{rock.name}'", rock, without=("unit_weight",) if rock.unit_weight == 0 else ())
+    for joint in joints:
+        for part in (joint, joint.filling, joint.law):
+            yield from unusual(f"joint '{joint.name}'", part)
+    for bolt in model.bolts:
+        yield from unusual("bolts", bolt)
+    for support in model.supports:
+        yield from unusual(f"support {type(support).__name__}", support)
+    if model.in_situ is not None:
+        yield from unusual("in_situ", model.in_situ)
+        yield from _beyond_usual("in_situ", "k0", model.in_situ.k0[1], STRESS_RATIO)
+    for place, water in _waters(model):
+        yield from unusual(place, water)
+    for stage in model.stages:
+        yield from unusual(f"stage '{stage.name}'", stage)
+
+
+def unusual(thing: str, owner: Any, *, without: Sequence[str] = ()) -> Iterator[str]:
+    """Say which numbers of a dataclass are allowed but not usual."""
+    kind: type = type(owner)
+    for name, (quantity, _) in quantities_of(kind).items():
+        value = getattr(owner, name)
+        if value is not None and name not in without:
+            yield from _beyond_usual(thing, name, value, quantity)
+
+
+def _beyond_usual(thing: str, name: str, value: float, quantity: Quantity) -> Iterator[str]:
+    if quantity.usual is not None and not quantity.usual[0] <= value <= quantity.usual[1] and math.isfinite(value):
+        given = f"{thing}: {name} = {value:g} {quantity.unit}".rstrip()
+        yield f"{given} is unusual ({quantity.usual_span} is usual); check the number and its unit"
+
+
+def _of_ground(model: Model) -> Iterator[str]:
+    if unit_vector(model.gravity_direction)[1] > 0:
+        yield f"gravity pulls upwards: its direction is {model.gravity_direction:g} degrees (-90 is down)"
+    low, high = model.blocks.vertices[:, 1].min(), model.blocks.vertices[:, 1].max()
+    if model.in_situ is not None and model.in_situ.surface is not None:
+        level = model.in_situ.level(model.blocks.moments.centroid[:, 0])
+        above = int((model.blocks.moments.centroid[:, 1] > level).sum())
+        if above:
+            yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start"
+        if level.min() > high + (high - low):
+            yield (
+                f"in_situ: the surface lies {level.min() - high:.6g} m above the top of the model (y = {high:.6g} m): "
+                "the ground between weighs on the field, and on the model only as a load (in_situ = true)"
+            )
+    for place, water in _waters(model):
+        lowest = min((y for table in water.table for _, y in table), default=-math.inf)
+        if lowest > high + (high - low):
+            yield f"{place}: the table lies {lowest - high:.6g} m above the top of the model (y = {high:.6g} m)"
+
+
+def _waters(model: Model) -> Iterator[tuple[str, Water]]:
+    """Return the groundwater of the start and of the stages, and where it stands."""
+    if model.water is not None:
+        yield "water", model.water
+    for stage in model.stages:
+        if stage.water is not None:
+            yield f"stage '{stage.name}': water", stage.water
+
+
+def _of_stages(model: Model) -> Iterator[str]:
+    installs = {bolt.stage for bolt in model.bolts}
+    for stage in model.stages[:1]:  # a later one may release what the former held
+        if not (stage.excavate or stage.fill or stage.loads or stage.water is not None or stage.name in installs):
+            yield f"stage '{stage.name}' changes nothing"

@@ -1,0 +1,122 @@
+"""Notes: what is allowed but may be a slip."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from scenes import framed, grid
+from small_case import MODEL, Case
+
+import bsm_mesh as bsm
+from bsm_mesh.model.notes import notes_of
+
+ROCK = bsm.Rock("rock", unit_weight=26e3)
+JOINT = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=1e4)
+PLAIN = bsm.Model(
+    blocks=framed(bsm.Blocks.from_polygons(grid(2, 2), rock="rock"), 2, 2),
+    rocks=[ROCK],
+    joints=[JOINT],
+    default_joint="J",
+    supports=[bsm.Fixed(boundary="bottom")],
+)
+
+
+def joint(**keys: object) -> bsm.Joint:
+    return bsm.Joint("J", **{"normal_stiffness": 1e9, "shear_stiffness": 1e9, "law": bsm.Patton(friction=30), **keys})
+
+
+def test_an_ordinary_model_has_none() -> None:
+    assert notes_of(PLAIN) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rocks": [ROCK, bsm.Rock("rcok", unit_weight=1)]}, "rock 'rcok' is used by no block; did you mean 'rock'?"),
+        ({"joints": [JOINT, bsm.Joint("K", 1e9, 1e9)]}, "joint 'K' is used by no face (known: J)"),
+        (
+            {"rocks": [bsm.Rock("rock", unit_weight=26)]},
+            "rock 'rock': unit_weight = 26 N/m^3 is unusual (5000 to 50000",
+        ),
+        ({"rocks": [bsm.Rock("rock", unit_weight=0)]}, "rock 'rock' has no weight: unit_weight = 0"),
+        ({"joints": [joint(law=bsm.Patton(friction=80))]}, "joint 'J': friction = 80 degrees is unusual (0 to 70"),
+        ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
+        (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=5e8))]},
+            "joint 'J': cohesion = 5e+08 Pa is unusual (0 to 1e8 Pa is usual); check the number and its unit",
+        ),
+        ({"joints": [joint(law=None)]}, "joint 'J' has no law (friction): it neither slips nor opens"),
+        (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=45, cohesion=1e5), tensile_strength=1.1e5)]},
+            "tensile_strength = 110000 Pa is above cohesion / tan(friction) = 1e+05 Pa",
+        ),
+        ({"supports": [bsm.Fixed(blocks=range(4))]}, "every block is held by supports: nothing can move"),
+        ({"gravity_direction": 90.0}, "gravity pulls upwards: its direction is 90 degrees (-90 is down)"),
+        ({"water": bsm.Water(table=[(0, 1)], unit_weight=1e5)}, "water: unit_weight = 100000 N/m^3 is unusual"),
+        ({"water": bsm.Water(table=[(0, 1000)])}, "water: the table lies 998 m above the top of the model (y = 2 m)"),
+        (
+            {"stages": [bsm.Stage(name="a", water=bsm.Water(table=[(0, 1000)]))]},
+            "stage 'a': water: the table lies 998 m above",
+        ),
+        ({"stages": [bsm.Stage(name="a")]}, "stage 'a' changes nothing"),
+        ({"in_situ": bsm.InSitu(surface=1.4)}, "in_situ: 2 blocks above the surface: without stress at the start"),
+        ({"in_situ": bsm.InSitu(surface=900.0)}, "the surface lies 898 m above the top of the model (y = 2 m)"),
+        ({"in_situ": bsm.InSitu(surface=2.0, k0=15)}, "in_situ: k0 = 15 is unusual (0 to 5 is usual)"),
+        (
+            {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.4)]},
+            "bolts: diameter = 0.4 m is unusual (0.005 to 0.1 m is usual)",
+        ),
+    ],
+)
+def test_what_is_noted(changes: dict[str, object], words: str) -> None:
+    (note,) = notes_of(PLAIN.replace(**changes))
+    assert words in note
+
+
+def test_faces_without_strength() -> None:
+    """Two of the four faces bear the joint; T-junctions count too."""
+    elastic = bsm.Rock("rock", unit_weight=26e3, young=1e10, poisson=0.2)
+    bare = PLAIN.replace(rocks=[elastic], default_joint=None, joints=[])
+    assert notes_of(bare)[0].startswith("4 faces of rock without a joint and without strength: they neither slip")
+    assert notes_of(bare, fails=False) == []
+    strong = bsm.Rock("rock", unit_weight=26e3, young=1e10, poisson=0.2, friction=30)
+    assert notes_of(bare.replace(rocks=[strong])) == []
+    bond = bsm.Blocks.from_polygons([*grid(2, 1), grid(1, 1)[0] + (0.5, 1)], rock="rock")
+    assert notes_of(bsm.Model(blocks=bond, rocks=[elastic]))[0].startswith("3 faces of rock")
+
+
+def test_a_model_of_another_unit_of_length() -> None:
+    blocks = bsm.Blocks.from_polygons([1e-3 * polygon for polygon in grid(2, 2)], rock="rock")
+    (note,) = notes_of(bsm.Model(blocks=blocks, rocks=[ROCK], joints=[JOINT], default_joint="J"))
+    assert note == "the model measures 0.002 m by 0.002 m: check the unit of length of its mesh"
+
+
+@pytest.mark.parametrize("command", ["run", "check", "limit", "compare"])
+def test_commands_tell_the_notes(case: Case, command: str) -> None:
+    case.write(
+        "model.toml",
+        MODEL.replace("friction = 35", "friction = 80")
+        + '[joint.J2]\nnormal_stiffness = "1 GPa/m"\nshear_stiffness = "1 GPa/m"\nfriction = 30\n',
+    )
+    words = ("joint 'J2' is used by no face", "friction = 80 degrees is unusual")
+    outcome = case.run(command, "model.toml")
+    assert outcome.code == 0
+    assert all(word in outcome.out + outcome.err for word in words)
+    told = json.loads(case.run(command, "model.toml", "--json").out)
+    assert all(word in str(told) for word in words)
+
+
+def test_results_keep_the_notes() -> None:
+    results = bsm.run(PLAIN.replace(rocks=[bsm.Rock("rock", unit_weight=26)]))
+    assert "unit_weight = 26 N/m^3 is unusual" in results.stages[0].notes[0]
+
+
+def test_the_linear_scheme_says_what_is_beyond_strength() -> None:
+    """A block on a plane of 40 degrees: with 20 degrees of friction it slides, which one linear step does not find."""
+    tilted = PLAIN.replace(gravity_direction=-50.0, joints=[joint(law=bsm.MohrCoulomb(friction=20))])
+    (note,) = bsm.run(tilted, bsm.Options(scheme="linear")).stages[0].notes
+    assert note.startswith("forces are beyond the strength of ")
+    assert note.endswith("here nothing slips or opens; scheme = 'continuation' says whether it stands")
+    level = PLAIN.replace(joints=[joint(law=bsm.MohrCoulomb(friction=20))])
+    assert bsm.run(level, bsm.Options(scheme="linear")).stages[0].notes == ()
