@@ -159,11 +159,11 @@ def _symmetry(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
     scene = case.trial.scene
     if generator.random() > SHARE_OF_TWINS or scene.count > MOST_BLOCKS:
         return
-    degrees, length, stress = generator.uniform(0, 360), *(10 ** generator.uniform(-2, 2, 2))
+    degrees, length, density = generator.uniform(0, 360), *(10 ** generator.uniform(-1, 1, 2))  # all within ranges
     twins: dict[str, Callable[[], Scene]] = {
         "mirrored": lambda: mirrored(scene),
         "renumbered": lambda: renumbered(scene, generator),
-        "scaled": lambda: scaled(scene, float(length), float(stress)),
+        "scaled": lambda: scaled(scene, float(length), float(length * density)),
     }
     if not (scene.surface or scene.table or any(dig.table for dig in scene.digs)):
         twins["turned"] = lambda: turned(scene, float(degrees))

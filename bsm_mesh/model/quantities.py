@@ -9,7 +9,6 @@ beyond is a slip of the pen, or more than double precision bears. What is allowe
 from __future__ import annotations
 
 import math
-import re
 import types
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
@@ -93,10 +92,13 @@ def shown(number: float) -> str:
 
     Examples
     --------
-    >>> shown(1e6), shown(0.00001), shown(5000)
-    ('1e6', '1e-5', '5000')
+    >>> shown(1e6), shown(0.0001), shown(5000)
+    ('1e6', '1e-4', '5000')
     """
-    return re.sub(r"e([+-])0*", lambda sign: "e" + sign[1].strip("+"), f"{number:g}")
+    if number == 0 or 1e-3 <= abs(number) < 1e6:
+        return f"{number:g}"
+    digits, power = f"{number:e}".split("e")
+    return f"{float(digits):g}e{int(power)}"
 
 
 @cache
@@ -148,7 +150,7 @@ RELAXATION = Quantity(least=0, most=1, example="0.5")
 STRESS_RATIO = Quantity(least=0, most=20, usual=(0, 5), example="0.5", why="it is horizontal over vertical stress")
 RATIO_BY_DEPTH = Quantity(unit="m", least=0, most=1e4, example="267")
 RATIO_PER_DEPTH = Quantity(unit="1/m", least=-0.1, most=0.1, example="0.001")
-WATER_WEIGHT = Quantity(unit="N/m^3", least=1e3, most=1e6, usual=(9e3, 1.4e4), example='"9.81 kN/m^3"')
+WATER_WEIGHT = Quantity(unit="N/m^3", least=100, most=1e6, usual=(9e3, 1.4e4), example='"9.81 kN/m^3"')
 
 # Bolts; forces are those of one bolt.
 BOLT_DIAMETER = Quantity(unit="m", least=1e-3, most=0.5, usual=(5e-3, 0.1), example='"25 mm"')

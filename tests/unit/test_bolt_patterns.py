@@ -108,6 +108,7 @@ def test_table(tmp_path):
     ("text", "words"),
     [
         ("start_x,start_y,end_x\n0,0,1\n", "needs the column end_y"),
+        ("start_x,start_y,end_x,end_y\n", "has no row; give a bolt a row"),
         ("start_x,start_y,end_x,end_y,pretensoin\n0,0,1,1,2\n", "did you mean 'pretension'"),
         ("start_x,start_y,end_x,end_y\n0,0,1,1\n0,0,x,1\n", "bolts.csv line 3"),
         ("start_x,start_y,end_x,end_y\n0,0,1\n", "more or fewer cells"),

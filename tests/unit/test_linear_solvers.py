@@ -189,7 +189,7 @@ def test_corrections_are_the_same_to_the_last_digit_whatever_the_threads(single)
     [
         ({"linear_solver": "pardso"}, "solver: linear_solver = 'pardso' is unknown; did you mean 'pardiso'?"),
         ({"scheme": "linaer"}, "solver: scheme = 'linaer' is unknown; did you mean 'linear'?"),
-        ({"tolerance": 0}, "solver: tolerance = 0 must be 1e-12 to 0.0001; with a greater one"),
+        ({"tolerance": 0}, "solver: tolerance = 0 must be 1e-12 to 1e-4; with a greater one"),
         ({"sliding_stiffness": 0}, "solver: sliding_stiffness = 0 must be above 0"),
         ({"sliding_stiffness": 1.1}, "solver: sliding_stiffness = 1.1 must be above 0 and at most 1"),
         ({"threads": -1}, "solver: threads = -1 must be a whole number, 0 to 4096"),

@@ -60,6 +60,45 @@ def test_faults_say_thing_value_and_rule(make, message):
         make()
 
 
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: bsm.Joint("J", 1e9, 1e9, tensile_strength=1e5),
+            "joint 'J': tensile_strength = 100000 Pa never acts: a ",
+        ),
+        (
+            lambda: bsm.Filling(thickness=1e-6, young=1e13, poisson=0.3),
+            "filling: normal_stiffness of young, poisson and thickness = 1.34615e+19 Pa/m must be 1 to 1e18 Pa/m",
+        ),
+        (
+            lambda: bsm.library.rock("sandstones"),
+            "the library has no unit weight of 'sandstones'; give it: unit_weight",
+        ),
+        (lambda: bsm.Fixed(blocks=[]), "support Fixed: blocks is empty: it holds nothing; give block numbers, or no"),
+        (lambda: bsm.Stage(name="a", pressure=1e3), "stage 'a': pressure acts on surfaces that the stage lays bare"),
+        (
+            lambda: bsm.PointLoad(block=0, point=(0, 0), force=(1e29, 0)),
+            "force x = 1e+29 N/m must be -1e13 to 1e13 N/m",
+        ),
+        (lambda: bsm.Pressure(boundary="b", pressure=(0, 1e29, 0)), "pressure: value = 1e+29 Pa/m must be -1e8 to 1e8"),
+        (lambda: bsm.InSitu(surface=0.0, k0=(0, -5, 0)), "in_situ: k0 b = -5 must be 0 to 20"),
+        (
+            lambda: bsm.InSitu(method="gravity", surcharge=1e3),
+            "in_situ: surcharge belongs to a surface; give the surface",
+        ),
+        (
+            lambda: bsm.Options(tolerance=0.05),
+            "solver: tolerance = 0.05 must be 1e-12 to 1e-4; with a greater one blocks",
+        ),
+        (lambda: bsm.Options(max_steps=True), "solver: max_steps = True is not a finite number"),
+    ],
+)
+def test_what_was_once_taken_is_refused(make, message):
+    with pytest.raises(bsm.ModelError, match=re.escape(message)):
+        make()
+
+
 def test_all_faults_of_a_rock_come_at_once():
     with pytest.raises(bsm.ModelError) as caught:
         bsm.Rock("r", unit_weight=-1, young=0, poisson=0.7)

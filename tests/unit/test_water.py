@@ -22,7 +22,7 @@ CONTINUATION = bsm.Options(scheme="continuation")
         ({"table": [(0, 1), (1, np.nan)]}, ["table point 2", "nan"]),
         ({"table": [[(0, 1)], [(1, 1), (2, 1)]]}, ["one point is level everywhere"]),
         ({"table": ["level"]}, ["table point 1"]),
-        ({"unit_weight": 0}, ["unit_weight = 0 N/m^3 must be 1000 to 1e6"]),
+        ({"unit_weight": 0}, ["unit_weight = 0 N/m^3 must be 100 to 1e6"]),
         ({"head": "slanted"}, ["'slanted' is unknown"]),
         ({"joint_pressure": {"J": -1.0}}, ["joint_pressure of 'J' = -1 Pa must be 0 to 1e10 Pa"]),
     ],
