@@ -123,8 +123,8 @@ def _members(hint: Any) -> tuple[Any, ...]:
 
 # Rocks, joints and fillings.
 NO_LIMIT = "what never fails is a joint without law, or a rock without cohesion, friction and tensile_strength"
-UNIT_WEIGHT = Quantity(unit="N/m^3", least=0, most=1e6, usual=(5e3, 5e4), example='"26 kN/m^3"')
-YOUNG = Quantity(unit="Pa", least=1e3, most=1e13, usual=(1e5, 5e11), example='"20 GPa"')
+UNIT_WEIGHT = Quantity(unit="N/m^3", least=0, most=1e12, usual=(5e3, 5e4), example='"26 kN/m^3"')
+YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), example='"20 GPa"')
 POISSON = Quantity(least=0, most=0.499, example="0.25")
 COHESION = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"', why=NO_LIMIT)
 TENSILE_STRENGTH = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 5e7), example='"0.1 MPa"', why=NO_LIMIT)
