@@ -66,6 +66,8 @@ def run(
 
         scheme = ContinuationScheme(model, options, report)
 
+    model_digest = model.digest
+
     def results(stages: tuple[StageResult, ...]) -> Results:
         return Results(
             blocks=model.blocks,
@@ -73,7 +75,8 @@ def run(
             stages=stages,
             scheme=options.scheme,
             linear_solver=scheme.linear_solver,
-            model_digest=model.digest,
+            tolerance=options.tolerance,
+            model_digest=model_digest,
             title=model.title,
         )
 
@@ -82,5 +85,8 @@ def run(
             observer(record)
         snapshot(record, lambda: results((stage(),)))
 
-    notes = notes_of(model, fails=options.scheme != "linear")
-    return results(solve_stages(model, scheme, report, watch, tuple(notes)))
+    def check(stage: StageResult) -> tuple[str, ...]:
+        return results((stage,)).check().faults
+
+    notes = tuple(notes_of(model, fails=options.scheme != "linear"))
+    return results(solve_stages(model, scheme, report, watch, check, notes))

@@ -86,6 +86,7 @@ def summary(results: Results) -> dict[str, Any]:
         "model_hash": results.model_digest,
         "scheme": results.scheme,
         "linear_solver": results.linear_solver,
+        "tolerance": results.tolerance,
         "status": results.status.value,
         "unstable_blocks": results.unstable_blocks.tolist(),
         "blocks": results.blocks.count,
@@ -177,6 +178,7 @@ def load_results(folder: Path) -> Results:
         stages=tuple(stages),
         scheme=told["scheme"],
         linear_solver=told["linear_solver"],
+        tolerance=told["tolerance"],
         model_digest=told["model_hash"],
         title=told["title"],
     )
@@ -201,7 +203,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
     if told["schema_version"] != SCHEMA_VERSION:
         raise ModelError(f"{path} has schema version {told['schema_version']}; this is {SCHEMA_VERSION}: run again")
-    if not {"title", "stages", "joint_names", "scheme"} <= set(told) or not told["stages"]:
+    if not {"title", "stages", "joint_names", "scheme", "tolerance"} <= set(told) or not told["stages"]:
         raise ModelError(f"{path} is not complete; run the model again")
     return told
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.records import Results, StageResult
 
@@ -24,7 +26,9 @@ class Check:
     balance : float
         Sum of loads and reactions, over the sum of their magnitudes.
     tolerance : float
-        What both are held to.
+        What both are held to: that of the run; of a linear one no more than rounding leaves.
+    rounding : float
+        What the coordinates' rounding alone may make of that block's residual: far from the origin it counts.
     utilisation : float
         Greatest shear force over shear strength; 0 in the linear scheme, where nothing can slip.
     overlap : float [m2]
@@ -35,14 +39,36 @@ class Check:
     worst_block: int
     balance: float
     tolerance: float
+    rounding: float = 0.0
     utilisation: float = 0.0
     overlap: float = 0.0
 
     @property
     def ok(self) -> bool:
         """Whether all is within the tolerance."""
-        at_rest = self.block_residual <= self.tolerance and self.balance <= self.tolerance
-        return at_rest and self.utilisation <= 1 + UTILISATION and self.overlap <= OVERLAP
+        return not self.faults
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is not within its tolerance, in words."""
+        least, off = f"tolerance {self.tolerance:.0e}", f"{self.block_residual:.1e} of the reference weight"
+        told = (
+            (
+                self.block_residual <= self.tolerance + self.rounding,
+                f"block {self.worst_block} is out of balance by {off} ({least})",
+            ),
+            (
+                self.balance <= self.tolerance,
+                f"loads and reactions differ by {self.balance:.1e} of their sum ({least})",
+            ),
+            (self.utilisation <= 1 + UTILISATION, f"a contact bears {self.utilisation:.6g} times its shear strength"),
+            (
+                self.overlap <= OVERLAP,
+                "blocks have passed into each other (corners that met in a point) by "
+                f"{self.overlap:.2g} of a block's area",
+            ),
+        )
+        return tuple(text for holds, text in told if not holds)  # not a number holds nothing
 
     def __str__(self) -> str:
         """Return one line for a person."""
@@ -59,33 +85,56 @@ class Check:
 UTILISATION = 1e-9  # a law returns its strength to rounding
 OVERLAP = 1.3e-3  # of the square of the block size: what touching within a thousandth of it allows
 LINEAR_TOLERANCE = 1e-9  # of the reference weight: a linear solution loses no more than rounding
-NONLINEAR_TOLERANCE = 1e-6  # of the reference weight: where the iteration ends
+ROUNDINGS = 4.0 * np.finfo(float).eps  # of coordinates, in an arm: of the point, the centroid and its movement
 
 
 def check_results(results: Results) -> Check:
     """Return the check of all stages."""
-    found = [_stage_residual(results, stage) for stage in results.stages]
-    residual, block = max(found)
-    balance = max(_stage_balance(stage) for stage in results.stages)
-    tolerance = LINEAR_TOLERANCE if results.scheme == "linear" else NONLINEAR_TOLERANCE
-    moved = results.scheme != "linear"
-    return Check(
-        block_residual=residual,
-        worst_block=block,
-        balance=balance,
-        tolerance=tolerance,
-        utilisation=max(float(s.contacts.utilisation.max(initial=0.0)) for s in results.stages) if moved else 0.0,
-        overlap=max(unexplained_overlap(results.blocks, stage) for stage in results.stages) if moved else 0.0,
+    found = [_check_stage(results, stage) for stage in results.stages]
+    worst = max(found, key=lambda check: _excess(check.block_residual, check.rounding))
+    return replace(
+        worst, **{name: max(getattr(check, name) for check in found) for name in ("balance", "utilisation", "overlap")}
     )
+
+
+def _check_stage(results: Results, stage: StageResult) -> Check:
+    moved = _moved(results)
+    reference = max(stage.reference_weight, np.finfo(float).tiny)
+    residual = np.abs(block_residuals(results, stage)).max(axis=1) / reference
+    rounding = _rounding(results, stage) / reference
+    worst = int(_excess(residual, rounding).argmax())
+    used = _finite(stage.contacts.utilisation.max(initial=0.0))
+    return Check(
+        block_residual=_finite(residual[worst]),
+        worst_block=worst,
+        balance=_stage_balance(stage),
+        tolerance=results.tolerance if moved else min(results.tolerance, LINEAR_TOLERANCE),
+        rounding=float(rounding[worst]),
+        utilisation=used if moved else 0.0,
+        overlap=_finite(unexplained_overlap(results.blocks, stage)) if moved else 0.0,
+    )
+
+
+def _moved(results: Results) -> bool:
+    return results.scheme != "linear"
+
+
+def _finite(value: float) -> float:
+    """Return a number; what is none counts as infinite, so that the maximum of stages keeps it."""
+    return float(np.nan_to_num(value, nan=np.inf))
+
+
+def _excess(residual: Any, rounding: Any) -> Any:
+    return np.nan_to_num(residual - rounding, nan=np.inf)
 
 
 def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
     """Return the overlapping area less the closure of the contacts times their length, over the size squared."""
-    owner = blocks.owner
-    x, y = (blocks.vertices - blocks.moments.centroid[owner]).T
+    owner, centroid = blocks.owner, blocks.moments.centroid
+    x, y = (blocks.vertices - centroid[owner]).T
     u, v, turn = (stage.origin + stage.displacement)[owner].T
     cosine, sine = np.cos(turn), np.sin(turn)
-    centre = blocks.moments.centroid[owner]
+    centre = (centroid - centroid[0])[owner]  # near the origin, that rounding is of the model's size
     corners = centre + np.stack([u + cosine * x - sine * y, v + sine * x + cosine * y], axis=1)
     from bsm_mesh.results.shared_area import shared_area  # compiled code: not before it is needed
 
@@ -98,33 +147,40 @@ def unexplained_overlap(blocks: Blocks, stage: StageResult) -> float:
 
 def block_residuals(results: Results, stage: StageResult) -> FloatArray:
     """Return the force out of balance of every block, (n, 3) [N/m, N/m, N/m: moment over radius of gyration]."""
-    total = stage.loads + stage.reactions
-    centroid = results.blocks.moments.centroid + (stage.origin + stage.displacement)[:, :2] * (
-        results.scheme != "linear"
-    )
-    force = stage.contacts.force
-    for block, sign in ((stage.contacts.block_b, 1.0), (stage.contacts.block_a, -1.0)):
-        arm = stage.contacts.point - centroid[block]
+    total, centroid = stage.loads + stage.reactions, _centroids(results, stage)
+    for block, point, force in _point_forces(stage):
+        arm = point - centroid[block]
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         for column, part in enumerate((force[:, 0], force[:, 1], moment)):
-            total[:, column] += sign * np.bincount(block, part, minlength=len(total))
-    block, point, force = stage.bolts.on_blocks()
-    arm = point - centroid[block]
-    moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-    np.add.at(total, block, np.column_stack([force, moment]))
+            total[:, column] += np.bincount(block, part, minlength=len(total))
     total[:, 2] /= results.blocks.moments.gyration
     total[~stage.present] = 0.0
     return total
 
 
-def _stage_residual(results: Results, stage: StageResult) -> tuple[float, int]:
-    size = np.abs(block_residuals(results, stage)).max(axis=1) / max(stage.reference_weight, np.finfo(float).tiny)
-    worst = int(size.argmax())
-    return float(np.nan_to_num(size[worst], nan=np.inf)), worst  # so that the maximum of stages keeps it
+def _rounding(results: Results, stage: StageResult) -> FloatArray:
+    """Return what the rounding of coordinates may make of the blocks' residuals, by their moments, (n,) [N/m]."""
+    borne = np.zeros(results.blocks.count)
+    for block, _, force in _point_forces(stage):
+        borne += np.bincount(block, np.hypot(*force.T), minlength=len(borne))
+    far = float(np.abs(_centroids(results, stage)[stage.present]).max(initial=0.0))
+    return ROUNDINGS * far * borne / results.blocks.moments.gyration
+
+
+def _point_forces(stage: StageResult) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+    """Yield block, point and force of what acts at points of blocks: contacts, on both sides, and bolts."""
+    contacts, force = stage.contacts, stage.contacts.force
+    yield contacts.block_b, contacts.point, force
+    yield contacts.block_a, contacts.point, -force
+    yield stage.bolts.on_blocks()
+
+
+def _centroids(results: Results, stage: StageResult) -> FloatArray:
+    return results.blocks.moments.centroid + (stage.origin + stage.displacement)[:, :2] * _moved(results)
 
 
 def _stage_balance(stage: StageResult) -> float:
     loads, reactions = stage.loads[stage.present, :2], stage.reactions[stage.present, :2]
     applied = float(np.hypot(*loads.T).sum() + np.hypot(*reactions.T).sum())
-    off = float(np.nan_to_num(np.hypot(*(stage.total_load + stage.total_reaction)), nan=np.inf))
+    off = _finite(np.hypot(*(stage.total_load + stage.total_reaction)))
     return off / applied if applied > 0 else off

@@ -271,6 +271,8 @@ class Results:
         At least one; the last gives the verdict.
     scheme, linear_solver : str
         What was used.
+    tolerance : float
+        Greatest force out of balance that counted as equilibrium, over the reference weight.
     model_digest : str
         SHA-256 of the model's content.
     title : str
@@ -282,6 +284,7 @@ class Results:
     stages: tuple[StageResult, ...]
     scheme: str
     linear_solver: str
+    tolerance: float
     model_digest: str
     title: str = ""
 

@@ -24,6 +24,7 @@ from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 
 Reporter = Callable[[str], None]
+Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
 
 
@@ -75,9 +76,16 @@ class StageState:
 
 
 def solve_stages(
-    model: Model, scheme: Scheme, report: Reporter, observer: Observer, notes: tuple[str, ...] = ()
+    model: Model,
+    scheme: Scheme,
+    report: Reporter,
+    observer: Observer,
+    check: Checker,
+    notes: tuple[str, ...] = (),
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
+
+    A stage that a scheme calls stable is so only where `check` finds nothing against it.
 
     Raises
     ------
@@ -100,7 +108,7 @@ def solve_stages(
         report("in-situ stress")
         notes += scheme.set_in_situ()
         state.bar_forces = in_situ_bars(model, bars)
-    results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, notes)]
+    results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, check, notes)]
     if model.in_situ is not None:
         state.origin = scheme.moved.copy()
     for number, stage in enumerate(model.stages, start=1):
@@ -109,7 +117,7 @@ def solve_stages(
         report(f"stage {stage.name}")
         _begin(model, scheme, state, stage, here[number], results[-1].contacts)
         scheme.install(number)
-        results.append(_equilibrium(model, scheme, state, stage.name, number, stage.relaxation, observer, ()))
+        results.append(_equilibrium(model, scheme, state, stage.name, number, stage.relaxation, observer, check, ()))
     return tuple(results)
 
 
@@ -137,6 +145,7 @@ def _equilibrium(
     number: int,
     factors: tuple[float, ...],
     observer: Observer,
+    check: Checker,
     notes: tuple[str, ...],
 ) -> StageResult:
     """Return a stage's result: equilibrium after every released part of the excavation forces."""
@@ -175,14 +184,23 @@ def _equilibrium(
         outcome = scheme.solve(part, number, state.bar_forces[part.bar], watch)
         state.bar_forces[part.bar] = outcome.bar_forces
         start_residual = outcome.stage.start_residual if start_residual is None else start_residual
-        if outcome.stage.status is not Status.STABLE:
+        stage = _confirmed(placed(outcome.stage, part, scheme.moved), check)
+        if stage.status is not Status.STABLE:
             break
     state.unreleased_forces = [(forces, released) for forces, released in state.unreleased_forces if released < 1]
-    stage = placed(outcome.stage, part, scheme.moved)
     if state.water is not None and state.water.table and not stage.water.any():
         dry = "no block lies below the water table: check its level and unit"
         stage = replace(stage, notes=(*stage.notes, dry))
     return stage
+
+
+def _confirmed(stage: StageResult, check: Checker) -> StageResult:
+    """Return a stage; at rest by the scheme alone and not by the independent check, it counts as not converged."""
+    against = check(stage) if stage.status is Status.STABLE else ()
+    if not against:
+        return stage
+    reason = f"{stage.reason} by the solution, but not by the independent check: {'; '.join(against)}"
+    return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
 
 
 def displacement_at(blocks: Blocks, displacement: FloatArray, bolts: BoltForces) -> FloatArray:

@@ -48,7 +48,7 @@ def assert_same(one: object, two: object) -> None:
 def test_round_trip(results: Results, tmp_path: Path) -> None:
     assert results.save(tmp_path / "deep" / "out") == tmp_path / "deep" / "out"
     read = Results.load(tmp_path / "deep" / "out")
-    for name in ("joint_names", "scheme", "linear_solver", "model_digest", "title", "status"):
+    for name in ("joint_names", "scheme", "linear_solver", "tolerance", "model_digest", "title", "status"):
         assert getattr(read, name) == getattr(results, name)
     np.testing.assert_array_equal(read.blocks.vertices, results.blocks.vertices)
     np.testing.assert_array_equal(read.blocks.rock, results.blocks.rock)

@@ -77,6 +77,13 @@ class Constraints:
         free[self.block] = self._free_part_of_supported(forces)  # whose axes have that scale in them
         return free
 
+    def unconstrained(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
+        """Return what the supports leave unbalanced of forces (n, 3), times a scale (n, 3), in x, y and rotation."""
+        free = self.scaled(forces, scale)
+        axes = self.basis / scale[self.block][:, :, None]  # orthonormal
+        free[self.block] = np.einsum("kri,ki->kr", axes, free[self.block])
+        return free
+
     def _free_part_of_supported(self, forces: FloatArray) -> FloatArray:
         turned: FloatArray = np.einsum("kri,kr->ki", self.basis, forces[self.block])
         turned[np.arange(3) < self.constrained[:, None]] = 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,8 +18,7 @@ from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.check import OVERLAP, unexplained_overlap
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
@@ -177,21 +175,13 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         reference_weight=motion.reference,
         steps=motion.steps,
     )
-    return Outcome(_refuse_overlap(model, stage), size)
+    return Outcome(stage, size)
 
 
 def _refuse_rigid_faces(model: Model) -> None:
     """Raise where rigid rocks meet without a joint, with the place."""
     if model.default_joint is None and any(rock.young is None for rock in model.rocks):
         face_stiffness(model, find_faces(model.blocks))
-
-
-def _refuse_overlap(model: Model, stage: StageResult) -> StageResult:
-    """Return the stage; an equilibrium with interpenetrating blocks counts as not converged."""
-    if stage.status is not Status.STABLE or unexplained_overlap(model.blocks, stage) <= OVERLAP:
-        return stage
-    reason = "forces balance, but blocks have passed into each other (corners that met in a point): not an answer"
-    return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
 
 
 def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:
@@ -203,7 +193,7 @@ def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> Con
     status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
     status = np.where(at.closed, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.where(at.strength > 0, np.abs(at.shear) / at.strength, 0.0)
+        used = np.where(at.shear == 0, 0.0, np.abs(at.shear) / at.strength)  # without strength: infinite
     point = placed[c.block_a[kept], :2] + arm_a
     joint = table.joint[kept]
     slip = np.where(np.isnan(table.first_tangential), 0.0, at.tangential - table.first_tangential)

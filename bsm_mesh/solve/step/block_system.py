@@ -193,7 +193,7 @@ class BlockSystem:
     def static_residual(self, contacts: ContactSet, position: FloatArray) -> float:
         """Return the maximum norm of the static residual over the reference weight."""
         at = self.evaluate(contacts, position)
-        residual = self.constraints_at(position).scaled(self.acting_at(position) + at.forces, self.scale)
+        residual = self.constraints_at(position).unconstrained(self.acting_at(position) + at.forces, self.scale)
         return float(np.abs(residual).max()) / (self.residual_scale * self.weight(at))
 
     def weight(self, at: Evaluation) -> float:
