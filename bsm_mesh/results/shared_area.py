@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba as nb
 import numpy as np
 
@@ -24,20 +26,49 @@ def shared_area(corners: FloatArray, offsets: IntArray) -> float:
     """
     import shapely
 
-    low, high = (bound.reduceat(corners, offsets[:-1], axis=0) for bound in (np.minimum, np.maximum))
-    boxes = shapely.box(*low.T, *high.T)
+    boxes = _boxes(corners, offsets)
     left, right = shapely.STRtree(boxes).query(boxes)
-    left, right = left[left < right], right[left < right]
-    most = int(np.diff(offsets).max())
+    first = left < right
+    return float(_pair_areas(corners, offsets, left[first], right[first]).sum())
+
+
+def shares_inside(corners: FloatArray, offsets: IntArray, blocks: IntArray) -> FloatArray:
+    """Return what part of the area of some blocks (k,) lies inside others, (k,); arguments as `shared_area` takes them.
+
+    Area inside two others counts twice.
+    """
+    import shapely
+
+    boxes = _boxes(corners, offsets)
+    row, other = shapely.STRtree(boxes).query(boxes[blocks])
+    apart = blocks[row] != other
+    row, other = row[apart], other[apart]
+    inside = np.bincount(row, _pair_areas(corners, offsets, blocks[row], other), minlength=len(blocks))
+    shares: FloatArray = inside / shapely.area(polygons_of(corners, offsets, blocks))
+    return shares
+
+
+def _boxes(corners: FloatArray, offsets: IntArray) -> Any:
+    import shapely
+
+    low, high = (bound.reduceat(corners, offsets[:-1], axis=0) for bound in (np.minimum, np.maximum))
+    return shapely.box(*low.T, *high.T)
+
+
+def _pair_areas(corners: FloatArray, offsets: IntArray, left: IntArray, right: IntArray) -> FloatArray:
+    """Return the area that each pair of blocks shares, (k,) [m2]."""
+    import shapely
+
     convex = _are_convex(corners, offsets)
     clipped = convex[left] & convex[right]
-    area = float(_clipped_area(corners, offsets, left[clipped], right[clipped], most))
-    left, right = left[~clipped], right[~clipped]
-    if len(left):
-        named, inverse = np.unique(np.concatenate([left, right]), return_inverse=True)
+    area = np.zeros(len(left))
+    area[clipped] = _clipped_areas(corners, offsets, left[clipped], right[clipped], int(np.diff(offsets).max()))
+    others = np.flatnonzero(~clipped)
+    if others.size:
+        named, inverse = np.unique(np.concatenate([left[others], right[others]]), return_inverse=True)
         outlines = polygons_of(corners, offsets, named)
         one, other = np.split(outlines[inverse], 2)
-        area += float(shapely.area(shapely.intersection(one, other, grid_size=_grid(outlines))).sum())
+        area[others] = shapely.area(shapely.intersection(one, other, grid_size=_grid(outlines)))
     return area
 
 
@@ -62,11 +93,11 @@ def _are_convex(corners: FloatArray, offsets: IntArray) -> BoolArray:  # pragma:
 
 
 @nb.njit(cache=True)
-def _clipped_area(
+def _clipped_areas(
     corners: FloatArray, offsets: IntArray, left: IntArray, right: IntArray, most: int
-) -> float:  # pragma: no cover - compiled
-    """Return the sum of the areas shared by pairs of convex outlines (Sutherland and Hodgman 1974)."""
-    total = 0.0
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return the areas shared by pairs of convex outlines (Sutherland and Hodgman 1974)."""
+    areas = np.zeros(left.size)
     kept, cut = np.empty((2 * most + 2, 2)), np.empty((2 * most + 2, 2))
     for pair in range(left.size):
         a, b = left[pair], right[pair]
@@ -82,8 +113,8 @@ def _clipped_area(
         x, y = kept[0, 0], kept[0, 1]  # areas from a corner: far from the origin nothing cancels
         for i in range(1, count - 1):
             ux, uy = kept[i, 0] - x, kept[i, 1] - y
-            total += 0.5 * (ux * (kept[i + 1, 1] - y) - uy * (kept[i + 1, 0] - x))
-    return total
+            areas[pair] += 0.5 * (ux * (kept[i + 1, 1] - y) - uy * (kept[i + 1, 0] - x))
+    return areas
 
 
 @nb.njit(cache=True)

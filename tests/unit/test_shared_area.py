@@ -8,7 +8,7 @@ import shapely
 from numpy.testing import assert_allclose
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.results.shared_area import shared_area
+from bsm_mesh.results.shared_area import shared_area, shares_inside
 
 EXACT = 1e-9  # of an area of about 1 m2
 
@@ -51,3 +51,20 @@ def test_neighbours_that_touch_share_nothing() -> None:
 def test_a_block_within_another() -> None:
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
     assert_allclose(total([square, 0.25 + 0.5 * square]), 0.25, rtol=EXACT)
+
+
+def test_what_part_of_chosen_blocks_lies_inside_others() -> None:
+    """The L and a triangle are not convex or not all: every pair counts once for either."""
+    corner = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]], dtype=float)
+    square = np.array([[0.5, 0.5], [2, 0.5], [2, 2], [0.5, 2]])
+    triangle = np.array([[1.5, 0.0], [4.0, 0.0], [4.0, 2.5]])
+    away = square + 10.0
+    polygons = [corner, square, triangle, away]
+    offsets = np.concatenate([[0], np.cumsum([len(p) for p in polygons])]).astype(np.int32)
+    shapes = [shapely.Polygon(p) for p in polygons]
+    expected = [
+        sum(shapes[b].intersection(other).area for k, other in enumerate(shapes) if k != b) / shapes[b].area
+        for b in (3, 1, 0)
+    ]
+    assert_allclose(shares_inside(np.concatenate(polygons), offsets, np.array([3, 1, 0])), expected, atol=EXACT)
+    assert min(expected[1:]) > 0.1

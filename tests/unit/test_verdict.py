@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from jointed_scenes import model_of
 from numpy.testing import assert_array_equal
-from scenes import rectangle
+from scenes import rectangle, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.continuation.verdict import FREE_MOVE, CollapseCriterion
+from bsm_mesh.solve.continuation.verdict import FREE_MOVE, INSIDE, CollapseCriterion
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
@@ -83,3 +83,28 @@ def test_what_settles_in_the_first_half_of_few_steps_does_not_come_down(steps):
         reason, blocks = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
     assert reason
     assert_array_equal(blocks, [1])
+
+
+@pytest.mark.parametrize(("deep", "free"), [(0.9 * INSIDE, True), (1.1 * INSIDE, False)])
+def test_a_block_without_contact_inside_another_is_no_answer(deep, free):
+    """A unit square, so that its depth is its share, that has slid along its base by more than makes it free."""
+    moving = BlockSystem(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)]))
+    falling = CollapseCriterion(moving, moving.start, 100.0)
+    position = np.array([(0.0, 0.0, 0.0), (FAR, -deep, 0.0)])
+    contacts = moving.gather(History.none(), moving.start, first=False)
+    nothing_bears = np.zeros(contacts.count, dtype=bool)
+    assert falling.check(contacts, nothing_bears, position)[0] == ""
+    reason, blocks = falling.check(contacts, nothing_bears, position)
+    assert_array_equal(blocks, [1] if free else [])
+    assert ("moves freely" in reason) == free
+    assert ("at (0.2, 0.445) has sunk into its neighbours by 0.055 of its area" in reason) == (not free)
+
+
+@pytest.mark.parametrize("scheme", ["continuation", "wang"])
+@pytest.mark.parametrize(("kn", "status"), [(1e7, "stable"), (3e5, "not_converged")])
+def test_a_block_that_stands_is_not_unstable_because_its_joints_are_soft(kn, status, scheme):
+    """It closes them by five hundredths of its size: more than contacts are followed, less than is refused."""
+    polygons = [turned(p, 40.0) for p in (rectangle(-30, -10, 30, 0), rectangle(-5, 0, 5, 10))]
+    stage = bsm.run(model_of(polygons, kn=kn, friction=41.0, gamma=20e3), bsm.Options(scheme=scheme)).stages[-1]
+    assert stage.status == status
+    assert status == "stable" or scheme == "wang" or "too soft for the forces" in stage.reason

@@ -122,7 +122,8 @@ class Continuation:
             contacted = at.closed if found.contacted_during_step is None else found.contacted_during_step
             reason, blocks = self.collapse.check(contacts, contacted, position)
             if reason:
-                return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
+                status = Status.UNSTABLE if blocks.size else Status.NOT_CONVERGED
+                return self._end(status, reason, contacts, position, blocks)
             slower = 1 / 1.5 if rejected or rejected_before else 1 / 4
             rejected_before = rejected
             lam = float(np.clip(lam * np.clip(largest / d, slower, 4.0), self.min_lam, 1e3 / d))

@@ -7,10 +7,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.search import corner_positions
+from bsm_mesh.errors import place
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.step.block_system import BlockSystem
 
+INSIDE = 0.05  # of its area: a block that lies so far inside others has contacts that are no longer found
 FREE_MOVE = 0.1  # over its size: movement of a block without contact, at which it is unstable
 RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the largest over the last five steps
 
@@ -38,6 +41,8 @@ class CollapseCriterion:
     def check(self, contacts: ContactSet, contacted: BoolArray, position: FloatArray) -> tuple[str, IntArray]:
         """Return reason and unstable blocks after an accepted step; an empty reason if there is none.
 
+        A reason without blocks says why there is no verdict: blocks that seem free have sunk into others.
+
         `contacted`: contacts (m,) closed at its end, or during the step.
         """
         self.recent, self.steps = [*self.recent[-RECENT_STEPS:], position], self.steps + 1
@@ -50,6 +55,9 @@ class CollapseCriterion:
         free = ~supported & self.detached & loaded & (fallen > FREE_MOVE * size)  # in one step a block may jump
         self.detached = ~supported
         if free.any():
+            sunk = self._sunk(np.flatnonzero(free), position)
+            if sunk:
+                return sunk, np.zeros(0, dtype=np.int32)
             reason = "a block has lost all contact and moves freely"
         elif moved.max() > self.limit:
             reason = f"a block has moved more than {self.limit:.3g} m"
@@ -59,6 +67,22 @@ class CollapseCriterion:
         last = np.abs((self.recent[-1] - self.recent[-1 - steps]) / system.scale).max(axis=1)
         lately = last * ~system.prescribed_blocks
         return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
+
+    def _sunk(self, free: IntArray, position: FloatArray) -> str:
+        """Return which of the blocks (k,) that seem free lies inside others, in words; nothing where none does."""
+        from bsm_mesh.results.shared_area import shares_inside
+
+        outlines = self.system.outlines
+        placed = outlines.placed(position)
+        shares = shares_inside(corner_positions(outlines, placed), self.system.model.blocks.offsets, free)
+        worst = int(shares.argmax())
+        if shares[worst] < INSIDE:
+            return ""
+        return (
+            f"the block that is now at {place(placed[free[worst], :2])} has sunk into its neighbours by "
+            f"{shares[worst]:.2g} of its area, deeper than contacts are followed, and seems free: not an answer; "
+            "the joints are too soft for the forces: look at stiffness, loads and units"
+        )
 
     def _supported(self, contacts: ContactSet, contacted: BoolArray, position: FloatArray) -> BoolArray:
         """Return which blocks are connected to a support by closed contacts and bolts, (n,)."""

@@ -72,7 +72,8 @@ class WangIteration(Continuation):
                 return self._at_rest(contacts, position, at)
             reason, blocks = self.collapse.check(contacts, at.closed, position)
             if reason:
-                return self._end(Status.UNSTABLE, reason, contacts, position, blocks)
+                status = Status.UNSTABLE if blocks.size else Status.NOT_CONVERGED
+                return self._end(status, reason, contacts, position, blocks)
         return self._end(Status.NOT_CONVERGED, self._exhausted("cycles", residual, position), contacts, position)
 
     def _cycle(
