@@ -45,26 +45,25 @@ def run(
         If the model cannot be analysed: nothing that loads it, a part free to move, overlapping blocks, rigid rocks
         without a joint.
     """
-    from bsm_mesh.errors import raise_faults
-    from bsm_mesh.model.loading import faults_of_loading
-    from bsm_mesh.model.notes import notes_of
     from bsm_mesh.results.records import Results
     from bsm_mesh.solve.options import Options
-
-    raise_faults(faults_of_loading(model))
-    from bsm_mesh.solve.stages import solve_stages  # compiled code: not before it is needed
+    from bsm_mesh.solve.readiness import make_ready  # compiled code: not before it is needed
+    from bsm_mesh.solve.stages import solve_stages
 
     options = options or Options()
-
+    report("contacts")
+    ready = make_ready(model, options)
+    notes = ready.notes
     scheme: Scheme
     if options.scheme == "linear":
         from bsm_mesh.solve.linear.scheme import LinearScheme
 
-        scheme = LinearScheme(model, options, report)
+        scheme = LinearScheme(model, options, report, ready.contacts)
     else:
         from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 
         scheme = ContinuationScheme(model, options, report)
+    del ready  # of a million blocks 1 GB
 
     model_digest = model.digest
 
@@ -88,5 +87,4 @@ def run(
     def check(stage: StageResult) -> tuple[str, ...]:
         return results((stage,)).check().faults
 
-    notes = tuple(notes_of(model, fails=options.scheme != "linear"))
     return results(solve_stages(model, scheme, report, watch, check, notes))

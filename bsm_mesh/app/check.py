@@ -15,13 +15,10 @@ from bsm_mesh.app.build import LoadedModel, load_model_file
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.contact.table import initial_contacts
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.loading import faults_of_loading
-from bsm_mesh.model.notes import notes_of
-from bsm_mesh.solve.linear.system import LinearSystem
+from bsm_mesh.solve.readiness import make_ready
 
 SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping mends it
 COLOURS = {  # the last that fits a block colours it
@@ -75,24 +72,22 @@ def check_model(
     if repair is not None and not 0 <= repair.snap < np.inf:
         raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
     loaded = load_model_file(path)
-    raise_faults([f"{path.name}: {fault}" for fault in faults_of_loading(loaded.model)])
-    system = LinearSystem(loaded.model, initial_contacts(loaded.model))
-    system.check_supports()
-    report = quality_summary(loaded.model, system, limits, loaded.dangling)
+    with placed(path.name):
+        ready = make_ready(loaded.model, loaded.options)
+    report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     if picture is not None:
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)
-    notes = notes_of(loaded.model, fails=loaded.options.scheme != "linear")
     if as_json:
-        click.echo(json.dumps({**report, "notes": [*loaded.notes, *notes], "changes": changes}, indent=2))
+        click.echo(json.dumps({**report, "notes": [*loaded.notes, *ready.notes], "changes": changes}, indent=2))
         return
     for line in loaded.mesh_lines:
         click.echo(f"mesh: {line.strip()}")
     print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
+    for note in ready.notes:
+        click.echo(f"note: {note}")
     if picture is not None:
         click.echo(f"written: {picture}")
-    for note in notes:
-        click.echo(f"note: {note}")
     for change in changes:
         click.echo(f"repair: {change}")
     if repair is not None:

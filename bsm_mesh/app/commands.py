@@ -15,7 +15,7 @@ from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results, summary
 from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.run import run
@@ -33,10 +33,10 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
         loaded = load_model_file(path, progress.report)
         folder = output or loaded.output_folder
         refuse_folder(folder)
-        _refuse_without_support(loaded, path)
         model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
         snapshots = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else None
-        results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
+        with placed(path.name):
+            results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
         progress.report(f"writing {folder}")
         save_results(results, folder, model_file, snapshots.instants if snapshots else None)
         drawn = []
@@ -50,13 +50,6 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
     else:
         _print_results(results, loaded.notes, folder, drawn)
     return EXIT_CODES[results.status]
-
-
-def _refuse_without_support(loaded: LoadedModel, path: Path) -> None:
-    """Raise where all of the model would fall: a forgotten line, no collapse."""
-    if not loaded.model.supports:
-        cure = 'add [[support]] with boundary = "...", blocks = [...] or point = [x, y]: hold a boundary, for one'
-        raise ModelError(f"{path.name}: the model is free to move in any direction: no support holds it; {cure}")
 
 
 def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
@@ -180,7 +173,6 @@ def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report)
         refuse_folder(output or loaded.output_folder)
-        _refuse_without_support(loaded, path)
         results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
         comparison = compare(loaded.model, results, order=order, joints=joints)

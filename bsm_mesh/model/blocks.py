@@ -13,7 +13,7 @@ from bsm_mesh.arrays import FloatArray, IntArray, Portable, ReadOnlyMapping, own
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.block_faults import outline_faults
 from bsm_mesh.model.edges import EdgeTable
-from bsm_mesh.model.overlap import find_overlaps
+from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 
 MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
@@ -155,7 +155,7 @@ class Blocks(Portable):
             rock_names=rock_names,
             edge_joint=np.full(len(vertices), -1, dtype=np.int32),
         )
-        raise_faults(find_overlaps(blocks.vertices, blocks.offsets, blocks.nodes, blocks.edge_table).faults())
+        raise_faults(blocks.overlaps.faults())
         return blocks
 
     @property
@@ -187,6 +187,11 @@ class Blocks(Portable):
     def edge_table(self) -> EdgeTable:
         """All edges, found by the points that they join."""
         return EdgeTable.of(self.nodes, self.offsets)
+
+    @cached_property
+    def overlaps(self) -> Overlaps:
+        """Pairs of blocks that share area; a model can begin with none."""
+        return find_overlaps(self.vertices, self.offsets, self.nodes, self.edge_table)
 
     @property
     def outer_edges(self) -> IntArray:

@@ -85,7 +85,7 @@ def solve_stages(
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
-    A stage that a scheme calls stable is so only where `check` finds nothing against it.
+    A stage that a scheme calls stable is so only where `check` finds nothing against it. `notes` belong to the first.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def solve_stages(
         from bsm_mesh.solve.contacts.in_situ import in_situ_bars
 
         report("in-situ stress")
-        notes += scheme.set_in_situ()
+        notes = (*notes, *scheme.set_in_situ())
         state.bar_forces = in_situ_bars(model, bars)
     results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, check, notes)]
     if model.in_situ is not None:

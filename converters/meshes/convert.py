@@ -15,7 +15,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import MeshWarning, ModelError, listing
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
-from bsm_mesh.model.overlap import find_overlaps
+from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from converters.meshes.cells import CellArrays, CellSets, MeshCells, gather_cells
 from converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
 from converters.meshes.files import read_cells
@@ -187,7 +187,8 @@ def _assemble(
     vertices = outlines.points[corners]
     nodes, number = _renumber(corners, len(outlines.points))
     table = EdgeTable.of(nodes, offsets)
-    _refuse_overlaps(cells, block_of, vertices, offsets, nodes, table)
+    overlaps = find_overlaps(vertices, offsets, nodes, table)
+    _refuse_overlaps(cells, block_of, overlaps)
     ends = outlines.points[outlines.pieces]
     coverage = cover_edges(number[outlines.pieces].astype(np.int64), ends, table, vertices, offsets, tolerance)
     joints = edges_on_curves(named.of(GroupKind.JOINT), coverage, ends)
@@ -220,6 +221,7 @@ def _assemble(
     if blocks_from == "regions":
         blocks, more = merge_regions(blocks, tolerance)
         notes = (*notes, *more)
+    vars(blocks)["overlaps"] = overlaps  # none, which takes long to find out again
     return blocks, _report(cells, blocks, bolts, notes)
 
 
@@ -231,17 +233,9 @@ def _renumber(corners: IntArray, n_points: int) -> tuple[IntArray, IntArray]:
     return number[corners], number
 
 
-def _refuse_overlaps(
-    cells: MeshCells,
-    block_of: LongArray,
-    vertices: FloatArray,
-    offsets: IntArray,
-    nodes: IntArray,
-    table: EdgeTable,
-) -> None:
-    overlaps = find_overlaps(vertices, offsets, nodes, table)
+def _refuse_overlaps(cells: MeshCells, block_of: LongArray, overlaps: Overlaps) -> None:
     if len(overlaps.pairs):
-        numbers = np.empty(len(offsets) - 1, dtype=np.int64)
+        numbers = np.empty(int(block_of.max()) + 1, dtype=np.int64)
         numbers[block_of[block_of >= 0]] = cells.numbers[block_of >= 0]
         raise ModelError([f"{cells.source}: {fault}" for fault in overlaps.faults(numbers, "elements")])
 

@@ -74,3 +74,16 @@ def test_the_run_tells_what_it_does_and_records_its_step():
     assert results.model_digest == model(grid(2, 2)).digest
     assert len(results.unstable_blocks) == 0
     assert_allclose(results.stages[0].max_displacement, np.hypot(*results.stages[0].displacement[:, :2].T).max())
+
+
+def test_a_singular_matrix_is_an_answer_and_no_refusal():
+    """A weightless block on a joint without stiffness to speak of, and a stiff one on it."""
+    blocks = bsm.Blocks.from_polygons(grid(1, 3), rock=["r", "light", "light"])
+    blocks = blocks.with_joint("soft", lambda x, y: abs(y - 1) < 1e-9)
+    joints = [bsm.Joint("J", KN, KS), bsm.Joint("soft", 1e-20, 1e-20)]
+    rocks = [bsm.Rock("r", unit_weight=26e3), bsm.Rock("light", unit_weight=0.0)]
+    stage = bsm.run(model(grid(1, 3), blocks=blocks, rocks=rocks, joints=joints), LINEAR).stages[0]
+    assert stage.status == "not_converged"
+    assert "the stiffness matrix is singular" in stage.reason
+    assert "many orders apart" in stage.reason
+    assert_allclose(stage.displacement, 0)

@@ -45,8 +45,8 @@ def test_motion_is_named(supports, motion):
 
 def test_no_support_at_all():
     (fault,) = faults([])
-    assert fault == (
-        "the model is free to move in any direction: no support holds it; hold a boundary, a block or a point of it"
+    assert fault.startswith(
+        "the model is free to move in any direction: no support holds it; hold a boundary, some blocks or a point: "
     )
 
 
@@ -110,5 +110,6 @@ def test_a_bar_through_a_pin_holds_no_rotation_far_from_the_origin(offset, degre
 
 def test_the_message_of_an_unconnected_pile_stays_short():
     polygons = [square(2 * i, 0) for i in range(300)]
-    assert 100 <= len(faults([], polygons)) <= 102
-    assert np.char.str_len(faults([], polygons)).max() < 200
+    found = faults([bsm.Fixed(blocks=[0])], polygons)
+    assert 100 <= len(found) <= 102
+    assert np.char.str_len(found).max() < 200

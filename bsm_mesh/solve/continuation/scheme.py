@@ -10,8 +10,6 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.compiled import is_compiled
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MAX_UTILISATION
-from bsm_mesh.model.face_stiffness import face_stiffness
-from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
@@ -58,15 +56,9 @@ class ContinuationScheme:
         The bolts, in the numbers of the whole.
     linear_solver : str
         Name of the solver used.
-
-    Raises
-    ------
-    ModelError
-        If blocks overlap at the start, or rigid rocks meet without a joint.
     """
 
     def __init__(self, model: Model, options: Options, report: Reporter) -> None:
-        _refuse_rigid_faces(model)
         self.model, self.options, self.report = model, options, report
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
@@ -176,12 +168,6 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         steps=motion.steps,
     )
     return Outcome(stage, size)
-
-
-def _refuse_rigid_faces(model: Model) -> None:
-    """Raise where rigid rocks meet without a joint, with the place."""
-    if model.default_joint is None and any(rock.young is None for rock in model.rocks):
-        face_stiffness(model, find_faces(model.blocks))
 
 
 def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:

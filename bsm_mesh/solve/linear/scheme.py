@@ -9,8 +9,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import contact_strength, utilisation
-from bsm_mesh.contact.table import ContactTable, initial_contacts
-from bsm_mesh.errors import ModelError
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
@@ -43,6 +43,8 @@ class LinearScheme:
         Linear solver and threads.
     report : callable
         Told what is being done, a few words each.
+    contacts : ContactTable
+        Those of the blocks as they are given.
 
     Attributes
     ----------
@@ -52,17 +54,10 @@ class LinearScheme:
         The bolts; `tension` (n_elements,) [N] of their elements, `bolt_shear` (k,) [N] of their crossings.
     linear_solver : str
         Name of the solver used.
-
-    Raises
-    ------
-    ModelError
-        If blocks overlap, or rigid rocks meet without a joint.
     """
 
-    def __init__(self, model: Model, options: Options, report: Reporter) -> None:
-        self.model, self.options, self.report = model, options, report
-        report("contacts")
-        self.contacts = initial_contacts(model)
+    def __init__(self, model: Model, options: Options, report: Reporter, contacts: ContactTable) -> None:
+        self.model, self.options, self.report, self.contacts = model, options, report, contacts
         m = self.contacts.count
         self.normal_force, self.shear_force = np.zeros(m), np.zeros(m)
         self.opening, self.slip = np.zeros(m), np.zeros(m)
@@ -106,12 +101,7 @@ class LinearScheme:
     def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
         """Return the submodel in linear equilibrium and keep its contact forces.
 
-        Where a part of it is free to move nothing is solved: the first stage is refused, a later one is unstable.
-
-        Raises
-        ------
-        ModelError
-            If the supports of the first stage leave a part free to move, or the matrix is singular.
+        Where a part of it is free to move nothing is solved: a stage has taken its hold away, and it is unstable.
         """
         began = time.perf_counter()
         chosen = np.flatnonzero(part.present[self.contacts.block_a] & part.present[self.contacts.block_b])
@@ -122,12 +112,10 @@ class LinearScheme:
             part.model, contacts, *forces_before, self.bolts.in_part(part), (self.tension, self.bolt_shear)
         )
         free = system.free_parts(part.block if number else None)
-        if free and number == 0:
-            raise ModelError([part.text for part in free])
         idle = [part for part in free if not system.loads[part.blocks].any()]
         free = [part for part in free if system.loads[part.blocks].any()]
         start = system.at_start(self.linear_solver)
-        solution = start if free else self._solve(system, idle)
+        solution, spoilt = (start, "") if free else self._solve(system, idle, start)
         self.report("forces and stresses")
         opened, slipped = system.spring_forces(solution.displacement)
         self.opening[chosen] += opened / contacts.normal_stiffness
@@ -137,7 +125,8 @@ class LinearScheme:
         self.tension, self.bolt_shear = solution.bolts.tension, solution.bolts.dowels.force
         forces = self._contact_forces(part, contacts, chosen)
         bolts = bolt_forces(self.model.bolts, self.bolts, solution.bolts)
-        outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, free, began)
+        unsolved = (free, spoilt)
+        outcome = _outcome(system, start, solution, forces, bolts, bars_before, self.options.tolerance, unsolved, began)
         notes = _beyond_strength(
             part.model,
             contacts,
@@ -150,14 +139,18 @@ class LinearScheme:
         observer(outcome.stage.steps[0], lambda: replace(outcome.stage, displacement=self.moved[part.block]))
         return outcome
 
-    def _solve(self, system: LinearSystem, idle: list[FreePart]) -> Solution:
+    def _solve(self, system: LinearSystem, idle: list[FreePart], start: Solution) -> tuple[Solution, str]:
+        """Return the solution; where there is none the start, and why."""
         stiffness = system.stiffness()
         for part in idle:  # unloaded: with any stiffness it stays at rest
             stiffness[system.pattern.diagonal[part.blocks]] += np.eye(3) * float(np.abs(stiffness).max())
         self.report("linear solution")
-        solution = system.solve(stiffness, self.options)
+        try:
+            solution = system.solve(stiffness, self.options)
+        except SingularMatrixError as error:
+            return start, str(error)
         self.linear_solver = solution.linear_solver
-        return solution
+        return solution, ""
 
     def _contact_forces(self, part: SubModel, contacts: ContactTable, chosen: IntArray) -> ContactForces:
         normal_force, shear_force = self.normal_force[chosen], self.shear_force[chosen]
@@ -204,9 +197,11 @@ def _outcome(
     bolts: BoltForces,
     bars_before: FloatArray,
     tolerance: float,
-    free: list[FreePart],
+    unsolved: tuple[list[FreePart], str],
     began: float,
 ) -> Outcome:
+    """Return what came out; `unsolved`: the parts that are free to move, or why there is no solution."""
+    free, spoilt = unsolved
     model, constraints = system.model, system.constraints
     blocks, bars = model.blocks, constraints.bars
     centroid = blocks.moments.centroid
@@ -222,6 +217,8 @@ def _outcome(
     )
     if free:
         status, reason = Status.UNSTABLE, "; ".join(part.text for part in free[:MAX_FREE])
+    elif spoilt:
+        status, reason = Status.NOT_CONVERGED, spoilt
     water = WaterLoad(model)
     stress, effective = total_and_effective_stress(
         blocks,

@@ -9,7 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_forces, spring_forces
 from bsm_mesh.contact.table import ContactTable
-from bsm_mesh.errors import ModelError, SingularMatrixError, raise_faults
+from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, constrain, fill_stiffness
 from bsm_mesh.solve.algebra.constraints import build_constraints
@@ -106,10 +106,6 @@ class LinearSystem:
         """Return the parts that their supports leave free; `names` (n,) number blocks in sentences."""
         return free_parts(self.model.blocks, self.constraints, self.pattern, names)
 
-    def check_supports(self) -> None:
-        """Raise `ModelError` for every part that its supports leave free."""
-        raise_faults([part.text for part in self.free_parts()])
-
     def stiffness(self) -> FloatArray:
         """Return the blocks of K with the supports eliminated."""
         c, pattern, support = self.contacts, self.pattern, self.constraints
@@ -135,8 +131,10 @@ class LinearSystem:
 
         Raises
         ------
+        SingularMatrixError
+            If the matrix is singular; the message says what to look for.
         ModelError
-            If the matrix is singular, or a solver is chosen that is not there.
+            If a solver is chosen that is not there.
         """
         solver = make_linear_solver(
             options.linear_solver, self.pattern, self.model.blocks.moments.centroid, options.threads, once=True
@@ -145,7 +143,7 @@ class LinearSystem:
             solver.factorize(stiffness)
             return self._refine(solver)
         except SingularMatrixError as error:
-            raise ModelError(
+            raise SingularMatrixError(
                 f"the stiffness matrix is singular ({error}): a part of the model can move without resistance; "
                 "look for blocks that touch at a corner only, and for stiffnesses many orders apart"
             ) from error

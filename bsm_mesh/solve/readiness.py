@@ -1,0 +1,91 @@
+"""Whether a model can be analysed: all that a run refuses is found here, before it and at once.
+
+`bsm_mesh.run` and ``bsm-mesh check`` ask the same question, so that what is checked as valid runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.table import ContactTable, initial_contacts
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.notes import notes_of
+from bsm_mesh.model.start import start_faults
+from bsm_mesh.solve.algebra.block_matrix import block_pattern
+from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
+from bsm_mesh.solve.closure import closure_faults
+from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
+from bsm_mesh.solve.linear.system import LinearSystem
+from bsm_mesh.solve.options import Options
+
+MAX_NOTES = 3  # on parts that are free to move
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Ready:
+    """A model that can be analysed, and what was worked out to find that.
+
+    Attributes
+    ----------
+    contacts : ContactTable
+        Its contacts as the blocks are given.
+    system : LinearSystem
+        Its equations with these, bearing what the in-situ field asks of them.
+    notes : tuple of str
+        What a reader of the results should know, a sentence each.
+    """
+
+    contacts: ContactTable
+    system: LinearSystem
+    notes: tuple[str, ...]
+
+
+def make_ready(model: Model, options: Options) -> Ready:
+    """Return a model that can be analysed by a scheme.
+
+    Raises
+    ------
+    ModelError
+        With everything that forbids it: no load or no support, blocks that overlap, rigid rocks that meet without a
+        joint, supports that contradict each other, stiffness beyond what the scheme can hold, a linear solver that is
+        not there; in the linear scheme parts that are free to move. The other schemes follow these: they are noted.
+    """
+    faults = [*start_faults(model), *_solver_faults(options)]
+    try:
+        contacts = initial_contacts(model)
+        system = LinearSystem(model, contacts, *_borne_at_start(model, contacts))
+    except ModelError as error:
+        raise ModelError([*faults, *error.faults]) from error
+    faults += closure_faults(system, options)
+    free = [part.text for part in system.free_parts()] if len(system.constraints.block) else []
+    if options.scheme == "linear":
+        faults += free
+    raise_faults(faults)
+    notes = notes_of(model, fails=options.scheme != "linear")
+    return Ready(contacts, system, (*notes, *_notes(free)))
+
+
+def _solver_faults(options: Options) -> tuple[str, ...]:
+    """Return why a linear solver cannot be had; nothing where it can."""
+    try:
+        none = np.zeros(0, dtype=np.int32)
+        make_linear_solver(options.linear_solver, block_pattern(1, none, none), np.zeros((1, 2))).close()
+    except ModelError as error:
+        return error.faults
+    return ()
+
+
+def _borne_at_start(model: Model, contacts: ContactTable) -> tuple[FloatArray, FloatArray]:
+    """Return what the contacts bear where nothing has moved, normal and shear, (m,) each [N/m]."""
+    if model.in_situ is None or model.in_situ.method != "direct":
+        return np.zeros(contacts.count), np.zeros(contacts.count)
+    return in_situ_contacts(model, contacts)
+
+
+def _notes(free: list[str]) -> tuple[str, ...]:
+    more = [f"{len(free) - MAX_NOTES} more parts are free to move"] if len(free) > MAX_NOTES else []
+    return (*(f"{text}; it is followed where it moves" for text in free[:MAX_NOTES]), *more)
