@@ -68,7 +68,10 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
 
 
 def load(path: str | os.PathLike[str]) -> Model:
-    """Return the model of a model file (TOML); what was mended in its mesh is warned of (`MeshWarning`).
+    """Return the model of a model file (TOML), to be changed or run; ``model.options`` is what its ``[solver]`` says.
+
+    What was mended in its mesh is warned of (`MeshWarning`). To run a file as it is, results folder and all:
+    ``bsm.run("model.toml")``.
 
     Raises
     ------

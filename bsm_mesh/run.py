@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from bsm_mesh.errors import MeshWarning, ModelError
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -13,23 +18,27 @@ if TYPE_CHECKING:
 
 Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
+Output: TypeAlias = "str | os.PathLike[str] | Literal[False] | None"
 
 
 def run(
-    model: Model,
+    model: Model | str | os.PathLike[str],
     options: Options | None = None,
     observer: Observer | None = None,
     report: Reporter = lambda text: None,
     snapshot: Snapshot = lambda record, results: None,
+    *,
+    output: Output = None,
 ) -> Results:
-    """Return the results of a model.
+    """Return the results of a model, or of a model file, which is run as the command runs it.
 
     Parameters
     ----------
-    model : Model
-        What is given.
+    model : Model or path
+        What is given; or a model file (TOML): it is read, solved as its ``[solver]`` says, and its results are written
+        to the folder of its ``[output]``. What was mended in its mesh is warned of (`MeshWarning`).
     options : Options, optional
-        How to solve it.
+        How to solve it, instead of the model's own options, or a file's ``[solver]``.
     observer : callable, optional
         Gets the `StepRecord` of every accepted step.
     report : callable, optional
@@ -38,15 +47,33 @@ def run(
         Gets the `StepRecord` of every accepted step and a function that returns the results as they stand there: one
         stage, not yet in equilibrium. To be called at once, if at all: it costs something and is good until the next
         step only.
+    output : path or False, optional
+        With a model file: another folder for its results; False: nothing is written.
 
     Raises
     ------
     ModelError
-        If the model cannot be analysed: nothing that loads it, a part free to move, overlapping blocks, rigid rocks
-        without a joint.
+        With everything that forbids to analyse the model: no load, no support, overlapping blocks, rigid rocks without a
+        joint, stiffness that numbers cannot hold; parts free to move in the linear scheme.
     """
+    from bsm_mesh.model.model import Model
     from bsm_mesh.results.records import Results
     from bsm_mesh.solve.options import Options
+
+    if not isinstance(options, Options | None):
+        raise ModelError(f"run: options = {options!r} must be bsm.Options(...)")
+    if isinstance(model, str | os.PathLike):
+        from bsm_mesh.app.run_file import run_file
+
+        def warn(note: str) -> None:
+            warnings.warn(note, MeshWarning, stacklevel=4)  # where this function was called
+
+        return run_file(Path(model), options, observer, report, snapshot, output=output, noted=warn).results
+    if not isinstance(model, Model):
+        raise ModelError(f"run: {type(model).__name__} is neither a bsm.Model nor the path of a model file")
+    if output is not None:
+        raise ModelError("run: output goes with a model file; write the results of a model by results.save(folder)")
+    options = options or model.options or Options()
     from bsm_mesh.solve.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages import solve_stages
 
@@ -64,7 +91,6 @@ def run(
 
         scheme = ContinuationScheme(model, options, report)
     del ready  # of a million blocks 1 GB
-
     model_digest = model.digest
 
     def results(stages: tuple[StageResult, ...]) -> Results:

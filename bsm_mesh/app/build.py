@@ -75,7 +75,9 @@ class LoadedModel:
 
 
 def load(path: str | os.PathLike[str]) -> Model:
-    """Return the model of a model file; what was mended in its mesh is warned of (`MeshWarning`).
+    """Return the model of a model file, with its ``[solver]`` as ``model.options``.
+
+    What was mended in its mesh is warned of (`MeshWarning`).
 
     Raises
     ------
@@ -84,7 +86,7 @@ def load(path: str | os.PathLike[str]) -> Model:
     """
     loaded = load_model_file(Path(path))
     for note in loaded.notes:
-        warnings.warn(note, MeshWarning, stacklevel=2)
+        warnings.warn(note, MeshWarning, stacklevel=3)  # where `bsm.load` was called
     return loaded.model
 
 
@@ -129,6 +131,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
             in_situ=ground[0] if ground else None,
             water=water[0] if water else None,
             stages=tuple(stages),
+            options=options[0],
             title=file.title,
         )
     return LoadedModel(

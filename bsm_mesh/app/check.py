@@ -13,6 +13,7 @@ import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, load_model_file
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
+from bsm_mesh.app.run_file import model_file_for
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError, placed
@@ -74,17 +75,18 @@ def check_model(
     loaded = load_model_file(path)
     with placed(path.name):
         ready = make_ready(loaded.model, loaded.options)
+    notes = (*ready.notes, *_folder_notes(loaded))
     report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     if picture is not None:
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)
     if as_json:
-        click.echo(json.dumps({**report, "notes": [*loaded.notes, *ready.notes], "changes": changes}, indent=2))
+        click.echo(json.dumps({**report, "notes": [*loaded.notes, *notes], "changes": changes}, indent=2))
         return
     for line in loaded.mesh_lines:
         click.echo(f"mesh: {line.strip()}")
     print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
-    for note in ready.notes:
+    for note in notes:
         click.echo(f"note: {note}")
     if picture is not None:
         click.echo(f"written: {picture}")
@@ -92,6 +94,15 @@ def check_model(
         click.echo(f"repair: {change}")
     if repair is not None:
         click.echo(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
+
+
+def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:
+    """Return why a run would not write into the model's own folder: no fault of the model, which can go elsewhere."""
+    try:
+        model_file_for(loaded, loaded.output_folder, loaded.options)
+    except ModelError as error:
+        return (f"to run it give another folder (-o): {error}",)
+    return ()
 
 
 def _repair(loaded: LoadedModel, repair: Repair, limits: Thresholds) -> tuple[str, ...]:

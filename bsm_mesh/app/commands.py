@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from bsm_mesh.app.build import LoadedModel, load_model_file
+from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
-from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
-from bsm_mesh.app.storage import refuse_folder, save_results, summary
+from bsm_mesh.app.run_file import run_file
+from bsm_mesh.app.storage import refuse_folder, summary
 from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
@@ -23,22 +22,15 @@ from bsm_mesh.run import run
 if TYPE_CHECKING:
     from converters import Comparison
 
-AS_RUN = "# The model as run by bsm-mesh: every default, SI units. A further run into this folder replaces it.\n"
 EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
 
 def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool, quiet: bool) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with Progress(quiet=quiet or as_json) as progress:
-        loaded = load_model_file(path, progress.report)
-        folder = output or loaded.output_folder
-        refuse_folder(folder)
-        model_file = None if _keeps_its_model(folder, path) else model_as_run(loaded, folder)
-        snapshots = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else None
-        with placed(path.name):
-            results = run(loaded.model, loaded.options, progress.step, progress.report, snapshots or no_snapshots)
-        progress.report(f"writing {folder}")
-        save_results(results, folder, model_file, snapshots.instants if snapshots else None)
+        done = run_file(path, observer=progress.step, report=progress.report, output=output)
+        results, notes, folder = done.results, done.notes, done.folder
+        assert folder is not None
         drawn = []
         if pictures:
             from bsm_mesh.app.plot import draw_in_subprocess
@@ -46,9 +38,9 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
             progress.report("pictures")
             drawn = draw_in_subprocess(folder)
     if as_json:
-        click.echo(json.dumps({**summary(results), "notes": loaded.notes, "folder": str(folder)}, indent=2))
+        click.echo(json.dumps({**summary(results), "notes": notes, "folder": str(folder)}, indent=2))
     else:
-        _print_results(results, loaded.notes, folder, drawn)
+        _print_results(results, notes, folder, drawn)
     return EXIT_CODES[results.status]
 
 
@@ -71,40 +63,6 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     )
     for picture in drawn:
         click.echo(picture)
-
-
-def _keeps_its_model(folder: Path, path: Path) -> bool:
-    """Return whether the folder's ``model.toml`` is the model itself, which is left as its author wrote it.
-
-    Raises
-    ------
-    ModelError
-        If it is another file that did not come from a run.
-    """
-    there = folder / "model.toml"
-    if not there.exists():
-        return False
-    if there.samefile(path):
-        return True
-    if not there.read_bytes().startswith(AS_RUN.encode()):
-        raise ModelError(f"{there} is not from a run and would be replaced; choose another output folder")
-    return False
-
-
-def model_as_run(loaded: LoadedModel, folder: Path) -> str:
-    """Return the model file with every default and all numbers in SI, its mesh relative to `folder`."""
-    import tomli_w
-
-    content = loaded.file.model_dump(mode="json", exclude_none=True)
-    for key in ("file", "geometry"):
-        name = content["mesh"].get(key)
-        if name is not None and (key == "file" or name.endswith(".py")):
-            content["mesh"][key] = Path(os.path.relpath(loaded.path.parent / name, folder)).as_posix()
-    for bolt in content["bolt"]:
-        if "table" in bolt:
-            bolt["table"] = Path(os.path.relpath(loaded.path.parent / bolt["table"], folder)).as_posix()
-    content["output"]["folder"] = "."
-    return AS_RUN + tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
 
 
 def run_demo(folder: Path) -> None:
@@ -173,7 +131,8 @@ def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report)
         refuse_folder(output or loaded.output_folder)
-        results = run(loaded.model, loaded.options, progress.step, progress.report)
+        with placed(path.name):
+            results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
         comparison = compare(loaded.model, results, order=order, joints=joints)
         file = (output or loaded.output_folder) / "compare.vtu"

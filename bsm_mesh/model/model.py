@@ -6,7 +6,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from bsm_mesh.model.stages import Stage, presence
 from bsm_mesh.model.supports import Support, bars_of, unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.model.water import Water
+
+if TYPE_CHECKING:
+    from bsm_mesh.solve.options import Options
 
 DEEPEST = 1e4  # m: deeper than any mine
 ContactPoints = Literal["ends", "gauss"]
@@ -59,6 +62,8 @@ class Model:
         Groundwater at the start.
     stages : tuple of Stage
         What is taken away, put back and changed, in this order.
+    options : Options or None
+        How `bsm_mesh.run` solves it where it is not told otherwise: of a model file, what its ``[solver]`` says.
     title : str
         For tables and pictures.
 
@@ -80,6 +85,7 @@ class Model:
     in_situ: InSitu | None = None
     water: Water | None = None
     stages: tuple[Stage, ...] = ()
+    options: Options | None = field(default=None, metadata={"in_hash": False})
     title: str = field(default="", metadata={"in_hash": False})
 
     def __post_init__(self) -> None:
@@ -88,7 +94,7 @@ class Model:
         raise_faults(_faults(self))
 
     def __eq__(self, other: object) -> bool:
-        """Return whether the two models have the same content, the title aside."""
+        """Return whether the two models have the same content, title and options aside."""
         return isinstance(other, Model) and self.digest == other.digest
 
     def __hash__(self) -> int:

@@ -274,11 +274,11 @@ def test_ctrl_c(case: Case, where: str) -> None:
 
 SLOW_SOLUTION = """\
 import pathlib, time
-from bsm_mesh.app import cli, commands
+from bsm_mesh.app import cli, run_file
 def wait(*_):
     pathlib.Path("started").touch()
     time.sleep(60)
-commands.run = wait
+run_file.run = wait
 cli.main(["run", "model.toml"])
 """
 
