@@ -53,8 +53,8 @@ def run(
     Raises
     ------
     ModelError
-        With everything that forbids to analyse the model: no load, no support, overlapping blocks, rigid rocks without a
-        joint, stiffness that numbers cannot hold; parts free to move in the linear scheme.
+        With everything that forbids to analyse the model: no load, no support, overlapping blocks, rigid rocks without
+        a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme.
     """
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.records import Results

@@ -8,7 +8,9 @@ beyond is a slip of the pen, or more than double precision bears. What is allowe
 
 from __future__ import annotations
 
+import inspect
 import math
+import sys
 import types
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
@@ -106,14 +108,24 @@ def quantities_of(owner: type[Any]) -> dict[str, tuple[Quantity, bool]]:
     """Return the quantity of every field of a dataclass that bears one, and whether None may stand in its place."""
     if not is_dataclass(owner):  # a law of the user's own
         return {}
-    hints = get_type_hints(owner, include_extras=True)
     found: dict[str, tuple[Quantity, bool]] = {}
     for field in fields(owner):
-        parts = _members(hints[field.name])
+        parts = _members(_hint(owner, field.name))
         marks = [mark for part in parts for mark in getattr(part, "__metadata__", ()) if isinstance(mark, Quantity)]
         if marks:
             found[field.name] = marks[0], types.NoneType in parts
     return found
+
+
+def _hint(owner: type[Any], name: str) -> Any:
+    """Return the annotation of a field that bears a quantity; others may name what is only there for type checkers."""
+    base = next(base for base in owner.__mro__ if name in inspect.get_annotations(base))
+    hint = inspect.get_annotations(base)[name]
+    if isinstance(hint, str) and "Annotated[" in hint:
+        return get_type_hints(
+            types.SimpleNamespace(__annotations__={name: hint}), vars(sys.modules[base.__module__]), include_extras=True
+        )[name]
+    return hint
 
 
 def _members(hint: Any) -> tuple[Any, ...]:
