@@ -74,7 +74,7 @@ def run(
     if output is not None:
         raise ModelError("run: output goes with a model file; write the results of a model by results.save(folder)")
     options = options or model.options or Options()
-    from bsm_mesh.solve.readiness import make_ready  # compiled code: not before it is needed
+    from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages import solve_stages
 
     options = options or Options()

@@ -19,7 +19,7 @@ from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.solve.readiness import make_ready
+from bsm_mesh.solve.linear.readiness import make_ready
 
 SLIVERS = ("tiny", "thin")  # a large block with a short edge is none: snapping mends it
 COLOURS = {  # the last that fits a block colours it

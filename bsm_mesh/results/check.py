@@ -24,7 +24,7 @@ class Check:
     worst_block : int
         The block where it is.
     balance : float
-        Sum of loads and reactions, over the sum of their magnitudes.
+        Sum of loads and reactions, over the sum of their magnitudes, or the reference weight if that is greater.
     tolerance : float
         What both are held to: that of the run; of a linear one no more than rounding leaves.
     rounding : float
@@ -183,4 +183,5 @@ def _stage_balance(stage: StageResult) -> float:
     loads, reactions = stage.loads[stage.present, :2], stage.reactions[stage.present, :2]
     applied = float(np.hypot(*loads.T).sum() + np.hypot(*reactions.T).sum())
     off = _finite(np.hypot(*(stage.total_load + stage.total_reaction)))
-    return off / applied if applied > 0 else off
+    measure = max(applied, stage.reference_weight)  # pretension alone is neither load nor reaction
+    return off / measure if measure > 0 else off

@@ -60,7 +60,7 @@ def test_every_number_of_the_model_file_has_a_range() -> None:
 
 @pytest.mark.parametrize("owner", CLASSES, ids=lambda owner: owner.__name__)
 def test_every_number_of_a_class_has_a_range(owner: type) -> None:
-    hints = get_type_hints(owner, include_extras=True)
+    hints = get_type_hints(owner, localns={"Options": bsm.Options}, include_extras=True)
     for field in dataclasses.fields(owner):
         members = (
             get_args(hints[field.name]) if isinstance(hints[field.name], types.UnionType) else (hints[field.name],)

@@ -274,9 +274,7 @@ def test_rollers_in_a_direction_of_30_degrees(friction, status):
         assert_allclose(results.stages[-1].total_reaction, [0, 2.5 * GAMMA], atol=1e-5 * GAMMA)
 
 
-def test_blocks_without_any_support_are_unstable():
-    alone = model_of([rectangle(0, 0, 1, 1)], supports=[])
-    assert list(solve(alone).unstable_blocks) == [0]
+def test_blocks_that_no_chain_of_contacts_joins_to_a_support_are_unstable():
     beside = solve(model_of([rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1), rectangle(5, 0, 6, 1)]))
     assert beside.status == "unstable"
     assert list(beside.unstable_blocks) == [1, 2]

@@ -17,8 +17,8 @@ from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
-from bsm_mesh.solve.closure import closure_faults
 from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
+from bsm_mesh.solve.linear.closure import closure_faults
 from bsm_mesh.solve.linear.system import LinearSystem
 from bsm_mesh.solve.options import Options
 
