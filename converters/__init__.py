@@ -5,6 +5,11 @@ The names below are loaded when they are first used, so that ``import converters
 
 from __future__ import annotations
 
+if __name__ == "converters":  # imported by the folder's own name
+    from bsm_mesh.checkout import hand_over
+
+    hand_over(__name__)
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +50,7 @@ _HOME = {
 def __getattr__(name: str) -> Any:
     """Return a public name from the module that defines it."""
     if name not in _HOME:
-        raise AttributeError(f"module 'converters' has no attribute '{name}'")
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_HOME[name]), name)
 
 

@@ -5,6 +5,11 @@ Importing the package needs neither Gmsh nor NumPy; the names that do are loaded
 
 from __future__ import annotations
 
+if __name__ == "geometries":  # imported by the folder's own name
+    from bsm_mesh.checkout import hand_over
+
+    hand_over(__name__)
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -131,7 +136,7 @@ _HOME = {
 def __getattr__(name: str) -> Any:
     """Return a public name from the module that defines it."""
     if name not in _HOME:
-        raise AttributeError(f"module 'geometries' has no attribute '{name}'")
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_HOME[name]), name)
 
 
