@@ -1,16 +1,18 @@
 #!/bin/sh
 # Sets up bsm-mesh in .venv beside this file, if that is not done yet, and then runs it:
 #
-#     sh bootstrap.sh demo            the whole chain on a built-in case
-#     sh bootstrap.sh run ARGS...     the same as: .venv/bin/bsm-mesh run ARGS...
-#     sh bootstrap.sh test            formatter, linter, types, doctests, tests
+#     sh bootstrap.sh demo                      the whole chain on a built-in case
+#     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
+#     sh bootstrap.sh test                      formatter, linter, types, doctests, tests
+#     sh bootstrap.sh matrix [--smoke] [NAME]  tests with the lowest and the newest versions, and with every Python
 #
 # What it needs and what it looks at is told in docs/installation.md. Its own words go to standard error,
 # so that standard output is the program's.
+# shellcheck disable=SC2030,SC2031 # test_environment is a subshell to have values of its own
 set -eu
 
 usage() {
-    sed -n '2,6s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
     exit 2
 }
 
@@ -24,6 +26,7 @@ fail() {
 root=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 venv=$root/.venv
 python=$venv/bin/python
+constraints=constraints.txt # in the root; "" for the newest versions there are
 
 # What the libraries' names are in Debian and its relatives (docs/installation.md says which file needs which).
 gmsh_packages="libglu1-mesa libgl1 libgomp1 libxcursor1 libxft2 libxinerama1"
@@ -112,7 +115,7 @@ print("" if any(map(is_there, ("EGL.so.1", "OSMesa.so.8", "OSMesa.so.6"))) else 
 PYTHON
 }
 
-# All that is missing in one go. Without what Gmsh needs, demo and test stop; run goes on, since a mesh may be there.
+# All that is missing in one go. Without what Gmsh needs, demo, test and matrix stop; others go on, since a mesh may be there.
 see_to_packages() { # $1: the command
     packages=""
     missing=""
@@ -138,9 +141,10 @@ see_to_packages() { # $1: the command
     fi
     # shellcheck disable=SC2086 # a list of names
     if [ -n "$packages" ] && ! apt_install $packages; then
-        if [ -n "$needs_venv" ] || { [ -n "$missing" ] && [ "$1" != run ]; }; then
+        if [ -n "$needs_venv" ]; then
             exit 2
         fi
+        case $1 in demo | test | matrix) [ -z "$missing" ] || exit 2 ;; esac
         say "going on; what needs these libraries will fail and say so"
     fi
 }
@@ -162,7 +166,7 @@ make_venv() {
 # Installs the checkout itself (editable) with the pinned versions, unless the stamp says that it is done.
 install_project() { # $1: "" or "test"
     stamp=$venv/bootstrap-installed
-    wanted=$(cd "$root" && cat pyproject.toml constraints.txt bootstrap.sh | cksum)
+    wanted=$(cd "$root" && cat pyproject.toml ${constraints:+"$constraints"} bootstrap.sh | cksum)
     wanted="$wanted $root"
     extras=$1
     if [ -f "$stamp" ]; then
@@ -174,7 +178,7 @@ install_project() { # $1: "" or "test"
     rm -f "$stamp"
     what=$extras
     case $(uname -s)-$(uname -m) in Linux-x86_64 | Linux-amd64) what="pardiso${extras:+,mpi,$extras}" ;; esac
-    say "installing bsm-mesh and the pinned versions of what it needs into .venv; a minute or a few, once"
+    say "installing bsm-mesh and what it needs into $(basename "$venv") (${constraints:-newest versions}); a minute or a few, once"
     if ! {
         pip_install setuptools && pip_install --no-build-isolation -e "$root${what:+[$what]}"
     }; then
@@ -186,8 +190,14 @@ install_project() { # $1: "" or "test"
     printf '%s\nextras %s\n' "$wanted" "$extras" >"$stamp"
 }
 
+# What to type from now on: the program is in .venv and not on the PATH.
+say_how_to_go_on() {
+    say "done. In every new terminal type the first line once; then bsm-mesh is a command:"
+    printf '\n    . %s/bin/activate\n    bsm-mesh new slope my_slope && bsm-mesh run my_slope/model.toml\n\n' "$1" >&2
+}
+
 pip_install() {
-    PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q -c "$root/constraints.txt" "$@" >&2
+    PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q ${constraints:+-c "$root/$constraints"} "$@" >&2
 }
 
 # VTK ends a renderer without its libraries with a segmentation fault, so only a trial in a process of its own tells.
@@ -282,11 +292,15 @@ run_doctests() {
     return "$code"
 }
 
-test_all() {
-    cd "$root"
-    # Two workers share the machine: one thread each, unless the caller says otherwise.
+# Two workers share the machine: one thread each, unless the caller says otherwise.
+share_the_machine() {
     export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}" OPENBLAS_NUM_THREADS="${OPENBLAS_NUM_THREADS:-1}"
     export MKL_NUM_THREADS="${MKL_NUM_THREADS:-1}"
+}
+
+test_all() {
+    cd "$root"
+    share_the_machine
     check "formatter" "$python" -m ruff format --check .
     check "linter" "$python" -m ruff check .
     check "types" "$python" -m mypy
@@ -296,19 +310,103 @@ test_all() {
     [ "$failed" = 0 ]
 }
 
+# ------------------------------------------------------------------------------------------------- matrix
+
+# What the libraries are used for, once each: command line, model file and units, meshes, cutting, VTU, pictures,
+# continuum, linear solvers, DXF, and the wheel.
+smoke_tests="tests/examples/test_readme.py tests/unit/test_wheel.py tests/unit/test_checkout.py tests/unit/test_cli.py
+    tests/unit/test_model_file.py tests/unit/test_units.py tests/unit/test_session.py tests/unit/test_cases.py
+    tests/unit/test_mesh_files.py tests/unit/test_vtk_files.py tests/unit/test_result_files.py tests/unit/test_pictures.py
+    tests/unit/test_cut_blocks.py tests/unit/test_continuum.py tests/unit/test_continuum_supports.py
+    tests/unit/test_linear_solvers.py tests/unit/test_orientations.py tests/unit/test_traces.py"
+
+# interpreter 3.12: prints PYTHON or a name on the PATH that is a Python 3.12.
+interpreter() {
+    for candidate in ${PYTHON:+"$PYTHON"} "python$1" python3; do
+        if [ "$("$candidate" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)" = "$1" ]; then
+            printf '%s\n' "$candidate"
+            return
+        fi
+    done
+    return 1
+}
+
+# test_environment NAME PYTHON: installs into an environment of its own, runs the tests there. In a subshell, for it
+# changes what the functions above look at.
+test_environment() (
+    cd "$root" || exit
+    venv=$root/.venv-matrix/$1
+    python=$venv/bin/python
+    base_python=$2
+    if [ "$1" = newest ]; then
+        rm -rf "$venv"
+    elif has_venv && [ "$("$python" -V)" = "$("$base_python" -V)" ]; then
+        base_python=""
+    fi
+    make_venv
+    install_project "test"
+    "$python" -m pip check || exit
+    see_to_pictures
+    unset NUMBA_CACHE_DIR
+    choose_numba_cache
+    share_the_machine
+    if [ "$smoke" = yes ]; then
+        # shellcheck disable=SC2086 # a list of names
+        "$python" -m pytest -q -n 2 --dist loadfile -m "not slow" $smoke_tests
+    else
+        run_tests
+    fi
+)
+
+matrix() {
+    smoke=no
+    if [ "${1:-}" = --smoke ]; then
+        smoke=yes
+        shift
+    fi
+    here=""
+    for version in 3.11 3.12 3.13 3.14; do
+        ! interpreter "$version" >/dev/null || here="$here $version"
+    done
+    [ $# != 0 ] || set -- lowest newest 3.11 3.12 3.13 3.14
+    for name in "$@"; do
+        version=$name
+        constraints=constraints.txt
+        case $name in
+            lowest) version=3.11 constraints=constraints-lowest.txt ;;
+            newest) version=${here##* } constraints="" ;;
+            3.1[1-4]) ;;
+            *) usage ;;
+        esac
+        if found=$(interpreter "$version"); then
+            check "$name (Python $version)" test_environment "$name" "$found"
+        else
+            printf '\nSKIP  %s: no python%s on the PATH\n' "$name" "$version"
+            summary="${summary}SKIP  $name: no python$version on the PATH
+"
+        fi
+    done
+    printf '\n%s\nchecks: %s passed, %s failed\n' "$summary" "$passed" "$failed"
+    [ "$failed" = 0 ]
+}
+
 # --------------------------------------------------------------------------------------------------- main
 
 [ $# -ge 1 ] || usage
 command=$1
 shift
+extra=""
 case $command in
-    demo | run) extra="" ;;
     test) [ $# = 0 ] || usage; extra="test" ;;
-    *) usage ;;
+    -*) usage ;;
 esac
 
 has_venv || find_python
 see_to_packages "$command"
+if [ "$command" = matrix ]; then
+    matrix "$@"
+    exit
+fi
 make_venv
 install_project "$extra"
 see_to_pictures
@@ -316,5 +414,9 @@ choose_numba_cache
 
 case $command in
     test) test_all ;;
+    demo)
+        "$venv/bin/bsm-mesh" demo "$@"
+        if [ "$(pwd -P)" = "$(cd "$root" && pwd -P)" ]; then say_how_to_go_on .venv; else say_how_to_go_on "$venv"; fi
+        ;;
     *) exec "$venv/bin/bsm-mesh" "$command" "$@" ;;
 esac

@@ -1,16 +1,17 @@
-"""The README's first blocks of code run as they stand."""
+"""What the README shows runs as it stands."""
 
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from small_case import Case
+from small_case import Case, environment
 
 import bsm_mesh as bsm
-from bsm_mesh.app.cli import cli
 
 README = Path(__file__).parents[2] / "README.md"
 TEXT = README.read_text(encoding="utf-8") if README.is_file() else ""
@@ -32,15 +33,32 @@ def test_the_first_python_block(case: Case) -> None:
         np.testing.assert_allclose(results.stages[-1].displacement[-1], [0, -expected, 0], rtol=1e-9, atol=1e-15)
 
 
-def test_its_commands_are_there(case: Case) -> None:
-    """Those that go to `bsm-mesh` run one after the other; `sh bootstrap.sh` would install."""
-    lines = re.findall(r"^(?:    |)bsm-mesh (.*?)(?: *#.*)?$", TEXT, re.MULTILINE)
-    if not lines:
-        pytest.skip("README.md has no commands")
-    for line in lines:
-        name, *arguments = line.split()
-        assert name in cli.commands
-        outcome = case.run(name, *arguments)
-        assert outcome.code == 0, f"bsm-mesh {line}: {outcome.err}"
+def typed(text: str) -> list[str]:
+    """Return the lines that a reader types into a shell: those of the indented blocks."""
+    return [line.removeprefix("    ") for line in text.splitlines() if line.startswith("    ")]
+
+
+def test_its_commands_as_typed(tmp_path: Path) -> None:
+    """One after the other in one shell, in a folder with `.venv`; what installs, `sh bootstrap.sh ...`, is left out."""
+    text = re.sub(r"^```.*?^```$", "", TEXT, flags=re.DOTALL | re.MULTILINE)
+    lines = [line for line in typed(text) if not line.startswith("sh bootstrap.sh ")]
+    first_command = next(n for n, line in enumerate(lines) if line.startswith("bsm-mesh "))
+    assert ". .venv/bin/activate" in lines[:first_command]
+    if not (Path(sys.prefix) / "bin" / "activate").is_file():
+        pytest.skip("not in a virtual environment")
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    path = "/usr/local/bin:/usr/bin:/bin"  # no other bsm-mesh than that of .venv
+    done = subprocess.run(
+        ["sh", "-e"], input="\n".join(lines), cwd=tmp_path, env={**environment(), "PATH": path},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "s").is_dir()
+    assert list((tmp_path / "my_tunnel").rglob("*.png"))
+
+
+def test_what_bootstrap_tells_to_type_is_what_the_readme_tells() -> None:
+    script = (README.parent / "bootstrap.sh").read_text(encoding="utf-8")
+    assert "/bin/activate" in script
     for command in re.findall(r"sh bootstrap\.sh (\w+)", TEXT):
-        assert f"{command} " in (README.parent / "bootstrap.sh").read_text(encoding="utf-8")
+        assert re.search(rf"^#     sh bootstrap\.sh {command}\b", script, re.MULTILINE)
