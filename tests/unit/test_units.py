@@ -31,7 +31,7 @@ def wide(unit: str) -> Quantity:
         ("5 MPa/mm", "Pa/m", 5e9),
         ("0.2 inch", "m", 0.2 * 0.0254),
         ("35°", "degree", 35.0),
-        ("100 gradian", "degree", 90.0),
+        ("100 gon", "degree", 90.0),
         ("120 kN/m", "N/m", 120e3),
         (35, "degree", 35.0),
         (2.5, "m", 2.5),

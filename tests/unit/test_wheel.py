@@ -52,7 +52,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the programs of a fresh environment that has the wheel, and the libraries of the one in which tests run."""
+    """Return the programs of a fresh environment with the wheel, and the libraries of the one that runs the tests."""
     folder = tmp_path_factory.mktemp("environment")
     venv.create(folder, symlinks=True)
     libraries = Path(sysconfig.get_path("purelib", vars={"base": os.fspath(folder), "platbase": os.fspath(folder)}))
