@@ -157,9 +157,9 @@ has_venv() {
 make_venv() {
     [ -n "$base_python" ] || return 0
     if [ -e "$venv" ]; then
-        say ".venv has no working Python 3.11 or newer with pip; making it anew"
+        say "$(basename "$venv") has no working Python 3.11 or newer with pip; making it anew"
     fi
-    say "making .venv with $("$base_python" -V 2>&1)"
+    say "making $(basename "$venv") with $("$base_python" -V 2>&1)"
     "$base_python" -m venv --clear "$venv" || fail "$base_python could not make a virtual environment in $venv."
 }
 
