@@ -38,10 +38,6 @@ def test_importing_geometries_imports_no_gmsh():
     script = (
         "import sys; from bsm_mesh import geometries; geometries.case_names(); "
         "geometries.case_parameters(geometries.find_case('circular_tunnel')); "
-<<<<<<< HEAD
-        "sys.exit(bool({'gmsh', 'meshio', 'bsm_mesh.model', 'converters'} & set(sys.modules)))"
-=======
-        "sys.exit(bool({'gmsh', 'meshio', 'bsm_mesh.converters'} & set(sys.modules)))"
->>>>>>> fc79843 (Packaging: geometries and converters are parts of bsm_mesh, and in a checkout the same modules by either name)
+        "sys.exit(bool({'gmsh', 'meshio', 'bsm_mesh.model', 'bsm_mesh.converters'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
