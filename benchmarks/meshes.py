@@ -12,10 +12,10 @@ import gmsh
 import bsm_mesh as bsm
 from benchmarks.linear import make_model, mesh_in_memory
 from benchmarks.measure import peak_memory, timed
-from converters import convert_mesh, read_mesh
-from converters.meshes.files import read_cells
-from geometries import Exponential, JointSet, Region, RockMass, Voronoi, cut_blocks, rectangle, write_blocks
-from geometries.joint_sets import Joints
+from bsm_mesh.converters import convert_mesh, read_mesh
+from bsm_mesh.converters.meshes.files import read_cells
+from bsm_mesh.geometries import Exponential, JointSet, Region, RockMass, Voronoi, cut_blocks, rectangle, write_blocks
+from bsm_mesh.geometries.joint_sets import Joints
 
 SIDE = 100.0  # m
 COLUMNS, ROWS = 4, 3  # parts of the rectangle of `write_mesh`

@@ -151,7 +151,7 @@ def leaning_slope(n: int, friction: float = FRICTION) -> Scene:
 
 def blocky_rock(n: int, friction: float = FRICTION) -> Scene:
     """Return about n Voronoi cells of deep rock, of which a stage excavates a circle: finer blocks, same opening."""
-    from geometries import Region, RockMass, Voronoi, cut_blocks, rectangle
+    from bsm_mesh.geometries import Region, RockMass, Voronoi, cut_blocks, rectangle
 
     half = ROCK_SIDE / 2
     cut = cut_blocks(

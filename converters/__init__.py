@@ -1,6 +1,6 @@
 """From meshes to blocks and joints, from results to VTU, and the continuum solution beside it.
 
-The names below are loaded when they are first used, so that ``import converters`` is quick.
+The names below are loaded when they are first used, so that ``from bsm_mesh import converters`` is quick.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from converters.continuum import Comparison, ContinuumSolution, compare, solve_continuum
-    from converters.meshes.convert import convert_mesh, convert_meshio, read_blocks, read_mesh
-    from converters.meshes.report import MeshReport, Note, NoteKind
+    from bsm_mesh.converters.continuum import Comparison, ContinuumSolution, compare, solve_continuum
+    from bsm_mesh.converters.meshes.convert import convert_mesh, convert_meshio, read_blocks, read_mesh
+    from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind
 
 __all__ = [
     "Comparison",
@@ -33,17 +33,17 @@ __all__ = [
 ]
 
 _HOME = {
-    "Comparison": "converters.continuum",
-    "ContinuumSolution": "converters.continuum",
-    "compare": "converters.continuum",
-    "solve_continuum": "converters.continuum",
-    "convert_mesh": "converters.meshes.convert",
-    "convert_meshio": "converters.meshes.convert",
-    "read_blocks": "converters.meshes.convert",
-    "read_mesh": "converters.meshes.convert",
-    "MeshReport": "converters.meshes.report",
-    "Note": "converters.meshes.report",
-    "NoteKind": "converters.meshes.report",
+    "Comparison": "bsm_mesh.converters.continuum",
+    "ContinuumSolution": "bsm_mesh.converters.continuum",
+    "compare": "bsm_mesh.converters.continuum",
+    "solve_continuum": "bsm_mesh.converters.continuum",
+    "convert_mesh": "bsm_mesh.converters.meshes.convert",
+    "convert_meshio": "bsm_mesh.converters.meshes.convert",
+    "read_blocks": "bsm_mesh.converters.meshes.convert",
+    "read_mesh": "bsm_mesh.converters.meshes.convert",
+    "MeshReport": "bsm_mesh.converters.meshes.report",
+    "Note": "bsm_mesh.converters.meshes.report",
+    "NoteKind": "bsm_mesh.converters.meshes.report",
 }
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.converters.vtk_files import LINE, Grid, spatial
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult
-from converters.vtk_files import LINE, Grid, spatial
 
 COLUMNS = (
     *("stage", "bolt", "name", "status", "block", "station", "x", "y"),

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.bolt_files import bolt_grid, bolts_of_grid, write_bolt_table
+from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import remove
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
-from converters.bolt_files import bolt_grid, bolts_of_grid, write_bolt_table
-from converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
 
 SERIES = ("blocks", "contacts", "supports")
 WATER, BOLTS = "water", "bolts"  # written where there are any

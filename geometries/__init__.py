@@ -13,32 +13,32 @@ if __name__ == "geometries":  # imported by the folder's own name
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from geometries import circular_tunnel
-from geometries.cases import Case, case_names, case_parameters, find_case, parse_settings
-from geometries.errors import GeometryError
-from geometries.physical_groups import GroupKind, GroupName, parse_group_name
-from geometries.session import gmsh_session, name_groups, write_mesh
-from geometries.settings import Parameter
+from bsm_mesh.geometries import circular_tunnel
+from bsm_mesh.geometries.cases import Case, case_names, case_parameters, find_case, parse_settings
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
+from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries.settings import Parameter
 
 if TYPE_CHECKING:
-    from geometries.block_files import mesh_blocks, write_blocks
-    from geometries.cutting.block_cut import BlockCut, JointAccount
-    from geometries.cutting.cut import cut_blocks
-    from geometries.joint_sets import Fault, JointSet, bedding
-    from geometries.orientations import (
+    from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
+    from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
+    from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.joint_sets import Fault, JointSet, bedding
+    from bsm_mesh.geometries.orientations import (
         apparent_dip,
         apparent_spacing,
         draw_stereonet,
         joint_set_in_section,
         joint_sets_of_scan_line,
     )
-    from geometries.patterns import Heads, Voronoi, bricks
-    from geometries.quarters import quarter_blocks
-    from geometries.rock_mass import Excavation, Opening, Region, RockMass
-    from geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
-    from geometries.short_sides import close_short_sides
-    from geometries.spacings import Constant, Exponential, Lognormal, Normal
-    from geometries.traces import read_scan_line, read_traces
+    from bsm_mesh.geometries.patterns import Heads, Voronoi, bricks
+    from bsm_mesh.geometries.quarters import quarter_blocks
+    from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
+    from bsm_mesh.geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
+    from bsm_mesh.geometries.short_sides import close_short_sides
+    from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal
+    from bsm_mesh.geometries.traces import read_scan_line, read_traces
 
 __all__ = [
     "BlockCut",
@@ -94,42 +94,42 @@ __all__ = [
 ]
 
 _HOME = {
-    "apparent_dip": "geometries.orientations",
-    "apparent_spacing": "geometries.orientations",
-    "draw_stereonet": "geometries.orientations",
-    "joint_set_in_section": "geometries.orientations",
-    "joint_sets_of_scan_line": "geometries.orientations",
-    "read_scan_line": "geometries.traces",
-    "read_traces": "geometries.traces",
-    "Heads": "geometries.patterns",
-    "Voronoi": "geometries.patterns",
-    "bricks": "geometries.patterns",
-    "band": "geometries.shapes",
-    "circle": "geometries.shapes",
-    "dam": "geometries.shapes",
-    "horseshoe": "geometries.shapes",
-    "rectangle": "geometries.shapes",
-    "slope": "geometries.shapes",
-    "stope": "geometries.shapes",
-    "vaulted_box": "geometries.shapes",
-    "BlockCut": "geometries.cutting.block_cut",
-    "Constant": "geometries.spacings",
-    "Excavation": "geometries.rock_mass",
-    "Exponential": "geometries.spacings",
-    "Fault": "geometries.joint_sets",
-    "JointAccount": "geometries.cutting.block_cut",
-    "JointSet": "geometries.joint_sets",
-    "Lognormal": "geometries.spacings",
-    "Normal": "geometries.spacings",
-    "Opening": "geometries.rock_mass",
-    "Region": "geometries.rock_mass",
-    "RockMass": "geometries.rock_mass",
-    "bedding": "geometries.joint_sets",
-    "cut_blocks": "geometries.cutting.cut",
-    "mesh_blocks": "geometries.block_files",
-    "quarter_blocks": "geometries.quarters",
-    "close_short_sides": "geometries.short_sides",
-    "write_blocks": "geometries.block_files",
+    "apparent_dip": "bsm_mesh.geometries.orientations",
+    "apparent_spacing": "bsm_mesh.geometries.orientations",
+    "draw_stereonet": "bsm_mesh.geometries.orientations",
+    "joint_set_in_section": "bsm_mesh.geometries.orientations",
+    "joint_sets_of_scan_line": "bsm_mesh.geometries.orientations",
+    "read_scan_line": "bsm_mesh.geometries.traces",
+    "read_traces": "bsm_mesh.geometries.traces",
+    "Heads": "bsm_mesh.geometries.patterns",
+    "Voronoi": "bsm_mesh.geometries.patterns",
+    "bricks": "bsm_mesh.geometries.patterns",
+    "band": "bsm_mesh.geometries.shapes",
+    "circle": "bsm_mesh.geometries.shapes",
+    "dam": "bsm_mesh.geometries.shapes",
+    "horseshoe": "bsm_mesh.geometries.shapes",
+    "rectangle": "bsm_mesh.geometries.shapes",
+    "slope": "bsm_mesh.geometries.shapes",
+    "stope": "bsm_mesh.geometries.shapes",
+    "vaulted_box": "bsm_mesh.geometries.shapes",
+    "BlockCut": "bsm_mesh.geometries.cutting.block_cut",
+    "Constant": "bsm_mesh.geometries.spacings",
+    "Excavation": "bsm_mesh.geometries.rock_mass",
+    "Exponential": "bsm_mesh.geometries.spacings",
+    "Fault": "bsm_mesh.geometries.joint_sets",
+    "JointAccount": "bsm_mesh.geometries.cutting.block_cut",
+    "JointSet": "bsm_mesh.geometries.joint_sets",
+    "Lognormal": "bsm_mesh.geometries.spacings",
+    "Normal": "bsm_mesh.geometries.spacings",
+    "Opening": "bsm_mesh.geometries.rock_mass",
+    "Region": "bsm_mesh.geometries.rock_mass",
+    "RockMass": "bsm_mesh.geometries.rock_mass",
+    "bedding": "bsm_mesh.geometries.joint_sets",
+    "cut_blocks": "bsm_mesh.geometries.cutting.cut",
+    "mesh_blocks": "bsm_mesh.geometries.block_files",
+    "quarter_blocks": "bsm_mesh.geometries.quarters",
+    "close_short_sides": "bsm_mesh.geometries.short_sides",
+    "write_blocks": "bsm_mesh.geometries.block_files",
 }
 
 

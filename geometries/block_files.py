@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from geometries import physical_groups
-from geometries.cutting.block_cut import BlockCut
-from geometries.cutting.fans import divide_faces
-from geometries.cutting.pieces import IntArray
-from geometries.errors import GeometryError
-from geometries.session import gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries import physical_groups
+from bsm_mesh.geometries.cutting.block_cut import BlockCut
+from bsm_mesh.geometries.cutting.fans import divide_faces
+from bsm_mesh.geometries.cutting.pieces import IntArray
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 
 LINE, TRIANGLE = 1, 2  # Gmsh's numbers of element types
 MOST_MESHED = 20_000
@@ -176,7 +176,7 @@ def _blocks_around(cut: BlockCut, pieces: IntArray) -> Mapping[int, list[int]]:
     """Return the numbers of the pieces in each block that has any."""
     import shapely
 
-    from geometries.cutting.faces import Faces
+    from bsm_mesh.geometries.cutting.faces import Faces
 
     polygons = Faces(corners=cut.corners, rings=cut.rings, faces=cut.faces).polygons(cut.points)
     piece, block = shapely.STRtree(polygons).query(shapely.points(cut.points[pieces].mean(axis=1)), "within")

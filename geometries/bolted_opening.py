@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from geometries.parameters import ParameterChecks
-from geometries.quadrilaterals import Point, Quadrilateral, Side, sides_of, write_quadrilaterals
+from bsm_mesh.geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.quadrilaterals import Point, Quadrilateral, Side, sides_of, write_quadrilaterals
 
 WIDTH = HEIGHT = 10.0
 LEFT, RIGHT, FLOOR, ROOF = 3.5, 6.5, 2.0, 6.0  # of the opening

@@ -9,8 +9,8 @@ import itertools
 import os
 from pathlib import Path
 
-from geometries.parameters import ParameterChecks
-from geometries.quadrilaterals import rectangle, sides_of, write_quadrilaterals
+from bsm_mesh.geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.quadrilaterals import rectangle, sides_of, write_quadrilaterals
 
 
 def build(

@@ -20,8 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from geometries.errors import GeometryError, nearest_name
-from geometries.settings import Parameter, accepts_any, parse_literal, read_parameters
+from bsm_mesh.geometries.errors import GeometryError, nearest_name
+from bsm_mesh.geometries.settings import Parameter, accepts_any, parse_literal, read_parameters
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,13 +155,13 @@ def _raise_faults(faults: list[str]) -> None:
 
 
 def _module_names() -> list[str]:
-    package = importlib.import_module("geometries")
+    package = importlib.import_module("bsm_mesh.geometries")
     names = (module.name for module in pkgutil.iter_modules(package.__path__))
     return [name for name in names if not name.startswith("_")]
 
 
 def _import_module(name: str) -> Any:
-    return importlib.import_module(f"geometries.{name}")
+    return importlib.import_module(f"bsm_mesh.geometries.{name}")
 
 
 def _load_script(path: Path) -> Case:

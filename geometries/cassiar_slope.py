@@ -17,7 +17,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.parameters import ParameterChecks
 
 WEDGE_JOINTS = "BCDE"
 
@@ -120,8 +120,8 @@ def build(
     """
     given = {name: value for name, value in locals().items() if name not in ("path", "unknown")}
     section = _Section(_checked(given, unknown))
-    from geometries.block_files import mesh_blocks, write_blocks
-    from geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
+    from bsm_mesh.geometries.cutting.cut import cut_blocks
 
     cut = cut_blocks(section.rock_mass())
     return write_blocks(cut, path) if size is None else mesh_blocks(cut, path, size=size)
@@ -204,8 +204,8 @@ class _Section:
 
     def rock_mass(self) -> Any:
         """Return the rock and its joints, ready to be cut."""
-        from geometries.joint_sets import Fault
-        from geometries.rock_mass import Region, RockMass
+        from bsm_mesh.geometries.joint_sets import Fault
+        from bsm_mesh.geometries.rock_mass import Region, RockMass
 
         low, high = self.bottom, self.height
         ground = [(self.left, high), self.crest, (0.0, 0.0), (self.right, 0.0)]
@@ -237,7 +237,7 @@ class _Section:
         """Return joints B to E, from the face to the dyke or the North Fault."""
         import numpy as np
 
-        from geometries.joint_sets import Fault, clip_traces
+        from bsm_mesh.geometries.joint_sets import Fault, clip_traces
 
         wedge = [self.daylight, self.crest, (self.outcrop, self.height), self.back, self.bend]
         layer = (self.height - self.given["fault_level"]) / (len(WEDGE_JOINTS) + 1)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from geometries import physical_groups
-from geometries.parameters import ParameterChecks
-from geometries.session import gmsh_session, name_groups, write_mesh
-from geometries.sizes import graded_layers, grow_sizes_from
+from bsm_mesh.geometries import physical_groups
+from bsm_mesh.geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries.sizes import graded_layers, grow_sizes_from
 
 MESH_KINDS = ("triangles", "quads", "radial")
 OUTLINES = ("rectangle", "circle")

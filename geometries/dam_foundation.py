@@ -10,8 +10,8 @@ import math
 import os
 from pathlib import Path
 
-from geometries.parameters import ParameterChecks
-from geometries.quadrilaterals import Quadrilateral, sides_of, write_quadrilaterals
+from bsm_mesh.geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.quadrilaterals import Quadrilateral, sides_of, write_quadrilaterals
 
 
 def build(

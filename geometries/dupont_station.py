@@ -10,7 +10,7 @@ import math
 import os
 from pathlib import Path
 
-from geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.parameters import ParameterChecks
 
 OPENING = (-3.0, -8.0, 3.0, 0.0)  # 6 m x 8 m: left, bottom, right, top
 COVER = 9.0  # m of rock over the crown
@@ -88,12 +88,12 @@ def build(
     checks.raise_faults()
     import shapely
 
-    from geometries.cutting.cut import cut_blocks
-    from geometries.joint_sets import Fault, JointSet
-    from geometries.quarters import quarter_blocks
-    from geometries.rock_mass import Excavation, Region, RockMass
-    from geometries.shapes import band, rectangle
-    from geometries.short_sides import close_short_sides
+    from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.joint_sets import Fault, JointSet
+    from bsm_mesh.geometries.quarters import quarter_blocks
+    from bsm_mesh.geometries.rock_mass import Excavation, Region, RockMass
+    from bsm_mesh.geometries.shapes import band, rectangle
+    from bsm_mesh.geometries.short_sides import close_short_sides
 
     along = math.cos(math.radians(dip)), math.sin(math.radians(dip))
     reach = width + below + COVER

@@ -15,8 +15,8 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from geometries.errors import GeometryError
-from geometries.spacings import Constant, Spacing
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.spacings import Constant, Spacing
 
 FloatArray = npt.NDArray[np.float64]
 Points = Sequence[tuple[float, float]] | FloatArray

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-from geometries.parameters import ParameterChecks
+from bsm_mesh.geometries.parameters import ParameterChecks
 
 SHAPES = ("circle", "horseshoe", "box", "none")
 ENGINES = ("shapely", "gmsh")
@@ -85,11 +85,11 @@ def build(
     if len(dips) != len(spacings):
         checks.add(f"{len(dips)} dips and {len(spacings)} spacings; give one spacing for each dip")
     checks.raise_faults()
-    from geometries.block_files import mesh_blocks, write_blocks
-    from geometries.cutting.cut import cut_blocks
-    from geometries.joint_sets import JointSet
-    from geometries.rock_mass import Excavation, Opening, Region, RockMass
-    from geometries.shapes import circle, horseshoe, rectangle
+    from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
+    from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.joint_sets import JointSet
+    from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
+    from bsm_mesh.geometries.shapes import circle, horseshoe, rectangle
 
     half = span / 2
     outlines = {

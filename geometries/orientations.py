@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.files import whole_file
-from geometries.errors import GeometryError
-from geometries.joint_sets import FloatArray, JointSet
-from geometries.spacings import Lognormal
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray, JointSet
+from bsm_mesh.geometries.spacings import Lognormal
 
 LEAST_SINE = 0.05  # of the angle between joint and section: nearer to parallel, a joint leaves no trace worth a line
 LEAST_COSINE = 0.1  # of the angle between scan line and normal: Terzaghi's correction is not taken further

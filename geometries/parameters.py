@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from numbers import Integral, Real
 
-from geometries.errors import GeometryError, nearest_name
+from bsm_mesh.geometries.errors import GeometryError, nearest_name
 
 
 class ParameterChecks:

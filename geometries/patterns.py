@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.errors import GeometryError
-from geometries.joint_sets import FloatArray, JointSet, Points, clip_traces
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray, JointSet, Points, clip_traces
 
 MOST_CELLS = 1_000_000
 

@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from geometries import physical_groups
-from geometries.errors import GeometryError
-from geometries.session import gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries import physical_groups
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 
 Point = tuple[float, float]
 Quadrilateral = tuple[Point, Point, Point, Point]

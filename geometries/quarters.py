@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from geometries import physical_groups
-from geometries.block_files import add_lines, surface_groups
-from geometries.cutting.block_cut import BlockCut
-from geometries.cutting.faces import Faces
-from geometries.cutting.fans import delaunay_triangles
-from geometries.cutting.pieces import BoolArray, IntArray
-from geometries.joint_sets import FloatArray
-from geometries.session import gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries import physical_groups
+from bsm_mesh.geometries.block_files import add_lines, surface_groups
+from bsm_mesh.geometries.cutting.block_cut import BlockCut
+from bsm_mesh.geometries.cutting.faces import Faces
+from bsm_mesh.geometries.cutting.fans import delaunay_triangles
+from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray
+from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 
 TRIANGLE, QUADRANGLE = 2, 3  # Gmsh's numbers of element types
 STRAIGHTEST = 0.05  # sine of the turn at a corner: less is taken as straight, else a quadrilateral would be too flat

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from geometries.errors import GeometryError
-from geometries.joint_sets import FloatArray, Joints, Points
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray, Joints, Points
 
 DeadEnds = Literal["keep", "extend", "cut"]
 TOLERANCE = 1e-6  # of the model's diagonal

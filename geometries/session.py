@@ -16,8 +16,8 @@ from types import ModuleType
 from typing import Any
 
 from bsm_mesh.files import whole_file
-from geometries.errors import GeometryError
-from geometries.physical_groups import parse_group_name
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.physical_groups import parse_group_name
 
 SYSTEM_LIBRARIES = ("libglu1-mesa", "libgl1", "libgomp1", "libxcursor1", "libxft2", "libxinerama1")
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geometries.errors import GeometryError
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 Point = tuple[float, float]
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from geometries.cutting.block_cut import BlockCut
-from geometries.cutting.faces import Faces
-from geometries.cutting.pieces import IntArray
-from geometries.errors import GeometryError
+from bsm_mesh.geometries.cutting.block_cut import BlockCut
+from bsm_mesh.geometries.cutting.faces import Faces
+from bsm_mesh.geometries.cutting.pieces import IntArray
+from bsm_mesh.geometries.errors import GeometryError
 
 ON_LINE = 1e-6  # m: a point this near to an outline lies on it
 MOST_HALVINGS = 6

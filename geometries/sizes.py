@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from geometries.session import load_gmsh
+from bsm_mesh.geometries.session import load_gmsh
 
 
 def grow_sizes_from(point: int, *, near: float, far: float, start: float, end: float) -> None:

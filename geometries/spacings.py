@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from geometries.errors import GeometryError
+from bsm_mesh.geometries.errors import GeometryError
 
 FloatArray = npt.NDArray[np.float64]
 LEAST_SHARE = 0.05  # of the mean: no random spacing is smaller, or blocks would be slivers by chance alone

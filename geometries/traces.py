@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from geometries.errors import GeometryError
-from geometries.joint_sets import Fault, FloatArray
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import Fault, FloatArray
 
 Lines = dict[str, list[FloatArray]]
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geometries import BlockCut, Fault, Region, RockMass
-from geometries.cutting.faces import Faces
+from bsm_mesh.geometries import BlockCut, Fault, Region, RockMass
+from bsm_mesh.geometries.cutting.faces import Faces
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -54,7 +54,7 @@ def animate(folder: Path) -> Path:
 
 def draw_step(folder: Path, step: int) -> Path:
     """Draw the position at the last snapshot of no more than `step` steps, and return the path of the picture."""
-    from converters.result_files import read_water_table
+    from bsm_mesh.converters.result_files import read_water_table
 
     told, files = read_summary(folder), _snapshots(folder)
     earlier = [entry for entry in files if entry[0] <= step] or files[:1]
@@ -78,7 +78,7 @@ def draw_step(folder: Path, step: int) -> Path:
 
 def _snapshots(folder: Path) -> list[tuple[float, Path]]:
     """Return time and file of every snapshot, the end included."""
-    from converters.vtk_files import read_pvd
+    from bsm_mesh.converters.vtk_files import read_pvd
 
     files = read_pvd(folder / "blocks.pvd")
     if len(files) < 2:
@@ -91,7 +91,7 @@ def _snapshots(folder: Path) -> list[tuple[float, Path]]:
 def _read(file: Path) -> Any:
     import pyvista
 
-    from converters.vtk_files import read_vtu
+    from bsm_mesh.converters.vtk_files import read_vtu
 
     read_vtu(file, needs=("displacement", "block_id"))
     return pyvista.read(file)

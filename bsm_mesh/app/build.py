@@ -32,7 +32,7 @@ from bsm_mesh.model.stages import Stage, blocks_in
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
-    from converters import MeshReport
+    from bsm_mesh.converters import MeshReport
 
 Reporter = Callable[[str], None]
 Made = TypeVar("Made")
@@ -150,7 +150,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
 
 
 def _dangling(report: MeshReport) -> dict[str, int]:
-    from converters import NoteKind
+    from bsm_mesh.converters import NoteKind
 
     found: dict[str, int] = {}
     for kind in (NoteKind.LOOSE, NoteKind.DEAD_END):

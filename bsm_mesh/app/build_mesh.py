@@ -18,7 +18,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import UNIT_OF_LENGTH
 
 if TYPE_CHECKING:
-    from converters import MeshReport
+    from bsm_mesh.converters import MeshReport
 
 
 def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, MeshReport]:
@@ -43,7 +43,7 @@ def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Bl
 
 
 def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) -> tuple[Blocks, MeshReport]:
-    from converters import read_mesh
+    from bsm_mesh.converters import read_mesh
 
     try:
         scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
@@ -60,7 +60,7 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
     ModelError
         For an unknown geometry or parameter, and for whatever a user's script raises.
     """
-    from geometries.cases import find_case
+    from bsm_mesh.geometries.cases import find_case
 
     with geometry_faults(), stdout_to_stderr():
         found = find_case(case)
@@ -95,7 +95,7 @@ def stdout_to_stderr() -> Iterator[None]:
 @contextmanager
 def geometry_faults() -> Iterator[None]:
     """Raise what is wrong with a geometry as a `ModelError`, as all bad input is."""
-    from geometries.errors import GeometryError
+    from bsm_mesh.geometries.errors import GeometryError
 
     try:
         yield

@@ -106,8 +106,8 @@ def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:
 
 
 def _repair(loaded: LoadedModel, repair: Repair, limits: Thresholds) -> tuple[str, ...]:
-    from converters.meshes.block_files import write_polygons
-    from converters.meshes.repair import repair_blocks
+    from bsm_mesh.converters.meshes.block_files import write_polygons
+    from bsm_mesh.converters.meshes.repair import repair_blocks
 
     def slivers(blocks: Blocks) -> IntArray:
         found = poor_blocks(blocks, limits)

@@ -20,7 +20,7 @@ from bsm_mesh.results.records import Results, Status
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
-    from converters import Comparison
+    from bsm_mesh.converters import Comparison
 
 EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
@@ -76,8 +76,8 @@ def run_demo(folder: Path) -> None:
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
     """Build a geometry into a mesh file and say what is in it."""
-    from converters import read_mesh
-    from geometries.cases import find_case, parse_settings
+    from bsm_mesh.converters import read_mesh
+    from bsm_mesh.geometries.cases import find_case, parse_settings
 
     path = output or Path(f"{Path(case).stem}.msh")
     if path.suffix != ".msh":
@@ -107,7 +107,7 @@ def _key_and_value(setting: str) -> tuple[str, str]:
 
 def print_cases(case: str | None) -> None:
     """Print the built-in geometries, or the parameters of one."""
-    from geometries.cases import case_names, case_parameters, find_case
+    from bsm_mesh.geometries.cases import case_names, case_parameters, find_case
 
     with geometry_faults():
         if case is None:
@@ -125,8 +125,8 @@ def print_cases(case: str | None) -> None:
 
 def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, as_json: bool, quiet: bool) -> None:
     """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
-    from converters import compare
-    from converters.continuum.files import write_comparison
+    from bsm_mesh.converters import compare
+    from bsm_mesh.converters.continuum.files import write_comparison
 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report)

@@ -33,7 +33,7 @@ def analyse_limit(
         told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
     file = None
     if found.mechanism.any():
-        from converters.result_files import write_mechanism
+        from bsm_mesh.converters.result_files import write_mechanism
 
         file = (output or loaded.output_folder) / "limit.vtu"
         write_mechanism(model.blocks, found.mechanism, file)

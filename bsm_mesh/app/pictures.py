@@ -18,7 +18,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, counted
 
 if TYPE_CHECKING:
-    from converters.vtk_files import Grid
+    from bsm_mesh.converters.vtk_files import Grid
 
 MOST_GLYPHS = 1200  # arrows or crosses; more cannot be told apart
 EXAGGERATED = 0.05  # of the model's size: greatest displacement drawn in the picture of the deformation
@@ -29,8 +29,8 @@ def draw_pictures(folder: Path) -> list[Path]:
     import pyvista
 
     pyvista.OFF_SCREEN = True
-    from converters.result_files import read_water_table
-    from converters.vtk_files import read_pvd, read_vtu
+    from bsm_mesh.converters.result_files import read_water_table
+    from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 
     told = read_summary(folder)
     file = read_pvd(folder / "blocks.pvd")[-1][1]
@@ -55,7 +55,7 @@ def _bolts(folder: Path) -> Any:
     """Return the bolts that are there at the end of the last stage."""
     import pyvista
 
-    from converters.vtk_files import read_pvd, read_vtu
+    from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 
     file = read_pvd(folder / "bolts.pvd")[-1][1]
     read_vtu(file, needs=("axial_force", "alive"))

@@ -11,7 +11,7 @@ from bsm_mesh.files import make_folder, remove
 from bsm_mesh.results.records import Results, StepRecord
 
 if TYPE_CHECKING:
-    from converters.result_files import Instant
+    from bsm_mesh.converters.result_files import Instant
 
 MOST_SNAPSHOTS = 200  # of each kind of file
 
@@ -39,7 +39,7 @@ class SnapshotWriter:
 
     def __call__(self, record: StepRecord, results: Callable[[], Results]) -> None:
         """Write the results of a step if it is its turn; `bsm_mesh.run` calls this."""
-        from converters.result_files import Instant
+        from bsm_mesh.converters.result_files import Instant
 
         self._taken += 1
         if self._taken % self._stride:
@@ -52,7 +52,7 @@ class SnapshotWriter:
             ) from error
 
     def _write(self, instant: Instant, results: Results) -> None:
-        from converters.result_files import list_snapshots, remove_snapshots, write_snapshot
+        from bsm_mesh.converters.result_files import list_snapshots, remove_snapshots, write_snapshot
 
         if not self.instants:
             make_folder(self.folder)

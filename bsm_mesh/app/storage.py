@@ -21,7 +21,7 @@ from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
 
 if TYPE_CHECKING:
-    from converters.result_files import Instant
+    from bsm_mesh.converters.result_files import Instant
 
 SCHEMA_VERSION = 1
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
@@ -60,7 +60,7 @@ def save_results(
     ModelError
         If the folder cannot be made or written to.
     """
-    from converters.result_files import write_series
+    from bsm_mesh.converters.result_files import write_series
 
     try:
         make_folder(folder)
@@ -166,7 +166,7 @@ def _read_history(path: Path, count: int) -> list[StepRecord]:
 
 def load_results(folder: Path) -> Results:
     """Return the results that `save_results` wrote."""
-    from converters.result_files import blocks_of_grid, read_stage_grids
+    from bsm_mesh.converters.result_files import blocks_of_grid, read_stage_grids
 
     told = read_summary(folder)
     steps = _read_history(folder / "history.csv", sum(stage["steps"] for stage in told["stages"]))
@@ -209,7 +209,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord], count: int) -> StageResult:
-    from converters.result_files import (
+    from bsm_mesh.converters.result_files import (
         contacts_of_grid,
         read_bolts,
         read_stage_grids,

@@ -1,9 +1,14 @@
 """The continuum beside the blocks: scikit-fem's plane-strain solution of a model, and the comparison with a run."""
 
-from converters.continuum.comparison import Comparison, Difference, Row, compare
-from converters.continuum.elasticity import Elasticity, affine_stiffness, matched_elasticity, nominal_elasticity
-from converters.continuum.sections import Section, blocks_on_line
-from converters.continuum.solution import ContinuumSolution, solve_continuum
+from bsm_mesh.converters.continuum.comparison import Comparison, Difference, Row, compare
+from bsm_mesh.converters.continuum.elasticity import (
+    Elasticity,
+    affine_stiffness,
+    matched_elasticity,
+    nominal_elasticity,
+)
+from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
+from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum
 
 __all__ = [
     "Comparison",

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.continuum.sections import Section
+from bsm_mesh.converters.continuum.solution import Continuum, ContinuumSolution
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.stress import principal_stresses
-from converters.continuum.sections import Section
-from converters.continuum.solution import Continuum, ContinuumSolution
 
 NEGLIGIBLE = 1e-6  # of the whole stress: a component of the continuum below it has no scale of its own
 

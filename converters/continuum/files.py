@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from bsm_mesh.converters.continuum.comparison import Comparison
+from bsm_mesh.converters.result_files import six_components
+from bsm_mesh.converters.vtk_files import POLYGON, Grid, spatial, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.stress import principal_stresses
-from converters.continuum.comparison import Comparison
-from converters.result_files import six_components
-from converters.vtk_files import POLYGON, Grid, spatial, write_vtu
 
 
 def write_comparison(comparison: Comparison, blocks: Blocks, path: Path) -> None:

@@ -21,11 +21,11 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import IntArray
+from bsm_mesh.converters.continuum.mesh import ContinuumMesh, facets_between
+from bsm_mesh.converters.continuum.supports import nodal_unknowns
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
-from converters.continuum.mesh import ContinuumMesh, facets_between
-from converters.continuum.supports import nodal_unknowns
 
 # Integrals of the products of shape functions along a side of length 1: ends (order 1); ends and middle (order 2).
 MASS = {

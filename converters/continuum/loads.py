@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.model.loads import BoundaryLoad, PointForces, PointLoad, edge_tractions, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import unit_vector
-from converters.continuum.mesh import ContinuumMesh
 
 
 def load_vector(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:

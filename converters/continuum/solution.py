@@ -10,17 +10,22 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.converters.continuum.elasticity import (
+    matched_stiffness,
+    nominal_stiffness,
+    rigid_rock_faults,
+    rocks_in_use,
+)
+from bsm_mesh.converters.continuum.interfaces import Interfaces, interface_stiffness, open_joints
+from bsm_mesh.converters.continuum.loads import load_vector
+from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
+from bsm_mesh.converters.continuum.supports import held_displacements, nodal_unknowns
+from bsm_mesh.converters.continuum.system import solve_held
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointLoad
 from bsm_mesh.model.model import Model
-from converters.continuum.elasticity import matched_stiffness, nominal_stiffness, rigid_rock_faults, rocks_in_use
-from converters.continuum.interfaces import Interfaces, interface_stiffness, open_joints
-from converters.continuum.loads import load_vector
-from converters.continuum.mesh import build_continuum_mesh
-from converters.continuum.supports import held_displacements, nodal_unknowns
-from converters.continuum.system import solve_held
 
 ElasticityName = Literal["nominal", "matched"]
 

@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.converters.continuum.supports import HeldDisplacements, nodal_unknowns
 from bsm_mesh.errors import ModelError, place
-from converters.continuum.supports import HeldDisplacements, nodal_unknowns
 
 SOLVED = 1e-6  # of the greatest force: a larger residual means a singular matrix, or constraints in contradiction
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bsm_mesh.converters.vtk_files import Grid, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
-from converters.vtk_files import Grid, write_vtu
 
 LINE, POLYGON = 3, 7  # VTK's numbers of cell types
 

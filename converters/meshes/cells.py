@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
-from converters.meshes.report import Note, NoteKind
 
 CellSets = Mapping[str, Sequence[npt.ArrayLike | None]]
 CellArrays = Mapping[str, Sequence[npt.NDArray[Any]]]

@@ -12,18 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.converters.meshes.cells import CellArrays, CellSets, MeshCells, gather_cells
+from bsm_mesh.converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
+from bsm_mesh.converters.meshes.files import read_cells
+from bsm_mesh.converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
+from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
+from bsm_mesh.converters.meshes.regions import merge_regions
+from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
 from bsm_mesh.errors import MeshWarning, ModelError, listing
+from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
-from converters.meshes.cells import CellArrays, CellSets, MeshCells, gather_cells
-from converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
-from converters.meshes.files import read_cells
-from converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
-from converters.meshes.outlines import Outlines, outline_elements
-from converters.meshes.regions import merge_regions
-from converters.meshes.report import MeshReport, Note, NoteKind, places
-from geometries.physical_groups import GroupKind
 
 BlocksFrom = Literal["elements", "regions"]
 
@@ -144,7 +144,7 @@ def convert_meshio(
     source: str = "mesh",
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a ``meshio.Mesh``, and the report; parameters and errors as for `convert_mesh`."""
-    from converters.meshes.from_meshio import cells_of_meshio
+    from bsm_mesh.converters.meshes.from_meshio import cells_of_meshio
 
     return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance, blocks)
 

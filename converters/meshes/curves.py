@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.meshes.groups import NamedGroup
+from bsm_mesh.converters.meshes.report import Note, NoteKind, places
 from bsm_mesh.errors import listing, raise_faults
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.polygons import next_corner
-from converters.meshes.groups import NamedGroup
-from converters.meshes.report import Note, NoteKind, places
 
 ALONG = 1e-6  # of the shorter length: how far off a line may lie along an edge
 ENOUGH = 0.5 - 1e-6  # of an edge's length: covered so far, the edge belongs to the curve

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.errors import ModelError
-from converters.meshes.cells import MeshCells
 
 
 def read_cells(path: str | os.PathLike[str]) -> MeshCells:
@@ -26,14 +26,14 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """
     file = Path(path)
     _refuse_unreadable(file)
-    from converters.meshes.from_msh import is_msh41, read_msh41
-    from converters.meshes.from_vtk import SUFFIXES, read_vtk
+    from bsm_mesh.converters.meshes.from_msh import is_msh41, read_msh41
+    from bsm_mesh.converters.meshes.from_vtk import SUFFIXES, read_vtk
 
     if file.suffix.lower() == ".msh" and is_msh41(file):
         return read_msh41(file)
     if file.suffix.lower() in SUFFIXES:
         return read_vtk(file)
-    from converters.meshes.from_meshio import read_by_meshio
+    from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 
     return read_by_meshio(file)
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
+from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
-from converters.meshes.cells import MeshCells, gather_cells
-from converters.meshes.report import Note, NoteKind
 
 Sets = dict[str, list[npt.NDArray[Any] | None]]
 

@@ -22,10 +22,10 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
+from bsm_mesh.converters.meshes.msh_sections import BinaryNumbers, Kind, Numbers, TextNumbers, TruncatedError
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
-from converters.meshes.cells import MeshCells, gather_cells
-from converters.meshes.msh_sections import BinaryNumbers, Kind, Numbers, TextNumbers, TruncatedError
 
 LINE_NODES = {1: 2, 8: 3, 26: 4, 27: 5, 28: 6, 62: 7, 63: 8, 64: 9, 65: 10, 66: 11}
 TRIANGLE_NODES = {2: 3, 9: 6, 20: 9, 21: 10, 22: 12, 23: 15, 24: 15, 25: 21, 42: 28, 43: 36, 44: 45, 45: 55, 46: 66}

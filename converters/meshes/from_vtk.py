@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
 from bsm_mesh.errors import ModelError
+from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.edges import LongArray
-from converters.meshes.cells import MeshCells, gather_cells
-from geometries.physical_groups import GroupKind
 
 SUFFIXES = (".vtu", ".vtp", ".vtk")
 POLY_LINE = 4

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
+from bsm_mesh.converters.meshes.cells import CellGroup, MeshCells
+from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import MAX_SHOWN, ModelError, counted, listing, nearest, raise_faults
+from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
 from bsm_mesh.model.edges import LongArray
-from converters.meshes.cells import CellGroup, MeshCells
-from converters.meshes.report import Note, NoteKind
-from geometries.physical_groups import GroupKind, GroupName, parse_group_name
 
 REST = "*"  # the key that stands for all elements in no rock
 MOST_VALUES = 64  # an array with more values numbers elements, not groups

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.meshes.cells import MeshCells
+from bsm_mesh.converters.meshes.repeats import first_of_equal
+from bsm_mesh.converters.meshes.report import Note, NoteKind, places
 from bsm_mesh.errors import ModelError, listing
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import edge_vectors, next_corner, polygon_moments
-from converters.meshes.cells import MeshCells
-from converters.meshes.repeats import first_of_equal
-from converters.meshes.report import Note, NoteKind, places
 
 PLANE_TOLERANCE = 1e-6  # of the mesh's size: single-precision coordinates are that exact
 FARTHEST = 1e12  # coordinates beyond this, and those that are no number, come from a damaged file

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.meshes.report import Note, NoteKind, places
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
-from converters.meshes.report import Note, NoteKind, places
 
 STRAIGHT = 0.01  # of the merge tolerance: the outline keeps its area to rounding
 MOST_CUTS = 40  # of one region, each in half, before its elements stay as they are

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.meshes.conform import conforming
+from bsm_mesh.converters.meshes.regions import components, not_simple, outline_regions, rim_of
 from bsm_mesh.errors import place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import owner_of_corner
-from converters.meshes.conform import conforming
-from converters.meshes.regions import components, not_simple, outline_regions, rim_of
 
 MAX_ROUNDS = 10  # a merged sliver may still be one
 

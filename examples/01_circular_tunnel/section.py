@@ -13,9 +13,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bsm_mesh as bsm
-import converters
-from converters.continuum import blocks_on_line
-from geometries import circular_tunnel
+from bsm_mesh import converters
+from bsm_mesh.converters.continuum import blocks_on_line
+from bsm_mesh.geometries import circular_tunnel
 
 HERE = Path(__file__).parent
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0

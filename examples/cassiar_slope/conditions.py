@@ -16,8 +16,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.geometries.cassiar_slope import monitoring_points
 from bsm_mesh.model.locate import blocks_at
-from geometries.cassiar_slope import monitoring_points
 
 HERE = Path(__file__).parent
 LAWS = {"Patton": "model.toml", "Mohr-Coulomb": "mohr_coulomb.toml"}

@@ -13,8 +13,8 @@ import numpy as np
 from conditions import BLOSMER, HERE, as_the_water_rises
 
 import bsm_mesh as bsm
-import converters
-from geometries import cassiar_slope
+from bsm_mesh import converters
+from bsm_mesh.geometries import cassiar_slope
 
 FILE = HERE / "model.toml"
 FINDINGS = (

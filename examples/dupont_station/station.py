@@ -7,8 +7,8 @@ import numpy as np
 import shapely
 
 import bsm_mesh as bsm
+from bsm_mesh.converters.continuum import solve_continuum
 from bsm_mesh.model.submodel import some_blocks
-from converters.continuum import solve_continuum
 
 HERE = Path(__file__).parent
 LEFT, RIGHT, FLOOR, CROWN, TOP = -3.0, 3.0, -8.0, 0.0, 9.0  # m

@@ -11,8 +11,8 @@ from pathlib import Path
 import station
 
 import bsm_mesh as bsm
-import converters
-from geometries import dupont_station
+from bsm_mesh import converters
+from bsm_mesh.geometries import dupont_station
 
 SMALL = {"width": 50.0, "below": 15.0, "joint_spacing": 3.0, "cross_spacing": 3.0}
 OPTIONS = bsm.Options(scheme="continuation", max_steps=60, displacement_limit=0.3)

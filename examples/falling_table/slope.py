@@ -1,6 +1,6 @@
 """A wedge of rock on a bedding plane, a tension crack behind it (the slope of Hoek and Bray's plane failure)."""
 
-from geometries.quadrilaterals import write_quadrilaterals
+from bsm_mesh.geometries.quadrilaterals import write_quadrilaterals
 
 TOE, CRACK, TOP, CREST = (0.0, 0.0), (10.928, 7.652), (10.928, 12.0), (6.928, 12.0)
 

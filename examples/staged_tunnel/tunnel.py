@@ -1,6 +1,6 @@
 """A circular tunnel in three parts, each an excavation group: heading, bench, invert."""
 
-from geometries import gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries import gmsh_session, name_groups, write_mesh
 
 RADIUS, DEPTH, BELOW, WIDTH = 4.0, 30.0, 20.0, 25.0
 PARTS = {"heading": (0.5, RADIUS), "bench": (-2.0, 0.5), "invert": (-RADIUS, -2.0)}

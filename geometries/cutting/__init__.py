@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geometries.cutting.block_cut import BlockCut, JointAccount
-from geometries.cutting.cut import cut_blocks
+from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
+from bsm_mesh.geometries.cutting.cut import cut_blocks
 
 __all__ = ["BlockCut", "JointAccount", "cut_blocks"]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.cutting.pieces import IntArray
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.cutting.pieces import IntArray
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,15 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from geometries.cutting.block_cut import BlockCut, JointAccount
-from geometries.cutting.dead_ends import dead_ends, extend_ends
-from geometries.cutting.ends import join_ends
-from geometries.cutting.faces import Faces, enclose_faces, excavations_at, keep_valid
-from geometries.cutting.graph import Graph, place_points
-from geometries.cutting.pieces import BoolArray, IntArray, Pieces, gather_pieces
-from geometries.errors import GeometryError
-from geometries.joint_sets import FloatArray
-from geometries.rock_mass import Opening, Region, RockMass
+from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
+from bsm_mesh.geometries.cutting.dead_ends import dead_ends, extend_ends
+from bsm_mesh.geometries.cutting.ends import join_ends
+from bsm_mesh.geometries.cutting.faces import Faces, enclose_faces, excavations_at, keep_valid
+from bsm_mesh.geometries.cutting.graph import Graph, place_points
+from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces, gather_pieces
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.rock_mass import Opening, Region, RockMass
 
 Engine = Literal["shapely", "gmsh"]
 
@@ -57,11 +57,11 @@ def _node(pieces: Pieces, grid: float, engine: Engine) -> tuple[Pieces, Graph]:
     """Return the pieces with their ends joined, and their graph."""
     lines = join_ends(pieces, grid)
     if engine == "gmsh":
-        from geometries.cutting.fragment import node_by_gmsh
+        from bsm_mesh.geometries.cutting.fragment import node_by_gmsh
 
         return lines.pieces, node_by_gmsh(lines, grid)
     if engine == "shapely":
-        from geometries.cutting.noding import node_by_shapely
+        from bsm_mesh.geometries.cutting.noding import node_by_shapely
 
         return lines.pieces, node_by_shapely(lines, grid)
     raise GeometryError(f"there is no engine '{engine}'; give 'shapely' or 'gmsh'")

@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 
-from geometries.cutting.graph import Graph
-from geometries.cutting.pieces import BoolArray, IntArray, Pieces
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.cutting.graph import Graph
+from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 FIRST_REACH = 4.0  # of the median edge; doubled until the next joint is met
 

@@ -11,8 +11,8 @@ import dataclasses
 
 import numpy as np
 
-from geometries.cutting.pieces import BoolArray, IntArray, Pieces
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 FARTHEST = 50.0  # tolerances that an end moves along its own line to a line that it meets at a small angle
 

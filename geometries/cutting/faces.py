@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from geometries.cutting.graph import Graph
-from geometries.cutting.pieces import BoolArray, IntArray
-from geometries.errors import GeometryError
-from geometries.joint_sets import FloatArray
-from geometries.rock_mass import Excavation, Opening, Region, RockMass
+from bsm_mesh.geometries.cutting.graph import Graph
+from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
 
 THINNEST = 0.05  # tolerances: width of a face below which its points stay on the grid
 MOST_ROUNDS = 20  # of putting points back on the grid where their faces would turn over

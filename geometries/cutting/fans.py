@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometries.cutting.block_cut import BlockCut
-from geometries.cutting.faces import Faces, find_points
-from geometries.cutting.pieces import BoolArray, IntArray
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.cutting.block_cut import BlockCut
+from bsm_mesh.geometries.cutting.faces import Faces, find_points
+from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 THINNEST = 1e-10  # area over perimeter squared: a fan with a thinner triangle is no fan
 

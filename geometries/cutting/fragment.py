@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from geometries.cutting.ends import Lines
-from geometries.cutting.graph import Graph
-from geometries.cutting.noding import number_points
-from geometries.cutting.pieces import IntArray
-from geometries.joint_sets import FloatArray
-from geometries.session import gmsh_session
+from bsm_mesh.geometries.cutting.ends import Lines
+from bsm_mesh.geometries.cutting.graph import Graph
+from bsm_mesh.geometries.cutting.noding import number_points
+from bsm_mesh.geometries.cutting.pieces import IntArray
+from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.session import gmsh_session
 
 
 def node_by_gmsh(lines: Lines, tolerance: float) -> Graph:

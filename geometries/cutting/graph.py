@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometries.cutting.pieces import IntArray, Pieces
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.cutting.pieces import IntArray, Pieces
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 SHARE = 0.4  # of the shortest edge at a point: it moves no farther
 LEAST_SINE = 1e-9  # of the angle of two lines that are taken to cross

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometries.cutting.ends import Lines
-from geometries.cutting.graph import Graph, match_edges
-from geometries.cutting.pieces import IntArray
-from geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.cutting.ends import Lines
+from bsm_mesh.geometries.cutting.graph import Graph, match_edges
+from bsm_mesh.geometries.cutting.pieces import IntArray
+from bsm_mesh.geometries.joint_sets import FloatArray
 
 REACH = 0.75  # tolerances: half the diagonal of a cell of the grid, as far as an edge may lie off its piece
 

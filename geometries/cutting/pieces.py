@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from geometries.joint_sets import FloatArray
-from geometries.rock_mass import RockMass
+from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.rock_mass import RockMass
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]

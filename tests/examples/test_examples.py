@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 import bsm_mesh as bsm
 from bsm_mesh.app.cli import cli
-from converters.vtk_files import read_pvd, read_vtu
+from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 
 pytest.importorskip("gmsh")
 

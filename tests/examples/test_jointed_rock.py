@@ -18,7 +18,7 @@ COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 def mesh_by_gmsh(folder: Path, geo: str, target: str) -> None:
     """Do what ``gmsh -2 GEO -format msh41 -o TARGET`` does."""
-    from geometries import gmsh_session
+    from bsm_mesh.geometries import gmsh_session
 
     with gmsh_session("geo") as gmsh:
         gmsh.merge(str(folder / geo))
@@ -60,7 +60,7 @@ def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pyte
 
 
 def test_the_numbers_of_the_page(case: Case, page: str) -> None:
-    from converters import read_mesh
+    from bsm_mesh.converters import read_mesh
 
     mesh_by_gmsh(case.folder, "tunnel.geo", "tunnel.msh")
     blocks, report = read_mesh(case.folder / "tunnel.msh", blocks="regions")

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from networks import accounted, areas, areas_within, box, circle, lengths
 
-from converters import NoteKind, read_mesh
-from geometries import (
+from bsm_mesh.converters import NoteKind, read_mesh
+from bsm_mesh.geometries import (
     Excavation,
     Exponential,
     Fault,

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
+from bsm_mesh.converters import convert_mesh
 from bsm_mesh.model import Blocks
-from converters import convert_mesh
 
 Array = npt.NDArray[Any]
 seeds = st.integers(min_value=0, max_value=2**32 - 1)

@@ -16,8 +16,8 @@ import scenes
 import bsm_mesh as bsm
 from bsm_mesh.arrays import ReadOnlyMapping, content_hash
 from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.results import Results
-from geometries.errors import GeometryError
 
 
 def everything() -> bsm.Model:

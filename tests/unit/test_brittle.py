@@ -80,7 +80,7 @@ def test_releasing_no_contact_changes_nothing():
 
 def tunnel(cohesion: float, size: float) -> bsm.Model:
     """Return a square of Voronoi cells under in-situ stress, of which a stage excavates a circle."""
-    from geometries import Region, RockMass, Voronoi, cut_blocks, rectangle
+    from bsm_mesh.geometries import Region, RockMass, Voronoi, cut_blocks, rectangle
 
     region, cells = Region(outline=rectangle(-50, -50, 50, 50), rock="r"), Voronoi(name="J", size=size, rounds=5)
     cut = cut_blocks(RockMass(regions=[region], joints=[cells], seed=1))

@@ -5,15 +5,15 @@ import textwrap
 
 import pytest
 
-import geometries
-from geometries.cases import case_names, case_parameters, find_case, parse_settings
-from geometries.errors import GeometryError
+from bsm_mesh import geometries
+from bsm_mesh.geometries.cases import case_names, case_parameters, find_case, parse_settings
+from bsm_mesh.geometries.errors import GeometryError
 
 SQUARE = """
     '''A square block.'''
     from __future__ import annotations
 
-    from geometries import gmsh_session, name_groups, write_mesh
+    from bsm_mesh.geometries import gmsh_session, name_groups, write_mesh
 
 
     def build(path, width: float = 1.0, pieces: int = 2, joints: list[float] | None = None):

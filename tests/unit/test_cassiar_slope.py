@@ -10,9 +10,9 @@ import pytest
 
 pytest.importorskip("gmsh")
 
-import converters
+from bsm_mesh import converters
+from bsm_mesh.geometries import GeometryError, cassiar_slope
 from bsm_mesh.model.locate import blocks_at
-from geometries import GeometryError, cassiar_slope
 
 TAN_FACE = math.tan(math.radians(40))
 

@@ -7,8 +7,8 @@ import meshio
 import numpy as np
 import pytest
 
-from geometries import circular_tunnel
-from geometries.errors import GeometryError
+from bsm_mesh.geometries import circular_tunnel
+from bsm_mesh.geometries.errors import GeometryError
 
 gmsh = pytest.importorskip("gmsh")
 

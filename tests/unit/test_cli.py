@@ -18,8 +18,8 @@ from small_case import MODEL, Case, command, environment, run_process, tree
 
 import bsm_mesh as bsm
 from bsm_mesh.app.model_tables import ModelFile
+from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.results import Results
-from converters.vtk_files import read_pvd
 
 STAGE_KEYS = "name status steps newton_iterations factorizations residual max_displacement unstable_blocks"
 STAGE_KEYS += " total_load total_reaction seconds"

@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from scenes import framed, grid, stress_on_sides, turned
 
 import bsm_mesh as bsm
-from converters import solve_continuum
-from converters.continuum.mesh import build_continuum_mesh
+from bsm_mesh.converters import solve_continuum
+from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
 
 
 def turned_blocks(blocks, degrees):

@@ -7,9 +7,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scenes import LINEAR, framed, grid, rectangle
 
 import bsm_mesh as bsm
-from converters import compare, solve_continuum
-from converters.continuum import affine_stiffness, blocks_on_line, matched_elasticity
-from converters.continuum.comparison import stress_errors
+from bsm_mesh.converters import compare, solve_continuum
+from bsm_mesh.converters.continuum import affine_stiffness, blocks_on_line, matched_elasticity
+from bsm_mesh.converters.continuum.comparison import stress_errors
 
 
 class TestMatched:

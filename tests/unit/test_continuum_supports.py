@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scenes import framed, grid, rectangle
 
 import bsm_mesh as bsm
-from converters import solve_continuum
+from bsm_mesh.converters import solve_continuum
 
 
 class TestSupportsOfBlocksAndPoints:

@@ -1,4 +1,4 @@
-"""``import converters`` loads neither meshio nor VTK nor Gmsh; its names appear when they are used."""
+"""``from bsm_mesh import converters`` loads neither meshio nor VTK nor Gmsh; its names appear when they are used."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-import converters
+from bsm_mesh import converters
 
 
 def test_importing_loads_no_mesh_library() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from networks import areas, box, circle, lengths, rock
 
-from geometries import (
+from bsm_mesh.geometries import (
     Excavation,
     Fault,
     GeometryError,
@@ -16,7 +16,7 @@ from geometries import (
     RockMass,
     cut_blocks,
 )
-from geometries.cutting.cut import Engine
+from bsm_mesh.geometries.cutting.cut import Engine
 
 AREA = 1e-12  # of the region: rounding alone
 ENGINES = ("shapely", "gmsh")

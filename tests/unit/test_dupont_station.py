@@ -6,11 +6,11 @@ import meshio
 import numpy as np
 import pytest
 
-from geometries import JointSet, Region, RockMass, cut_blocks, rectangle
-from geometries.dupont_station import build
-from geometries.errors import GeometryError
-from geometries.quarters import quarter_blocks
-from geometries.short_sides import close_short_sides
+from bsm_mesh.geometries import JointSet, Region, RockMass, cut_blocks, rectangle
+from bsm_mesh.geometries.dupont_station import build
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.quarters import quarter_blocks
+from bsm_mesh.geometries.short_sides import close_short_sides
 
 pytest.importorskip("gmsh")
 shapely = pytest.importorskip("shapely")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from small_case import Case
 
-from converters import read_mesh
-from geometries import GeometryError, circle, find_case, horseshoe
-from geometries.jointed_tunnel import build
+from bsm_mesh.converters import read_mesh
+from bsm_mesh.geometries import GeometryError, circle, find_case, horseshoe
+from bsm_mesh.geometries.jointed_tunnel import build
 
 AREAS = {
     "circle": 48 / 2 * 9 * np.sin(2 * np.pi / 48),

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bsm_mesh.converters import MeshReport, NoteKind, convert_mesh
 from bsm_mesh.model import Blocks
-from converters import MeshReport, NoteKind, convert_mesh
 
 # One square of side 2 below, two of side 1 above: a corner in the middle of the edge y = 0.
 POINTS = [(0, -2), (2, -2), (2, 0), (0, 0), (1, 0), (2, 1), (1, 1), (0, 1)]

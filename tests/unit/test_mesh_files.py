@@ -12,9 +12,9 @@ import meshio
 import numpy as np
 import pytest
 
+from bsm_mesh.converters import NoteKind, convert_meshio, read_blocks, read_mesh
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.model import Blocks
-from converters import NoteKind, convert_meshio, read_blocks, read_mesh
 
 COUNTS = {"rock:gneiss": 8, "rock:schist": 8, "excavation:core": 8, "joint:J1": 4}
 COUNTS |= {"boundary:top": 4, "boundary:left": 2}
@@ -289,7 +289,7 @@ def test_a_file_cut_off_anywhere_is_an_error(model: Any, tmp_path: Path, version
 
 
 def test_blocks_written_for_paraview_are_read_back_as_a_mesh(tmp_path: Path) -> None:
-    from converters.vtk_files import POLYGON, Grid, write_vtu
+    from bsm_mesh.converters.vtk_files import POLYGON, Grid, write_vtu
 
     outlines = [POINTS[[1, 4, 5, 6, 2], :2], POINTS[[3, 2, 7], :2], POINTS[:4, :2]]
     blocks = Blocks.from_polygons(outlines, rock=["schist", "gneiss", "schist"])

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bsm_mesh.converters import MeshReport, NoteKind, convert_mesh
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model import Blocks
-from converters import MeshReport, NoteKind, convert_mesh
 
 # Three unit squares in a row (elements 0, 1, 2); line elements on the two inner edges (0, 1), one at the left (2).
 POINTS = np.array([(x, y) for y in (0.0, 1.0) for x in range(4)])

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bsm_mesh.converters import MeshReport, NoteKind, convert_mesh
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model import Blocks
-from converters import MeshReport, NoteKind, convert_mesh
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from converters.meshes.repeats import first_of_equal
+from bsm_mesh.converters.meshes.repeats import first_of_equal
 
 
 def first(*outlines: list[int]) -> list[int]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometries import (
+from bsm_mesh.geometries import (
     GeometryError,
     Lognormal,
     apparent_dip,
@@ -16,7 +16,7 @@ from geometries import (
     joint_set_in_section,
     joint_sets_of_scan_line,
 )
-from geometries.orientations import mean_normal, project
+from bsm_mesh.geometries.orientations import mean_normal, project
 
 ANGLES = np.random.default_rng(11).uniform([0, 0, 0], [90, 360, 360], (200, 3))
 

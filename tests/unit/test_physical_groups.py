@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from geometries import physical_groups
-from geometries.physical_groups import GroupKind, GroupName, parse_group_name
+from bsm_mesh.geometries import physical_groups
+from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
 
 
 @pytest.mark.parametrize("kind", list(GroupKind))

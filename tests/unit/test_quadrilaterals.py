@@ -6,9 +6,9 @@ import meshio
 import numpy as np
 import pytest
 
-from geometries import brick_wall, column, dam_foundation, pushed_block, stratified_slope, voussoir_arch
-from geometries.errors import GeometryError
-from geometries.quadrilaterals import rectangle, turn, write_quadrilaterals
+from bsm_mesh.geometries import brick_wall, column, dam_foundation, pushed_block, stratified_slope, voussoir_arch
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.quadrilaterals import rectangle, turn, write_quadrilaterals
 
 gmsh = pytest.importorskip("gmsh")
 

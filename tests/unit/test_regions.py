@@ -9,9 +9,9 @@ import pytest
 from networks import box, circle
 
 import bsm_mesh as bsm
+from bsm_mesh.converters import NoteKind, convert_mesh, read_mesh
 from bsm_mesh.errors import ModelError
-from converters import NoteKind, convert_mesh, read_mesh
-from geometries import (
+from bsm_mesh.geometries import (
     Excavation,
     Fault,
     JointSet,

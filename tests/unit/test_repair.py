@@ -14,11 +14,11 @@ from small_case import Case
 
 import bsm_mesh as bsm
 from bsm_mesh.app.quality import Thresholds, poor_blocks
-from converters import read_mesh
-from converters.meshes.block_files import write_polygons
-from converters.meshes.conform import conforming
-from converters.meshes.repair import repair_blocks, snap_corners
-from geometries import cut_blocks, write_blocks
+from bsm_mesh.converters import read_mesh
+from bsm_mesh.converters.meshes.block_files import write_polygons
+from bsm_mesh.converters.meshes.conform import conforming
+from bsm_mesh.converters.meshes.repair import repair_blocks, snap_corners
+from bsm_mesh.geometries import cut_blocks, write_blocks
 
 
 def slivers(blocks: bsm.Blocks) -> np.ndarray:

@@ -15,10 +15,10 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import bsm_mesh as bsm
+from bsm_mesh.converters.result_files import corner_displacement
+from bsm_mesh.converters.vtk_files import POLYGON, VERTEX
 from bsm_mesh.results import Results
 from bsm_mesh.results.stress import principal_stresses
-from converters.result_files import corner_displacement
-from converters.vtk_files import POLYGON, VERTEX
 
 CONTACT_ARRAYS = ["block_a", "block_b", "length", "normal_force", "shear_force"]
 CONTACT_ARRAYS += ["status", "utilisation", "opening", "slip", "joint"]

@@ -11,7 +11,7 @@ from numpy.testing import assert_array_equal
 from small_case import CURVES, MODEL, SUPPORT, Case, msh
 
 import bsm_mesh as bsm
-from converters.vtk_files import read_pvd
+from bsm_mesh.converters.vtk_files import read_pvd
 
 SOLVER = '[solver]\nscheme = "linear"\ntolerance = 1e-8\n'
 STEPS = '[output]\nfolder = "results"\nsnapshots = "steps"\n'

@@ -9,8 +9,8 @@ import meshio
 import numpy as np
 import pytest
 
-from geometries.errors import GeometryError
-from geometries.session import SYSTEM_LIBRARIES, gmsh_session, name_groups, write_mesh
+from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.session import SYSTEM_LIBRARIES, gmsh_session, name_groups, write_mesh
 
 gmsh = pytest.importorskip("gmsh")
 
@@ -148,7 +148,7 @@ def test_threads_wait_for_each_other(tmp_path):
 
 def test_a_missing_system_library_is_one_clear_message(tmp_path):
     (tmp_path / "gmsh.py").write_text("raise OSError('libGLU.so.1: cannot open shared object file')\n")
-    script = "import geometries\nwith geometries.gmsh_session(): pass"
+    script = "from bsm_mesh import geometries\nwith geometries.gmsh_session(): pass"
     path = os.pathsep.join([str(tmp_path), *sys.path])
     run = subprocess.run(
         [sys.executable, "-c", script],

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from networks import areas, box, lengths
 
-from geometries import (
+from bsm_mesh.geometries import (
     Excavation,
     GeometryError,
     JointSet,
@@ -26,7 +26,7 @@ from geometries import (
     stope,
     vaulted_box,
 )
-from geometries.spacings import Exponential, Lognormal, Normal
+from bsm_mesh.geometries.spacings import Exponential, Lognormal, Normal
 
 MANY = 4000  # spacings: the mean of lognormal ones is then known to 2 % at 99 %
 

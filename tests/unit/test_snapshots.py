@@ -12,12 +12,12 @@ from scenes import rectangle
 import bsm_mesh as bsm
 from bsm_mesh.app.snapshots import SnapshotWriter
 from bsm_mesh.app.storage import save_results
+from bsm_mesh.converters.result_files import corner_displacement
+from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import Results
 from bsm_mesh.results.check import block_residuals
 from bsm_mesh.results.records import StepRecord
-from converters.result_files import corner_displacement
-from converters.vtk_files import read_pvd, read_vtu
 
 MOVING = bsm.Options(scheme="continuation")
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from networks import box
 
-from geometries import (
+from bsm_mesh.geometries import (
     Fault,
     GeometryError,
     Region,

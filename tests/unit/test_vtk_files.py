@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bsm_mesh.converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
-from converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, write_pvd, write_vtu
 
 
 def square(**data: object) -> Grid:

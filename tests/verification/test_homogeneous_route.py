@@ -14,8 +14,8 @@ from numpy.testing import assert_allclose
 from scenes import LINEAR, voronoi
 
 import bsm_mesh as bsm
-import converters
-from converters.continuum import blocks_on_line, solve_continuum
+from bsm_mesh import converters
+from bsm_mesh.converters.continuum import blocks_on_line, solve_continuum
 
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0
 K0 = MU / (1 - MU)
@@ -27,7 +27,7 @@ def blocks_of(kind, size, folder):
     if kind == "voronoi":
         return voronoi_tunnel(size)
     pytest.importorskip("gmsh")
-    from geometries import circular_tunnel
+    from bsm_mesh.geometries import circular_tunnel
 
     grading = {"size_at_wall": 0.22 * size, "grading_distance": 10.0} if kind == "triangles" else {}
     path = circular_tunnel.build(

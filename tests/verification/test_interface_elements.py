@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scenes import framed, grid, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
-from converters import compare, solve_continuum
+from bsm_mesh.converters import compare, solve_continuum
 
 EXACT = 1e-9  # linear displacements in every piece of rock lie in both element spaces; rounding is lost
 E, MU, KN, KS = 8e9, 0.25, 2e9, 0.3e9

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from scenes import LINEAR
 
 import bsm_mesh as bsm
-from converters import solve_continuum
+from bsm_mesh.converters import solve_continuum
 
 A, FAR = 1.0, 20.0
 P, Q = 10e6, 5e6

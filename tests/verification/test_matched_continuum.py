@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from scenes import LINEAR
 
 import bsm_mesh as bsm
-from converters import solve_continuum
-from converters.continuum import affine_stiffness, matched_elasticity, nominal_elasticity
+from bsm_mesh.converters import solve_continuum
+from bsm_mesh.converters.continuum import affine_stiffness, matched_elasticity, nominal_elasticity
 
 EXACT = 1e-8  # a lattice of equal blocks strains uniformly; only rounding is lost
 DISORDERED = 0.06  # of c11; found 3 % on these meshes of some 400 blocks

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 from scenes import LINEAR
 
 import bsm_mesh as bsm
-import converters
-from converters.continuum import blocks_on_line
+from bsm_mesh import converters
+from bsm_mesh.converters.continuum import blocks_on_line
 
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0
 K0 = MU / (1 - MU)
@@ -44,7 +44,7 @@ def l2_and_largest(difference, reference, area):
 def tunnel(request, tmp_path_factory):
     """Return the element size, the model, its results and the comparison with the continuum."""
     pytest.importorskip("gmsh")
-    from geometries import circular_tunnel
+    from bsm_mesh.geometries import circular_tunnel
 
     size = request.param
     path = circular_tunnel.build(

@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.campaign.families.draws import blocks_wanted, start_of, stiffness
 from benchmarks.campaign.scene import FloatArray, Line, Scene
 from benchmarks.campaign.trial import Draft
-from geometries import JointSet, Normal, Region, RockMass, cut_blocks
+from bsm_mesh.geometries import JointSet, Normal, Region, RockMass, cut_blocks
 
 SPREAD = 0.25  # of random spacings, over their mean
 SCATTER = 2.0  # of the dips of joints that are cut [degrees]

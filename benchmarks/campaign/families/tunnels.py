@@ -8,7 +8,7 @@ from benchmarks.campaign.families.draws import blocks_wanted, stiffness
 from benchmarks.campaign.families.slopes import SCATTER, SPREAD, polygons_of
 from benchmarks.campaign.scene import Dig, FloatArray, Scene
 from benchmarks.campaign.trial import Draft
-from geometries import JointSet, Normal, Region, RockMass, Voronoi, circle, horseshoe, rectangle
+from bsm_mesh.geometries import JointSet, Normal, Region, RockMass, Voronoi, circle, horseshoe, rectangle
 
 
 def draw_tunnel(generator: np.random.Generator) -> Draft:

@@ -7,7 +7,7 @@ earlier ones.
 
 from pathlib import Path
 
-from geometries import (
+from bsm_mesh.geometries import (
     Excavation,
     JointSet,
     Normal,

@@ -6,7 +6,7 @@
 
 from pathlib import Path
 
-from geometries import JointSet, Region, RockMass, cut_blocks, dam, rectangle, write_blocks
+from bsm_mesh.geometries import JointSet, Region, RockMass, cut_blocks, dam, rectangle, write_blocks
 
 
 def build(

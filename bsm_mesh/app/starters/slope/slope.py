@@ -7,7 +7,7 @@ the slope does, and so dips out of it.
 
 from pathlib import Path
 
-from geometries import JointSet, Region, RockMass, cut_blocks, slope, write_blocks
+from bsm_mesh.geometries import JointSet, Region, RockMass, cut_blocks, slope, write_blocks
 
 
 def build(

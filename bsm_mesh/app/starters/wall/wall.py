@@ -6,7 +6,7 @@
 
 from pathlib import Path
 
-from geometries import Opening, Region, RockMass, bricks, cut_blocks, rectangle, write_blocks
+from bsm_mesh.geometries import Opening, Region, RockMass, bricks, cut_blocks, rectangle, write_blocks
 
 
 def build(
