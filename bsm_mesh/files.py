@@ -95,6 +95,25 @@ def scratch_folder() -> Iterator[Path]:
         yield Path(folder)
 
 
+def private_folder() -> Path | None:
+    """Return a folder among temporary files that nobody but this user can write to; None if there is none.
+
+    It stays: what is kept there may hold code.
+    """
+    if not hasattr(os, "getuid"):  # on Windows temporary files are the user's own
+        return Path(tempfile.gettempdir()) / "bsm-mesh"
+    try:
+        folder = Path(tempfile.gettempdir()) / f"bsm-mesh-{os.getuid()}"
+        tell("make", folder)
+        with suppress(FileExistsError):
+            folder.mkdir(mode=0o700)
+        status = folder.lstat()
+    except OSError:
+        return None
+    mine = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
+    return folder if mine else None
+
+
 def make_folder(path: Path) -> list[Path]:
     """Make a folder and those above it that are missing; return what was made, the topmost first."""
     made: list[Path] = []

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.contact.outlines import RecordArray
 
 CELL = 1.25  # cell over the median of the boxes' longer sides: most boxes then lie in one to four cells
@@ -53,14 +53,14 @@ def near_pairs(vertices: RecordArray, blocks: RecordArray) -> IntArray:
     return pairs
 
 
-@nb.njit(cache=True, inline="always")
+@njit(inline="always")
 def _cell_of(x: float, origin: float, grid: _Grid) -> int:  # pragma: no cover - compiled
     """Return the column (or row) of a coordinate, from 0; what lies beyond the reach is put in the last one."""
     k = np.floor((x - origin) / grid.cell)
     return int(min(max(k, -grid.reach), grid.reach)) + grid.reach
 
 
-@nb.njit(cache=True)
+@njit()
 def _enter_blocks(
     vertices: RecordArray, blocks: RecordArray, grid: _Grid
 ) -> tuple[IntArray, IntArray, IntArray, BoolArray]:  # pragma: no cover - compiled
@@ -86,7 +86,7 @@ def _enter_blocks(
     return entries[:count, 0].copy(), entries[:count, 1].copy(), entries[:count, 2].copy(), large
 
 
-@nb.njit(cache=True)
+@njit()
 def _enter_edge(
     entries: IntArray,
     count: int,
@@ -109,7 +109,7 @@ def _enter_edge(
     return entries, count
 
 
-@nb.njit(cache=True)
+@njit()
 def _enter_box(
     entries: IntArray, count: int, block: int, x0: float, y0: float, x1: float, y1: float, grid: _Grid
 ) -> tuple[IntArray, int]:  # pragma: no cover - compiled
@@ -125,7 +125,7 @@ def _enter_box(
     return entries, count
 
 
-@nb.njit(cache=True)
+@njit()
 def _sort_by(key: IntArray, order: IntArray, n_keys: int) -> IntArray:  # pragma: no cover - compiled
     """Return `order` sorted by key (0 <= key < n_keys), equal keys left as they stand (counting sort)."""
     start = np.zeros(n_keys + 1, np.int32)
@@ -140,7 +140,7 @@ def _sort_by(key: IntArray, order: IntArray, n_keys: int) -> IntArray:  # pragma
     return out
 
 
-@nb.njit(cache=True)
+@njit()
 def _pairs_in_cells(
     owner: IntArray,
     column: IntArray,
@@ -188,7 +188,7 @@ def _pairs_in_cells(
     return pairs[:count]
 
 
-@nb.njit(cache=True)
+@njit()
 def _sorted_once(pairs: IntArray, n_blocks: int) -> IntArray:  # pragma: no cover - compiled
     """Return the pairs sorted by lower, then higher block, each once."""
     start = np.zeros(n_blocks + 1, np.int64)
@@ -218,7 +218,7 @@ def _sorted_once(pairs: IntArray, n_blocks: int) -> IntArray:  # pragma: no cove
     return out[:count].copy()
 
 
-@nb.njit(cache=True)
+@njit()
 def _sort_few(values: IntArray) -> None:  # pragma: no cover - compiled
     """Sort a few values in place (by insertion)."""
     for i in range(1, values.size):

@@ -5,9 +5,8 @@ Each rule mends a wrong answer: the tests of the rules show the answer with the 
 
 from __future__ import annotations
 
-import numba as nb
-
 from bsm_mesh.arrays import IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.contact.history_transfer import keep_one_active_dual, match_history, rows_of_pair, transfer_history
 from bsm_mesh.contact.narrow_phase import DROPPED, KEPT, UNDECIDED
 from bsm_mesh.contact.outlines import Record, RecordArray
@@ -15,7 +14,7 @@ from bsm_mesh.contact.rules import Rules
 from bsm_mesh.contact.same_place import are_duals, are_opposing, closed_on_both, is_closing, is_face, same_vertices
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def resolve_candidates(
     vertices: RecordArray,
     blocks: RecordArray,
@@ -63,7 +62,7 @@ def resolve_candidates(
     return rows[:count]
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _resolve_pair(
     vertices: RecordArray,
     blocks: RecordArray,
@@ -105,7 +104,7 @@ def _resolve_pair(
                 _keep_unless_dual(vertices, h, band, rules, rows, i)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _max_new_penetration(h: float, band: float, rules: Rules, row: Record) -> float:  # pragma: no cover - compiled
     """Return the largest penetration of a contact without history.
 
@@ -117,7 +116,7 @@ def _max_new_penetration(h: float, band: float, rules: Rules, row: Record) -> fl
     return float((rules.initial_penetration if came_over else rules.new_penetration) * h)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _mark_low_step(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
@@ -134,7 +133,7 @@ def _mark_low_step(
             rows[i].corner_gap = rules.min_overlap * h
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _find_opposing(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, first: int
 ) -> None:  # pragma: no cover - compiled
@@ -157,7 +156,7 @@ def _find_opposing(
                 place += 1
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _drop_second_edge(
     vertices: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
@@ -187,7 +186,7 @@ def _drop_second_edge(
             return
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _keep_unless_dual(
     vertices: RecordArray, h: float, band: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled

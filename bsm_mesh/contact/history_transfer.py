@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
+from bsm_mesh.compiled import njit
 from bsm_mesh.contact.narrow_phase import DROPPED, KEPT
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
@@ -15,7 +15,7 @@ ACTIVE = np.dtype(  # an active contact, as in `search.ActiveContacts`
 )
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, int]:  # pragma: no cover - compiled
     """Return the first and behind the last row of a pair among the active contacts, from row `start` on."""
     pair = (np.int64(i) << 32) | np.int64(j)
@@ -27,7 +27,7 @@ def rows_of_pair(active: RecordArray, start: int, i: int, j: int) -> tuple[int, 
     return start, end
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def match_history(active: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
     """Match a candidate with an active contact of its pair; one that has left its edge ends.
 
@@ -45,7 +45,7 @@ def match_history(active: RecordArray, h: float, rules: Rules, row: Record) -> N
             return
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def keep_one_active_dual(
     vertices: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray, i: int
 ) -> None:  # pragma: no cover - compiled
@@ -60,7 +60,7 @@ def keep_one_active_dual(
     rows[i].state = KEPT
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def transfer_history(
     vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray
 ) -> None:  # pragma: no cover - compiled
@@ -82,7 +82,7 @@ def transfer_history(
             rows[best].predecessor = q
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _continues(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
     """Whether an active contact continues in a kept row."""
     found = False
@@ -91,13 +91,13 @@ def _continues(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compile
     return found
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _distance(vertices: RecordArray, old: Record, row: Record) -> float:  # pragma: no cover - compiled
     """Return the distance from the last position of a contact to the candidate's corner."""
     return float(np.hypot(old.x - vertices[row.corner].x, old.y - vertices[row.corner].y))
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _alignment(
     vertices: RecordArray, blocks: RecordArray, old: Record, row: Record
 ) -> float:  # pragma: no cover - compiled

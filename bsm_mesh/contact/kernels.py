@@ -6,13 +6,13 @@ has the normal): delta = u_a - u_b, so that normal forces are positive in tensio
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
 
 
-@nb.njit(cache=True)
+@njit()
 def spring_forces(
     block_a: IntArray,
     block_b: IntArray,
@@ -36,7 +36,7 @@ def spring_forces(
     return normal_force, shear_force
 
 
-@nb.njit(cache=True)
+@njit()
 def add_contact_forces(
     block_a: IntArray,
     block_b: IntArray,
@@ -60,7 +60,7 @@ def add_contact_forces(
         total[a, 2] -= (point[c, 0] - centroid[a, 0]) * fy - (point[c, 1] - centroid[a, 1]) * fx
 
 
-@nb.njit(cache=True)
+@njit()
 def add_contact_moments(
     block_a: IntArray,
     block_b: IntArray,

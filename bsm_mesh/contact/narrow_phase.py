@@ -11,10 +11,10 @@ of this file and of `broad_phase` call no others. After a change of `history_tra
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
@@ -35,7 +35,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
 )
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def facing_rows(
     vertices: RecordArray, blocks: RecordArray, pairs: IntArray, band: float, rules: Rules
 ) -> tuple[RecordArray, IntArray]:  # pragma: no cover - compiled
@@ -70,7 +70,7 @@ def facing_rows(
     return rows, starts
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _add_facing(
     vertices: RecordArray,
     blocks: RecordArray,
@@ -125,7 +125,7 @@ def _add_facing(
     return count
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  # pragma: no cover - compiled
     """Set the fields that follow from corner, edge, gap and tangential coordinate.
 
@@ -152,7 +152,7 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
     row.state = 0
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _overlap(
     vertices: RecordArray, rules: Rules, row: Record
 ) -> tuple[float, int, float]:  # pragma: no cover - compiled
@@ -177,7 +177,7 @@ def _overlap(
     return total, best, shorter
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _lies_on(
     vertices: RecordArray, h: float, rules: Rules, row: Record, overlap: float
 ) -> bool:  # pragma: no cover - compiled
@@ -188,7 +188,7 @@ def _lies_on(
     return bool(abs(one.dx * other.dy - one.dy * other.dx) * overlap < rules.min_overlap * h)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _notches(vertices: RecordArray, rules: Rules, row: Record) -> tuple[bool, bool]:  # pragma: no cover - compiled
     """Return whether the edge starts, and whether it ends, in a notch.
 
@@ -200,7 +200,7 @@ def _notches(vertices: RecordArray, rules: Rules, row: Record) -> tuple[bool, bo
     return starts, here.dx * after.dy - here.dy * after.dx < -rules.flat
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _meets_diagonally(
     vertices: RecordArray, h: float, rules: Rules, row: Record
 ) -> bool:  # pragma: no cover - compiled
@@ -219,7 +219,7 @@ def _meets_diagonally(
     )
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _ran_against(vertices: RecordArray, p: int, q: int, r: int, s: int) -> bool:  # pragma: no cover - compiled
     """Whether the edges p-q and r-s ran against each other at the start."""
     ax, ay = vertices[q].x0 - vertices[p].x0, vertices[q].y0 - vertices[p].y0

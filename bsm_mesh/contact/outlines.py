@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
+from bsm_mesh.compiled import njit
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.polygons import owner_of_corner
@@ -154,7 +154,7 @@ def records_at(outlines: Outlines, placed: FloatArray, band: float) -> tuple[Rec
     return records
 
 
-@nb.njit(cache=True)
+@njit()
 def _place(corners: FloatArray, offsets: IntArray, placed: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the corners, turned by each block's rotation and moved to its centroid."""
     there = np.empty_like(corners)
@@ -166,7 +166,7 @@ def _place(corners: FloatArray, offsets: IntArray, placed: FloatArray) -> FloatA
     return there
 
 
-@nb.njit(cache=True)
+@njit()
 def _records(
     there: FloatArray,
     corners: FloatArray,

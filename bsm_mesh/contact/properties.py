@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
@@ -136,7 +136,7 @@ def _key(law: JointLaw) -> object:
     return law
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def _in_series(
     placed: FloatArray,
     block_a: IntArray,

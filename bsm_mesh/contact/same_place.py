@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
+from bsm_mesh.compiled import njit
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -> bool:  # pragma: no cover - compiled
     """Whether two rows are duals: the same contact with corner and edge swapped."""
     if one.block_a != other.block_b:
@@ -24,7 +24,7 @@ def are_duals(vertices: RecordArray, one: Record, other: Record, reach: float) -
     return bool(np.hypot(vertices[v].x - vertices[w].x, vertices[v].y - vertices[w].y) < reach)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def same_vertices(
     vertices: RecordArray, rules: Rules, one: Record, other: Record
 ) -> bool:  # pragma: no cover - compiled
@@ -37,7 +37,7 @@ def same_vertices(
     return bool(at_w and at_v and not are_opposing(vertices, rules, one, other))
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def are_opposing(
     vertices: RecordArray, rules: Rules, one: Record, other: Record
 ) -> bool:  # pragma: no cover - compiled
@@ -65,7 +65,7 @@ def are_opposing(
     return bool(cosine < 0.0 or abs(sine) > rules.parallel)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def closed_on_both(
     vertices: RecordArray, h: float, rules: Rules, one: Record, other: Record
 ) -> bool:  # pragma: no cover - compiled
@@ -89,13 +89,13 @@ def closed_on_both(
     return bool(turn <= rules.flat and p >= 0 and q >= 0 and p != q)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def is_face(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Whether the candidate is an end of an edge-edge contact (a face)."""
     return bool(row.parallel_edge >= 0 and row.overlap >= rules.min_overlap * h)
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def is_closing(h: float, rules: Rules, row: Record) -> bool:  # pragma: no cover - compiled
     """Whether a candidate is closed, or would be at once."""
     return bool(row.in_range and row.corner_gap == 0.0 and row.gap <= rules.new_penetration * h)

@@ -6,10 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, own_array
+from bsm_mesh.compiled import njit
 from bsm_mesh.contact.broad_phase import near_pairs
 from bsm_mesh.contact.contact_rules import resolve_candidates
 from bsm_mesh.contact.history_transfer import ACTIVE
@@ -228,7 +228,7 @@ def _resolved_candidates(
     return tuple(np.concatenate(in_parts.pop(0)) for _ in NAMES)
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compiled
     """Return the fields of `Candidates`, in their order, in one pass over the records ROW."""
     n, i4 = rows.size, np.int32

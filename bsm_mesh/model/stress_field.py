@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
@@ -15,7 +15,7 @@ INWARD = 1e-6  # of the way to the centroid: on which side of an interface a fac
 ROUNDING = 1e-9  # m and over the level: a corner this far above the surface lies on it
 
 
-@nb.njit(cache=True)
+@njit()
 def add_interfaces(
     x: FloatArray,
     y: FloatArray,

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water import Water
 
 
-@nb.njit(cache=True)
+@njit()
 def end_forces(
     start: FloatArray,
     end: FloatArray,
@@ -71,7 +71,7 @@ def end_forces(
     return forces
 
 
-@nb.njit(cache=True)
+@njit()
 def add_face_forces(
     block: IntArray, start: FloatArray, end: FloatArray, centroid: FloatArray, ends: FloatArray, total: FloatArray
 ) -> None:  # pragma: no cover - compiled

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.model.overlap import polygons_of
 
 GRID = 1e-10  # of the smallest block's size: to what GEOS rounds
@@ -78,7 +78,7 @@ def _grid(outlines: object) -> float:
     return GRID * float(np.sqrt(shapely.area(outlines).min()))
 
 
-@nb.njit(cache=True)
+@njit()
 def _are_convex(corners: FloatArray, offsets: IntArray) -> BoolArray:  # pragma: no cover - compiled
     """Return which outlines turn to the left at every corner."""
     convex = np.ones(offsets.size - 1, dtype=np.bool_)
@@ -92,7 +92,7 @@ def _are_convex(corners: FloatArray, offsets: IntArray) -> BoolArray:  # pragma:
     return convex
 
 
-@nb.njit(cache=True)
+@njit()
 def _clipped_areas(
     corners: FloatArray, offsets: IntArray, left: IntArray, right: IntArray, most: int
 ) -> FloatArray:  # pragma: no cover - compiled
@@ -117,7 +117,7 @@ def _clipped_areas(
     return areas
 
 
-@nb.njit(cache=True)
+@njit()
 def _cut_off(
     outline: FloatArray, count: int, x: float, y: float, dx: float, dy: float, kept: FloatArray
 ) -> int:  # pragma: no cover - compiled

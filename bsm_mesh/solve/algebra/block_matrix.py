@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -80,7 +80,7 @@ def upper_triangle(whole: BlockPattern) -> tuple[BlockPattern, BoolArray]:
     return upper, chosen
 
 
-@nb.njit(cache=True)
+@njit()
 def _mirror(
     row_start: IntArray, column: IntArray
 ) -> tuple[IntArray, IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
@@ -116,7 +116,7 @@ def _mirror(
     return start, whole, upper_at, lower_at
 
 
-@nb.njit(cache=True)
+@njit()
 def _pattern(
     n: int, block_a: IntArray, block_b: IntArray
 ) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
@@ -164,7 +164,7 @@ def _pattern(
     return row_start, column[:used].copy(), place
 
 
-@nb.njit(cache=True)
+@njit()
 def fill_stiffness(
     row_start: IntArray,
     block_a: IntArray,
@@ -205,7 +205,7 @@ def fill_stiffness(
     return data
 
 
-@nb.njit(cache=True)
+@njit()
 def constrain(
     row_start: IntArray,
     column: IntArray,
@@ -242,7 +242,7 @@ def constrain(
                 data[diagonal[i], r, r] = 1.0
 
 
-@nb.njit(cache=True)
+@njit()
 def _multiply(block: FloatArray, basis: FloatArray, from_left: bool) -> None:  # pragma: no cover - compiled
     """Replace a 3 x 3 block by basis^T block, or by block basis."""
     old = block.copy()

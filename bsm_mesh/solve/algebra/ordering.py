@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
 SMALLEST_PART = 6  # blocks: smaller parts are not cut again
@@ -22,7 +22,7 @@ def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
     return order
 
 
-@nb.njit(cache=True)
+@njit()
 def nested_dissection(
     start: IntArray, neighbour: IntArray, position: FloatArray
 ) -> IntArray:  # pragma: no cover - compiled

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.algebra.ordering import elimination_order
@@ -70,7 +70,7 @@ class SuperLU:
         self._factors = None
 
 
-@nb.njit(cache=True)
+@njit()
 def _full_columns(
     row_start: IntArray, column: IntArray, position: IntArray, symmetric: bool
 ) -> tuple[IntArray, IntArray, IntArray]:  # pragma: no cover - compiled
@@ -111,7 +111,7 @@ def _full_columns(
     return start, row, source
 
 
-@nb.njit(cache=True)
+@njit()
 def _scalar_columns(
     start: IntArray, row: IntArray, source: IntArray, data: FloatArray
 ) -> tuple[FloatArray, IntArray, IntArray]:  # pragma: no cover - compiled

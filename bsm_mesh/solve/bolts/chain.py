@@ -13,15 +13,15 @@ Slips are positive towards the tip; the bond force of a node is the difference o
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.compiled import njit
 
 AT_LIMIT = 1e-12  # of a capacity or yield force: nearer than this is there
 
 
-@nb.njit(cache=True)
+@njit()
 def solve_chain(
     stiffness: FloatArray,
     stretch: FloatArray,
@@ -85,7 +85,7 @@ def solve_chain(
     return tension, slip
 
 
-@nb.njit(cache=True)
+@njit()
 def _reset_rounding(
     tension: FloatArray, slip: FloatArray, capacity: FloatArray, bond_stiffness: FloatArray, anchor: FloatArray
 ) -> None:  # pragma: no cover - compiled
@@ -98,7 +98,7 @@ def _reset_rounding(
             slip[i] = anchor[i]
 
 
-@nb.njit(cache=True)
+@njit()
 def _at(w: FloatArray, t: FloatArray, x: float) -> float:  # pragma: no cover - compiled
     """Return the value at x of the function with the corners (w, t), constant beyond its ends."""
     n = w.size
@@ -110,7 +110,7 @@ def _at(w: FloatArray, t: FloatArray, x: float) -> float:  # pragma: no cover - 
     return float(t[i - 1] + (t[i] - t[i - 1]) * (x - w[i - 1]) / (w[i] - w[i - 1]))
 
 
-@nb.njit(cache=True)
+@njit()
 def _level(w: FloatArray, t: FloatArray, value: float) -> tuple[float, float]:  # pragma: no cover - compiled
     """Return the least and the greatest slip at which the rising function has a value within its range."""
     n = w.size
@@ -128,7 +128,7 @@ def _level(w: FloatArray, t: FloatArray, value: float) -> tuple[float, float]:  
     return low, high
 
 
-@nb.njit(cache=True)
+@njit()
 def _add_bond(
     v: FloatArray, s: FloatArray, anchor: float, capacity: float, stiffness: float, w: FloatArray, t: FloatArray
 ) -> int:  # pragma: no cover - compiled
@@ -159,7 +159,7 @@ def _add_bond(
     return count
 
 
-@nb.njit(cache=True)
+@njit()
 def _add_element(
     w: FloatArray, t: FloatArray, stiffness: float, stretch: float, most: float, v: FloatArray, s: FloatArray
 ) -> int:  # pragma: no cover - compiled
@@ -180,7 +180,7 @@ def _add_element(
     return count + 1
 
 
-@nb.njit(cache=True)
+@njit()
 def chain_tangent(stiffness: FloatArray, bond_stiffness: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the derivatives of all tensions by all stretches, (n - 1, n - 1), slips condensed out.
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.model.bolt_layout import BoltLayout
 
 
@@ -162,7 +162,7 @@ def _turned(vectors: FloatArray, angle: FloatArray) -> FloatArray:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
 
 
-@nb.njit(cache=True)
+@njit()
 def _add_tangent(
     place: IntArray,
     stiffness: FloatArray,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 from bsm_mesh.solve.bolts.chain import AT_LIMIT, chain_tangent, solve_chain
 
 
-@nb.njit(cache=True)
+@njit()
 def node_movements(
     position: FloatArray, block: IntArray, arm: FloatArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
@@ -25,7 +25,7 @@ def node_movements(
     return moved, turned
 
 
-@nb.njit(cache=True)
+@njit()
 def element_lines(
     point: FloatArray, moved: FloatArray, first: IntArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
@@ -41,7 +41,7 @@ def element_lines(
     return length, direction
 
 
-@nb.njit(cache=True)
+@njit()
 def solve_bolts(
     node_start: IntArray,
     alive: BoolArray,
@@ -62,7 +62,7 @@ def solve_bolts(
     return tension, slip
 
 
-@nb.njit(cache=True)
+@njit()
 def _runs(node_start: IntArray, alive: BoolArray) -> IntArray:  # pragma: no cover - compiled
     """Return bolt, first and last node of every run of elements, (k, 3): a bolt is in parts where some are cut."""
     found, count = np.empty((alive.size, 3), np.int64), 0
@@ -77,7 +77,7 @@ def _runs(node_start: IntArray, alive: BoolArray) -> IntArray:  # pragma: no cov
     return found[:count]
 
 
-@nb.njit(cache=True)
+@njit()
 def add_bolt_forces(
     node_start: IntArray,
     block: IntArray,
@@ -100,7 +100,7 @@ def add_bolt_forces(
                 total[k, 2] += sign * (arm[node, 0] * fy - arm[node, 1] * fx)
 
 
-@nb.njit(cache=True)
+@njit()
 def find_places(
     row_start: IntArray, column: IntArray, node_start: IntArray, block: IntArray
 ) -> IntArray:  # pragma: no cover - compiled
@@ -123,7 +123,7 @@ def find_places(
     return place
 
 
-@nb.njit(cache=True)
+@njit()
 def bolt_couplings(
     node_start: IntArray,
     alive: BoolArray,
@@ -159,7 +159,7 @@ def bolt_couplings(
     return coupling
 
 
-@nb.njit(cache=True)
+@njit()
 def _moduli(
     stiffness: FloatArray,
     stretch: FloatArray,
@@ -183,7 +183,7 @@ def _moduli(
     return element, bond
 
 
-@nb.njit(cache=True)
+@njit()
 def couple(
     node_start: IntArray, coupling: FloatArray, stretch: FloatArray
 ) -> FloatArray:  # pragma: no cover - compiled
@@ -199,7 +199,7 @@ def couple(
     return tension
 
 
-@nb.njit(cache=True)
+@njit()
 def own_coupling(node_start: IntArray, coupling: FloatArray) -> FloatArray:  # pragma: no cover - compiled
     """Return the derivative of each element's tension by its own stretch, (n_elements,)."""
     own = np.empty(node_start[-1] - (node_start.size - 1))
@@ -212,7 +212,7 @@ def own_coupling(node_start: IntArray, coupling: FloatArray) -> FloatArray:  # p
     return own
 
 
-@nb.njit(cache=True)
+@njit()
 def add_bolt_tangent(
     node_start: IntArray,
     spacing: FloatArray,
@@ -265,7 +265,7 @@ def add_bolt_tangent(
         start += (n - 1) * (n - 1)
 
 
-@nb.njit(cache=True)
+@njit()
 def _length_derivatives(
     direction: FloatArray, near: FloatArray, far: FloatArray, g: FloatArray
 ) -> None:  # pragma: no cover - compiled
@@ -275,7 +275,7 @@ def _length_derivatives(
     g[1, 0], g[1, 1], g[1, 2] = dx, dy, far[0] * dy - far[1] * dx
 
 
-@nb.njit(cache=True)
+@njit()
 def _add_geometric(
     tension: float,
     length: float,

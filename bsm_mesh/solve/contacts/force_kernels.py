@@ -6,13 +6,13 @@ A contact is a corner of block a, fixed to a, and an edge of block b, fixed to b
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 
 
-@nb.njit(cache=True)
+@njit()
 def given_geometry(
     block_a: IntArray,
     block_b: IntArray,
@@ -36,7 +36,7 @@ def given_geometry(
     return given
 
 
-@nb.njit(cache=True)
+@njit()
 def relative_positions(
     position: FloatArray,
     block_a: IntArray,
@@ -71,7 +71,7 @@ def relative_positions(
     return gap, coordinate, tangent, arm_a, arm_b
 
 
-@nb.njit(cache=True)
+@njit()
 def max_relative_movement(
     block_a: IntArray, block_b: IntArray, movement: FloatArray, size: FloatArray
 ) -> float:  # pragma: no cover - compiled
@@ -88,7 +88,7 @@ def max_relative_movement(
     return farthest
 
 
-@nb.njit(cache=True)
+@njit()
 def pressures_and_trial_shears(
     gap: FloatArray,
     tangential: FloatArray,
@@ -118,7 +118,7 @@ def pressures_and_trial_shears(
     return pressure, trial, closed, in_range
 
 
-@nb.njit(cache=True)
+@njit()
 def add_moving_forces(
     block_a: IntArray,
     block_b: IntArray,
@@ -145,7 +145,7 @@ def add_moving_forces(
         total[b, 2] -= arm_b[k, 0] * fy - arm_b[k, 1] * fx
 
 
-@nb.njit(cache=True)
+@njit()
 def fill_tangent(
     places: IntArray,
     n_places: int,
@@ -195,7 +195,7 @@ def fill_tangent(
     return data
 
 
-@nb.njit(cache=True)
+@njit()
 def _add_geometric(
     place: IntArray,
     data: FloatArray,

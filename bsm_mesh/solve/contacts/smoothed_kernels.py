@@ -6,13 +6,13 @@ function), and its shear goes over into its strength the same way; for ``mu -> 0
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.compiled import njit
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def smooth_pressures(
     gap: FloatArray,
     tangential: FloatArray,
@@ -39,7 +39,7 @@ def smooth_pressures(
     return pressure, in_range
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def smooth_shears(
     closed: BoolArray,
     pressure: FloatArray,

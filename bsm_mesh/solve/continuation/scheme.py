@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.compiled import is_compiled
+from bsm_mesh.compiled import is_compiled
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.model.loads import PointForces

@@ -15,16 +15,16 @@ Other rows: `now` (4, m): gap, trial shear, strength, strength per pressure; `sp
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
 
 ABSENT, LIMITED, BONDED = 0, 1, 2
 BISECTIONS = 60
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def smoothed_pressure(
     now: FloatArray, spring: FloatArray, kind: IntArray, barrier: float
 ) -> FloatArray:  # pragma: no cover - compiled
@@ -43,7 +43,7 @@ def smoothed_pressure(
     return state
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def smoothed_shear(
     now: FloatArray, spring: FloatArray, kind: IntArray, barrier: float, state: FloatArray
 ) -> None:  # pragma: no cover - compiled
@@ -67,7 +67,7 @@ def smoothed_shear(
             state[3, k], state[4, k] = barrier / (strength - shear), barrier / (strength + shear)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def condense(
     now: FloatArray, spring: FloatArray, kind: IntArray, state: FloatArray, barrier: float, second_order: FloatArray
 ) -> FloatArray:  # pragma: no cover - compiled
@@ -103,7 +103,7 @@ def condense(
     return condensed
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def relative_movement(
     step: FloatArray, block_a: IntArray, block_b: IntArray, tangent: FloatArray, arm_a: FloatArray, arm_b: FloatArray
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
@@ -119,7 +119,7 @@ def relative_movement(
     return gap, tangential
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def increments(
     now: FloatArray,
     spring: FloatArray,
@@ -152,13 +152,13 @@ def increments(
     return change, largest
 
 
-@nb.njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _part(value: float, change: float) -> float:  # pragma: no cover - compiled
     """Return the part of a change that brings a positive value to zero."""
     return -value / change if change < 0.0 else np.inf
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def mean_product(
     now: FloatArray, spring: FloatArray, kind: IntArray, state: FloatArray, change: FloatArray, part: float
 ) -> float:  # pragma: no cover - compiled

@@ -6,16 +6,16 @@ to 1e-7: the final residual is as accurate as the initial one. Positions, veloci
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.compiled import njit
 
 BROKEN = np.float32(-1.0)  # instead of a tensile strength
 
 
-@nb.njit(cache=True)
+@njit()
 def frames_of(
     position: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray, rows: IntArray
 ) -> tuple[NDArray[np.float32], FloatArray]:  # pragma: no cover - compiled
@@ -38,7 +38,7 @@ def frames_of(
     return frame, length
 
 
-@nb.njit(cache=True)
+@njit()
 def masses(
     block_a: IntArray, block_b: IntArray, spring: FloatArray, length: FloatArray, n: int
 ) -> FloatArray:  # pragma: no cover - compiled
@@ -57,7 +57,7 @@ def masses(
     return mass
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def relax_cycles(
     unramped_fraction: FloatArray,
     begun: int,
@@ -168,7 +168,7 @@ def relax_cycles(
             _move(forces[i], velocity[i], here[i], there[i])
 
 
-@nb.njit(cache=True)
+@njit()
 def _load(
     forces: FloatArray, residual: FloatArray, unramped_fraction: float, ramped_load: FloatArray
 ) -> None:  # pragma: no cover - compiled
@@ -176,7 +176,7 @@ def _load(
         forces[axis] = residual[axis] - unramped_fraction * ramped_load[axis]
 
 
-@nb.njit(cache=True)
+@njit()
 def _accelerate(
     forces: FloatArray, velocity: FloatArray, damping: float, inverse_mass: FloatArray
 ) -> None:  # pragma: no cover - compiled
@@ -185,7 +185,7 @@ def _accelerate(
         forces[axis] *= (1 - damping * along_it) * inverse_mass[axis]
 
 
-@nb.njit(cache=True)
+@njit()
 def _move(
     acceleration: FloatArray, velocity: FloatArray, here: FloatArray, there: FloatArray
 ) -> None:  # pragma: no cover - compiled
@@ -194,7 +194,7 @@ def _move(
         there[axis] = here[axis] + velocity[axis]
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def changed_shears(
     block_a: IntArray,
     block_b: IntArray,
@@ -218,7 +218,7 @@ def changed_shears(
     return changed
 
 
-@nb.njit(cache=True)
+@njit()
 def _project(projector: FloatArray, vector: FloatArray) -> None:  # pragma: no cover - compiled
     x, y, z = vector[0], vector[1], vector[2]
     for axis in range(3):
