@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 MAX_SHOWN = 12
+# What moves the cursor, colours, hides or turns round text on a terminal: control characters but tab and newline, the
+# separators of lines and paragraphs, the marks of writing direction; and bytes of file names that are no text.
+UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 
 
 class ModelError(ValueError):
@@ -32,8 +36,8 @@ class ModelError(ValueError):
 
     def _text(self) -> str:
         if len(self.faults) == 1:
-            return self.faults[0]
-        shown = [f"  - {fault}" for fault in self.faults[:MAX_SHOWN]]
+            return one_line(self.faults[0])
+        shown = [f"  - {one_line(fault)}" for fault in self.faults[:MAX_SHOWN]]
         hidden = len(self.faults) - MAX_SHOWN
         if hidden > 0:
             shown.append(f"  - and {hidden} more")
@@ -61,6 +65,28 @@ def placed(place: str) -> Iterator[None]:
         yield
     except ModelError as error:
         raise ModelError([f"{place}: {fault}" for fault in error.faults]) from error
+
+
+def printable(text: str) -> str:
+    r"""Return a text that can be shown on a terminal: what would steer it stands there as an escape.
+
+    Examples
+    --------
+    >>> printable("\x1b[31mred\tor\nnot")
+    '\\x1b[31mred\tor\nnot'
+    """
+    return UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def one_line(text: str) -> str:
+    r"""Return a printable text without its line ends: a fault or a name is one line, whatever a file puts in it.
+
+    Examples
+    --------
+    >>> one_line("gneiss\nerror: none")
+    'gneiss\\nerror: none'
+    """
+    return printable(text).replace("\n", "\\n")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

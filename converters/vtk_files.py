@@ -13,6 +13,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
+from bsm_mesh.reading import refuse_special
 
 VERTEX, LINE, POLYGON = 1, 3, 7  # VTK cell types
 
@@ -88,6 +89,7 @@ def read_vtu(path: Path, *, needs: Sequence[str] = ()) -> Grid:
     from vtkmodules.vtkCommonCore import vtkLogger
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
+    refuse_special(path)
     if not path.is_file():
         raise ModelError(f"{path}: there is no such file")
     reader = vtkXMLUnstructuredGridReader()
@@ -142,6 +144,7 @@ def read_pvd(path: Path) -> list[tuple[float, Path]]:
     ModelError
         If the file is missing or no collection.
     """
+    refuse_special(path)
     try:
         root = ElementTree.parse(path).getroot()
     except FileNotFoundError:

@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import Any
 
 from bsm_mesh.geometries.errors import GeometryError, nearest_name
+from bsm_mesh.geometries.reading import refuse_special
 from bsm_mesh.geometries.settings import Parameter, accepts_any, parse_literal, read_parameters
 
 
@@ -166,12 +167,15 @@ def _import_module(name: str) -> Any:
 
 def _load_script(path: Path) -> Case:
     """Run a user's script and return its case; a script beside it can be imported."""
+    refuse_special(path)
     if not path.is_file():
         known = [entry.name for entry in path.parent.glob("*.py")]
         hint = nearest_name(path.name, known) if known else ""
         raise GeometryError(f"there is no script {path}{hint}; give the path of a .py file with build(path)")
+    if path.suffix != ".py":
+        raise GeometryError(f"{path} is not a Python script; give a file that ends in .py")
     script = path.resolve()
-    module = _run_script(script, path)
+    module = _run_script(script)
     function = getattr(module, "build", None)
     if not callable(function):
         raise GeometryError(f"{path} has no function build; define build(path, **parameters) in it")
@@ -180,14 +184,15 @@ def _load_script(path: Path) -> Case:
     return Case(name=path.stem, function=function, script=script)
 
 
-def _run_script(script: Path, shown: Path) -> ModuleType:
+def _run_script(script: Path) -> ModuleType:
     name = f"geometries_script_{script.stem}_{abs(hash(str(script))):x}"
     spec = importlib.util.spec_from_file_location(name, script)
-    if spec is None or spec.loader is None:
-        raise GeometryError(f"{shown} is not a Python script; give a file that ends in .py")
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # a dataclass looks up its module there
-    sys.path.insert(0, str(script.parent))
+    folder = str(script.parent)
+    sys.path.append(folder)  # last: a random.py that lies there is not the one that libraries mean
     writes_bytecode = sys.dont_write_bytecode
     sys.dont_write_bytecode = True  # a user's folder gets no __pycache__ from us
     try:
@@ -198,8 +203,8 @@ def _run_script(script: Path, shown: Path) -> ModuleType:
         raise
     finally:
         sys.dont_write_bytecode = writes_bytecode
-        with contextlib.suppress(ValueError):
-            sys.path.remove(str(script.parent))
+        if folder in sys.path:
+            del sys.path[len(sys.path) - 1 - sys.path[::-1].index(folder)]
     return module
 
 

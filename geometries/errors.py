@@ -1,9 +1,11 @@
-"""What is raised when a geometry cannot be built. Of `bsm_mesh` only the writer of files is needed."""
+"""What is raised when a geometry cannot be built. Of `bsm_mesh` only what reads, writes and shows texts is needed."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
+
+from bsm_mesh.errors import one_line
 
 
 class GeometryError(ValueError):
@@ -22,11 +24,10 @@ class GeometryError(ValueError):
 
     def __init__(self, faults: str | Sequence[str]) -> None:
         self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
-        if len(self.faults) == 1:
-            text = self.faults[0]
-        else:
-            text = "\n".join([f"{len(self.faults)} faults:", *(f"  - {fault}" for fault in self.faults)])
-        super().__init__(text)
+        lines = [one_line(fault) for fault in self.faults]  # files of traces name sets and layers as they like
+        if len(lines) != 1:
+            lines = [f"{len(lines)} faults:", *(f"  - {line}" for line in lines)]
+        super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type[GeometryError], tuple[tuple[str, ...]]]:
         return type(self), (self.faults,)  # from another process too all faults, one by one

@@ -205,8 +205,9 @@ def draw_stereonet(
     if section_azimuth is not None:
         x, y = math.sin(math.radians(section_azimuth)), math.cos(math.radians(section_azimuth))
         axes.plot([-x, x], [-y, y], "--", color="grey", lw=1, label=f"section, x axis to {section_azimuth:03.0f}")
-    axes.legend(loc="upper left", fontsize=8, frameon=False)
-    axes.set_title(title or "Equal area, lower hemisphere")
+    for text in axes.legend(loc="upper left", fontsize=8, frameon=False).get_texts():
+        text.set_parse_math(False)  # a $ in a name is a $
+    axes.set_title(title or "Equal area, lower hemisphere", parse_math=False)
     with whole_file(target, parents=True) as draft:
         FigureCanvasAgg(figure).print_png(str(draft))
     return target

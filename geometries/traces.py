@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
+import logging
+import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +16,13 @@ import numpy as np
 
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import Fault, FloatArray
+from bsm_mesh.geometries.reading import read_text, refuse_special
 
 Lines = dict[str, list[FloatArray]]
+ENDS = ("x1", "y1", "x2", "y2")
+SCAN_COLUMNS = ("distance", "dip", "dip_direction", "set")
+UNNAMED = "traces"  # the set of lines that name none
+FARTHEST = 1e12  # [m]; as for nodes of meshes
 
 
 def read_traces(
@@ -50,14 +58,10 @@ def read_traces(
     reader = _READERS.get(file.suffix.lower())
     if reader is None:
         raise GeometryError(f"{file}: traces are read from {', '.join(_READERS)}")
-    try:
-        found = reader(file)
-    except OSError as fault:
-        raise GeometryError(f"{file}: cannot be read: {fault.strerror or fault}") from fault
-    except (ValueError, KeyError, TypeError, AttributeError) as fault:
-        if isinstance(fault, GeometryError):
-            raise
-        raise GeometryError(f"{file}: is no {file.suffix[1:].upper()} file of traces: {fault}") from fault
+    if not 0 < scale < math.inf:
+        raise GeometryError(f"{file}: scale = {scale} is no length above 0 m")
+    found = reader(file)
+    _refuse_wild(file, found, scale)
     unknown = [name for name in names or {} if name not in found]
     if unknown:
         raise GeometryError(f"{file}: has no set '{unknown[0]}' (known: {', '.join(sorted(found))})")
@@ -80,64 +84,109 @@ def read_scan_line(path: str | os.PathLike[str]) -> list[dict[str, float | str]]
     """
     file = Path(path)
     rows: list[dict[str, float | str]] = []
-    faults = []
-    for number, row in enumerate(_csv_rows(file, ("distance", "dip", "dip_direction", "set")), start=2):
-        try:
-            values = {key: float(row[key]) for key in ("distance", "dip", "dip_direction")}
-        except ValueError:
-            faults.append(f"{file}, line {number}: distance, dip and dip_direction must be numbers")
+    faults: list[str] = []
+    for line, row in _csv_rows(file, SCAN_COLUMNS):
+        values = _numbers(file, line, row, SCAN_COLUMNS[:3], faults)
+        if values is None:
             continue
         if not 0 <= values["dip"] <= 90:
-            faults.append(f"{file}, line {number}: dip = {values['dip']:g} must be from 0 to 90 degrees")
+            faults.append(f"{file}, line {line}: dip = {values['dip']:g} must be from 0 to 90 degrees")
+        if not -360 <= values["dip_direction"] <= 360:
+            faults.append(
+                f"{file}, line {line}: dip_direction = {values['dip_direction']:g} is no angle up to 360 degrees"
+            )
+        if not abs(values["distance"]) < FARTHEST:
+            faults.append(f"{file}, line {line}: distance = {values['distance']:g} must be below {FARTHEST:g} m")
         rows.append({**values, "set": row["set"].strip()})
-    if faults:
-        raise GeometryError(faults)
+    _raise_faults(faults)
     return rows
 
 
-def _csv_rows(file: Path, needed: tuple[str, ...]) -> list[dict[str, str]]:
+def _csv_rows(file: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
+    """Return the rows of a table with the line where each ends; every row has a cell for every column."""
+    table = csv.DictReader(io.StringIO(read_text(file), newline=""), skipinitialspace=True, strict=True)
+    rows, faults = [], []
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as fault:
-        raise GeometryError(f"{file}: cannot be read: {fault.strerror or fault}") from fault
-    rows = list(csv.DictReader(text.splitlines(), skipinitialspace=True))
-    missing = [name for name in needed if rows and name not in rows[0]]
-    if missing or not rows:
-        has = ", ".join(rows[0]) if rows else "no rows"
+        header = [name.strip() for name in table.fieldnames or ()]
+        table.fieldnames = header
+        for row in table:
+            if None in row or None in row.values():
+                faults.append(f"{file}, line {table.line_num}: has more or fewer cells than the header")
+            else:
+                rows.append((table.line_num, row))
+    except csv.Error as fault:
+        raise GeometryError(f"{file}, line {table.line_num}: is no table: {fault}") from fault
+    _raise_faults(faults)
+    if not rows or not set(needed) <= set(header):
+        has = ", ".join(header) if rows else "no rows"
         raise GeometryError(f"{file}: needs the columns {', '.join(needed)}; it has {has}")
     return rows
 
 
+def _numbers(
+    file: Path, line: int, row: Mapping[str, str], names: Sequence[str], faults: list[str]
+) -> dict[str, float] | None:
+    """Return the numbers in some columns of a row; or None, with a fault for each cell that holds none."""
+    values: dict[str, float] = {}
+    for name in names:
+        try:
+            values[name] = float(row[name])
+        except ValueError:
+            values[name] = math.nan
+        if not math.isfinite(values[name]):
+            faults.append(f"{file}, line {line}: {name} = '{row[name].strip()}' is no finite number")
+    return values if all(map(math.isfinite, values.values())) else None
+
+
 def _read_csv(file: Path) -> Lines:
-    found: Lines = {}
     rows = _csv_rows(file, ())
-    if {"x1", "y1", "x2", "y2"} <= rows[0].keys():
-        for row in rows:
-            ends = np.array([[row["x1"], row["y1"]], [row["x2"], row["y2"]]], dtype=np.float64)
-            found.setdefault((row.get("set") or "traces").strip(), []).append(ends)
-        return found
-    _csv_rows(file, ("x", "y", "trace"))
+    by_ends = set(ENDS) <= rows[0][1].keys()
+    if not by_ends:
+        rows = _csv_rows(file, ("x", "y", "trace"))
+    found: Lines = {}
+    faults: list[str] = []
     traces: dict[tuple[str, str], list[tuple[float, float]]] = {}
-    for row in rows:
-        key = ((row.get("set") or "traces").strip(), row["trace"])
-        traces.setdefault(key, []).append((float(row["x"]), float(row["y"])))
+    for line, row in rows:
+        name = (row.get("set") or "").strip() or UNNAMED
+        values = _numbers(file, line, row, ENDS if by_ends else ("x", "y"), faults)
+        if values is None:
+            continue
+        if by_ends:
+            found.setdefault(name, []).append(np.array(list(values.values())).reshape(2, 2))
+        else:
+            traces.setdefault((name, row["trace"]), []).append((values["x"], values["y"]))
+    _raise_faults(faults)
     for (name, _), points in traces.items():
         found.setdefault(name, []).append(np.array(points))
     return found
 
 
 def _read_geojson(file: Path) -> Lines:
+    text = read_text(file)
+    try:
+        content = json.loads(text)
+        return _lines_of_features(content["features"] if content.get("type") == "FeatureCollection" else [content])
+    except RecursionError as fault:
+        raise GeometryError(
+            f"{file}: is no {file.suffix[1:].upper()} file of traces: brackets nested too deep"
+        ) from fault
+    except KeyError as fault:
+        raise GeometryError(f"{file}: is no {file.suffix[1:].upper()} file of traces: it has no {fault}") from fault
+    except (ValueError, TypeError, AttributeError, IndexError, OverflowError) as fault:
+        raise GeometryError(f"{file}: is no {file.suffix[1:].upper()} file of traces: {fault}") from fault
+
+
+def _lines_of_features(features: Iterable[dict[str, Any]]) -> Lines:
     found: Lines = {}
-    content = json.loads(file.read_text(encoding="utf-8-sig"))
-    features = content["features"] if content.get("type") == "FeatureCollection" else [content]
     for feature in features:
         shape: dict[str, Any] = feature.get("geometry", feature) or {}
         properties = feature.get("properties") or {}
-        name = str(properties.get("set") or properties.get("name") or "traces")
+        name = str(properties.get("set") or properties.get("name") or UNNAMED)
         coordinates: list[Any] = shape.get("coordinates") or []
         lines = {"LineString": [coordinates], "MultiLineString": coordinates}
         for line in lines.get(str(shape.get("type")), []):
-            found.setdefault(name, []).append(np.array(line, dtype=np.float64)[:, :2])
+            points = np.array([point[:2] for point in line], dtype=np.float64)
+            found.setdefault(name, []).append(points.reshape(len(line), 2))
     return found
 
 
@@ -146,11 +195,22 @@ def _read_dxf(file: Path) -> Lines:
         import ezdxf
     except ImportError as fault:
         raise GeometryError(f"{file}: to read DXF: pip install ezdxf") from fault
-    file.read_bytes()  # ezdxf raises OSError also for a file that is no DXF
+    log = logging.getLogger("ezdxf")
+    if not log.handlers:  # else Python writes on stderr what ezdxf quotes of the file
+        log.addHandler(logging.NullHandler())
+    refuse_special(file)
+    try:
+        file.read_bytes()  # ezdxf raises OSError also for a file that is no DXF
+    except (OSError, ValueError) as fault:
+        raise GeometryError(f"{file}: cannot be read: {getattr(fault, 'strerror', None) or fault}") from fault
     try:
         drawing = ezdxf.readfile(file)
-    except (OSError, ezdxf.DXFError) as fault:
-        raise GeometryError(f"{file}: is no DXF file, or is damaged: {fault}") from fault
+        return _lines_of_drawing(drawing)
+    except Exception as fault:  # ezdxf lets through whatever a damaged file makes it raise
+        raise GeometryError(f"{file}: is no DXF file, or is damaged: {fault or type(fault).__name__}") from fault
+
+
+def _lines_of_drawing(drawing: Any) -> Lines:
     found: Lines = {}
     for entity in drawing.modelspace().query("LINE LWPOLYLINE POLYLINE"):
         kind = entity.dxftype()
@@ -164,6 +224,26 @@ def _read_dxf(file: Path) -> Lines:
             points.append(points[0])
         found.setdefault(entity.dxf.layer, []).append(np.array(points, dtype=np.float64))
     return found
+
+
+def _refuse_wild(file: Path, found: Lines, scale: float) -> None:
+    """Refuse lines of fewer than two points, and coordinates that are no numbers or farther away than any rock."""
+    faults = []
+    for name, lines in found.items():
+        for number, line in enumerate(lines, start=1):
+            if len(line) < 2:
+                faults.append(f"{file}: line {number} of the set '{name}' has {len(line)} point(s); it needs two")
+            elif not np.all(np.abs(line) * scale < FARTHEST):  # also what is not a number
+                faults.append(
+                    f"{file}: line {number} of the set '{name}' has coordinates that are no numbers "
+                    f"below {FARTHEST:g} m; mend it"
+                )
+    _raise_faults(faults)
+
+
+def _raise_faults(faults: list[str]) -> None:
+    if faults:
+        raise GeometryError(faults)
 
 
 _READERS: dict[str, Callable[[Path], Lines]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import random
 import subprocess
@@ -59,7 +60,32 @@ def msh(
     curves: dict[str, list[tuple[int, int]]] = CURVES,
     surface: str = SURFACE,
 ) -> str:
-    """Return four squares as MSH 2.2, with a joint halfway up."""
+    """Return four squares as MSH 4.1, with a joint halfway up."""
+    groups = [(2, surface, quads), *((1, name, pairs) for name, pairs in curves.items())]
+    numbered = [(dimension, tag, cells) for tag, (dimension, _, cells) in enumerate(groups, start=1) if cells]
+    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups))]
+    lines += [f'{dimension} {tag} "{name}"' for tag, (dimension, name, _) in enumerate(groups, start=1)]
+    lines += ["$EndPhysicalNames", "$Entities", f"0 {len(groups) - 1} 1 0"]
+    lines += [f"{tag} 0 0 0 1 1 0 1 {tag} 0" for tag in (*range(2, len(groups) + 1), 1)]
+    lines += ["$EndEntities", "$Nodes", f"1 {len(nodes)} 1 {len(nodes)}", f"2 1 0 {len(nodes)}"]
+    lines += [str(k + 1) for k in range(len(nodes))]
+    lines += [" ".join(str(c) for c in (*node, 0)[:3]) for node in nodes]
+    count = sum(len(cells) for _, _, cells in numbered)
+    lines += ["$EndNodes", "$Elements", f"{len(numbered)} {count} 1 {count}"]
+    number = itertools.count(1)
+    for dimension, tag, cells in numbered:
+        lines.append(f"{dimension} {tag} {3 if dimension == 2 else 1} {len(cells)}")
+        lines += [f"{next(number)} {' '.join(str(c + 1) for c in corners)}" for corners in cells]
+    return "\n".join([*lines, "$EndElements", ""])
+
+
+def msh22(
+    nodes: Sequence[Sequence[object]] = NODES,
+    quads: Sequence[Sequence[int]] = QUADS,
+    curves: dict[str, list[tuple[int, int]]] = CURVES,
+    surface: str = SURFACE,
+) -> str:
+    """Return the same as MSH 2.2, which meshio reads."""
     names = [*curves, surface]
     lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names))]
     lines += [f'{2 if name == surface else 1} {k} "{name}"' for k, name in enumerate(names, start=1)]

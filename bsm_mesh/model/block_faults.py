@@ -8,6 +8,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import place
 from bsm_mesh.model.polygons import edge_vectors, owner_of_corner, polygon_moments, self_crossing
 
+FARTHEST = 1e12  # [m]; what is beyond, and what is no number, comes from a damaged file
 SHORTEST_EDGE = 1e-9  # m, as the merge tolerance: a shorter edge is two corners of one point
 
 
@@ -23,11 +24,11 @@ def outline_faults(vertices: FloatArray, offsets: IntArray) -> list[str]:
     """
     owner = owner_of_corner(offsets)
     faults = []
-    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(vertices) < FARTHEST).all(axis=1))
     if bad.size:  # nothing else can be computed from these
         return [
             f"block {owner[v]}: corner {v - offsets[owner[v]]} is at ({vertices[v, 0]}, {vertices[v, 1]}); "
-            "coordinates must be finite numbers"
+            f"coordinates must be numbers below {FARTHEST:g} m"
             for v in bad
         ]
     length = np.hypot(*edge_vectors(vertices, offsets).T)

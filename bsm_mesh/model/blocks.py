@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, ReadOnlyMapping, own_array, read_only
 from bsm_mesh.errors import ModelError, nearest, raise_faults
-from bsm_mesh.model.block_faults import outline_faults
+from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
@@ -292,8 +292,9 @@ def _as_corners(polygons: Sequence[npt.ArrayLike]) -> list[FloatArray]:
             array = np.empty(0)
         if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3:
             faults.append(f"block {b}: needs at least 3 corners (x, y), has an array of shape {array.shape}")
-        elif not np.isfinite(array).all():
-            faults.append(f"block {b}: corner {int(np.argmin(np.isfinite(array).all(axis=1)))} is not finite")
+        elif not (near := np.abs(array) < FARTHEST).all():
+            corner = int(np.argmin(near.all(axis=1)))
+            faults.append(f"block {b}: corner {corner} has coordinates that are no numbers below {FARTHEST:g} m")
         corners.append(array)
     raise_faults(faults)
     if not corners:

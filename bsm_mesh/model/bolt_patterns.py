@@ -20,6 +20,7 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, DIRECTION, DISTANCE, RADIUS
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
+from bsm_mesh.reading import refuse_special
 
 STRAIGHT = 1e-3  # of a curve's length: how far its points may be off a straight line
 ENDS = ("start_x", "start_y", "end_x", "end_y")
@@ -198,11 +199,12 @@ def bolts_from_table(
         If the file cannot be read, with every row that is wrong.
     """
     file = Path(path)
+    refuse_special(file)
     try:
         with file.open(newline="", encoding="utf-8-sig") as opened:
             table = csv.DictReader(opened, skipinitialspace=True)
             rows, header = list(table), [name.strip() for name in table.fieldnames or ()]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, ValueError, csv.Error) as error:  # a NUL in the path, other text than UTF-8
         raise ModelError(f"{file}: cannot be read as a table of bolts ({error})") from None
     known = [*ENDS, *(name for name in Bolt.__dataclass_fields__ if name not in ("start", "end"))]
     unknown = [f"{file.name}: unknown column '{n}'{nearest(n, known)}" for n in header if n not in known]

@@ -67,11 +67,11 @@ def polygon_moments(vertices: FloatArray, offsets: IntArray) -> Moments:
     x2, y2 = x[following], y[following]
     cross = x * y2 - x2 * y
     area = np.add.reduceat(cross, starts) / 2
-    with np.errstate(divide="ignore", invalid="ignore"):  # a polygon of no area is the caller's to report
+    second = np.add.reduceat((x * x + x * x2 + x2 * x2 + y * y + y * y2 + y2 * y2) * cross, starts) / 12
+    with np.errstate(all="ignore"):  # a polygon of no area is the caller's to report
         cx = np.add.reduceat((x + x2) * cross, starts) / (6 * area)
         cy = np.add.reduceat((y + y2) * cross, starts) / (6 * area)
-    second = np.add.reduceat((x * x + x * x2 + x2 * x2 + y * y + y * y2 + y2 * y2) * cross, starts) / 12
-    polar = second - area * (cx**2 + cy**2)
+        polar = second - area * (cx**2 + cy**2)
     return Moments(area=area, centroid=anchor + np.stack([cx, cy], axis=1), polar=polar)
 
 

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.meshes.cell_faults import (
+    CellArrays,
+    CellSets,
+    group_faults,
+    no_surfaces,
+    refuse_missing_nodes,
+    refuse_volumes,
+)
 from bsm_mesh.converters.meshes.report import Note, NoteKind
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.edges import LongArray
-
-CellSets = Mapping[str, Sequence[npt.ArrayLike | None]]
-CellArrays = Mapping[str, Sequence[npt.NDArray[Any]]]
 
 CORNERS = {
     "triangle": 3,
@@ -26,9 +30,8 @@ CORNERS = {
     "VTK_BEZIER_QUADRILATERAL": 4,
 }
 LINES = ("line", "VTK_LAGRANGE_CURVE", "VTK_BEZIER_CURVE")
-VOLUMES = ("tetra", "hexa", "wedge", "pyramid", "polyhedron", "penta", "volume")
-VOLUMES_VTK = ("TETRAHEDRON", "HEXAHEDRON", "WEDGE", "PYRAMID")
 POINTS = ("vertex", "empty")
+LARGEST = 2**53  # whole numbers below it are exact in float64
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -126,21 +129,20 @@ def gather_cells(
     ModelError
         If there are volume elements, no surface elements, or nodes that do not exist.
     """
-    array = np.asarray(points, dtype=np.float64)
-    if array.ndim != 2 or array.shape[1] not in (2, 3):
-        raise ModelError(f"{source}: nodes have shape {array.shape}; (n, 2) or (n, 3) coordinates are needed")
+    array = _coordinates(source, points)
     every = [(kind, _node_rows(source, kind, nodes)) for kind, nodes in cells]
+    raise_faults([f"{source}: {fault}" for fault in group_faults(sets, arrays, [len(nodes) for _, nodes in every])])
     kept = [k for k, (_, nodes) in enumerate(every) if len(nodes)]
     data = [every[k] for k in kept]
-    _refuse_volumes(source, data)
-    _refuse_missing_nodes(source, data, len(array))
+    refuse_volumes(source, data)
+    refuse_missing_nodes(source, data, len(array))
     start = np.concatenate([[0], np.cumsum([len(nodes) for _, nodes in data])]).astype(np.int64)
     number = np.concatenate([numbers[k] for k in kept]) if numbers is not None and kept else np.arange(start[-1])
     surfaces = [k for k, (kind, _) in enumerate(data) if _corner_columns(kind, 4) is not None]
     lines = [k for k, (kind, _) in enumerate(data) if kind.startswith(LINES)]
     corners, offsets, element_cell = _flat_outlines(data, surfaces, start, number)
     if len(offsets) == 1:
-        raise ModelError(f"{source}: {_no_surfaces(data)}")
+        raise ModelError(f"{source}: {no_surfaces(data)}")
     piece_cell = _cells_of(lines, start)
     position = np.full(int(start[-1]), -1, dtype=np.int64)  # of each cell among its kind
     position[element_cell] = np.arange(len(element_cell))
@@ -160,6 +162,16 @@ def gather_cells(
     )
 
 
+def _coordinates(source: str, points: npt.ArrayLike) -> FloatArray:
+    try:
+        array = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ModelError(f"{source}: nodes are no array of numbers; (n, 2) or (n, 3) coordinates are needed") from None
+    if array.ndim != 2 or array.shape[1] not in (2, 3):
+        raise ModelError(f"{source}: nodes have shape {array.shape}; (n, 2) or (n, 3) coordinates are needed")
+    return array
+
+
 def _node_rows(source: str, kind: str, nodes: npt.ArrayLike) -> LongArray:
     try:
         rows = np.asarray(nodes)
@@ -170,7 +182,12 @@ def _node_rows(source: str, kind: str, nodes: npt.ArrayLike) -> LongArray:
             f"{source}: a block of {kind} elements is no (m, k) array of node numbers; "
             "give polygons of each number of corners as a block of their own"
         ) from None
-    return rows.astype(np.int64) if rows.size else np.empty((0, 2), np.int64)
+    if not rows.size:
+        return np.empty((0, 2), np.int64)
+    least = 2 if kind.startswith(LINES) else next((n for name, n in CORNERS.items() if kind.startswith(name)), 0)
+    if rows.shape[1] < least:
+        raise ModelError(f"{source}: {kind} elements of {rows.shape[1]} nodes; they need {least} at least")
+    return rows.astype(np.int64)
 
 
 def _corner_columns(kind: str, width: int) -> LongArray | None:
@@ -185,41 +202,6 @@ def _corner_columns(kind: str, width: int) -> LongArray | None:
         if kind.startswith(prefix):
             return np.arange(corners)
     return None
-
-
-def _is_volume(kind: str) -> bool:
-    return kind.startswith(VOLUMES) or kind.endswith(VOLUMES_VTK)
-
-
-def _refuse_volumes(source: str, data: Sequence[tuple[str, LongArray]]) -> None:
-    volumes: dict[str, int] = {}
-    for kind, nodes in data:
-        if _is_volume(kind):
-            volumes[kind] = volumes.get(kind, 0) + len(nodes)
-    if volumes:
-        found = ", ".join(f"{count} {kind}" for kind, count in volumes.items())
-        raise ModelError(
-            f"{source}: a three-dimensional mesh ({found} elements), but blocks are plane; "
-            "mesh one cross-section and save only its surfaces and curves (in Gmsh: generate(2))"
-        )
-
-
-def _refuse_missing_nodes(source: str, data: Sequence[tuple[str, LongArray]], n_points: int) -> None:
-    for kind, nodes in data:
-        if nodes.size and (nodes.min() < 0 or nodes.max() >= n_points):
-            bad = int(((nodes < 0) | (nodes >= n_points)).any(axis=1).sum())
-            raise ModelError(
-                f"{source}: {bad} {kind} elements refer to nodes that are not in the file; "
-                "it is damaged or incomplete: save the mesh again"
-            )
-
-
-def _no_surfaces(data: Sequence[tuple[str, LongArray]]) -> str:
-    found = ", ".join(f"{len(nodes)} {kind}" for kind, nodes in data) or "none at all"
-    return (
-        f"no surface elements (triangles, quadrilaterals or polygons); elements found: {found}; mesh the surfaces "
-        "and save them (Gmsh leaves out surfaces in no physical group if there is any other group)"
-    )
 
 
 def _cells_of(blocks: Sequence[int], start: LongArray) -> LongArray:
@@ -271,7 +253,9 @@ def _whole_numbers(
         if not parts or any(part.ndim != 1 or part.dtype.kind not in "iuf" for part in parts):
             continue
         values = np.concatenate(parts)
-        if values.dtype.kind == "f" and not (np.isfinite(values).all() and np.all(values == np.round(values))):
+        if not np.all(np.abs(values) < LARGEST):  # also what is not a number; such values stand for no group
+            continue
+        if values.dtype.kind == "f" and np.any(values != np.round(values)):
             continue
         whole = values.astype(np.int64)
         found[name] = (whole[element_cell], whole[piece_cell])

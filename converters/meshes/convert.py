@@ -12,14 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.meshes.cells import CellArrays, CellSets, MeshCells, gather_cells
+from bsm_mesh.converters.meshes.cell_faults import CellArrays, CellSets
+from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
 from bsm_mesh.converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
 from bsm_mesh.converters.meshes.files import read_cells
 from bsm_mesh.converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
-from bsm_mesh.errors import MeshWarning, ModelError, listing
+from bsm_mesh.errors import MeshWarning, ModelError, listing, one_line
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
@@ -49,7 +50,7 @@ def read_blocks(
         path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance, blocks=blocks
     )
     for note in report.notes:
-        warnings.warn(f"{report.source}: {note.text}", MeshWarning, stacklevel=2)
+        warnings.warn(one_line(f"{report.source}: {note.text}"), MeshWarning, stacklevel=2)
     return found
 
 
@@ -162,6 +163,8 @@ def _blocks_of(
         raise ModelError(f"merge_tolerance {merge_tolerance}: must be 0 m or more")
     if blocks_from not in get_args(BlocksFrom):
         raise ModelError(f"blocks = '{blocks_from}': must be one of {', '.join(get_args(BlocksFrom))}")
+    if not all(isinstance(text, str) for entry in renaming.items() for text in entry):
+        raise ModelError("groups: the names of groups and what they stand for must be texts")
     named = name_groups(cells, renaming)
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)

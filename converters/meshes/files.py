@@ -7,12 +7,18 @@ from pathlib import Path
 
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.errors import ModelError
+from bsm_mesh.reading import refuse_special
+
+SELF_CONTAINED = {
+    *(".msh", ".vtu", ".vtp", ".vtk", ".bdf", ".fem", ".nas", ".tec", ".dat", ".ply", ".su2", ".avs", ".off", ".mdpa"),
+    *(".ugrid", ".f3grid", ".stl", ".mesh", ".meshb", ".obj", ".wkt", ".vol", ".post", ".dato"),
+}
 
 
 def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """Return the elements and groups of a mesh file.
 
-    MSH 4.1 is read here, VTU, VTP and VTK by VTK, everything else by meshio.
+    MSH 4.1 is read here, VTU, VTP and VTK by VTK, everything else by meshio; both in a process of their own.
 
     Parameters
     ----------
@@ -31,14 +37,33 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
 
     if file.suffix.lower() == ".msh" and is_msh41(file):
         return read_msh41(file)
+    from bsm_mesh.converters.meshes.apart import read_apart
+
     if file.suffix.lower() in SUFFIXES:
-        return read_vtk(file)
+        return read_apart(read_vtk, file)
     from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 
-    return read_by_meshio(file)
+    return read_apart(read_by_meshio, file)
+
+
+def may_name_others(file: Path) -> bool:
+    """Return whether a mesh file may make its reader open further files, which may lie anywhere.
+
+    So do XDMF (its HDF5 files), what is HDF5 itself (external links), TetGen and DOLFIN (the files beside it), and
+    Abaqus by ``*INCLUDE``.
+    """
+    if file.suffix.lower() != ".inp":
+        return file.suffix.lower() not in SELF_CONTAINED
+    try:
+        refuse_special(file)
+        with file.open("rb") as opened:
+            return any(b"INCLUDE" in line.upper() for line in opened)
+    except (OSError, ModelError):
+        return False  # reading says what is wrong
 
 
 def _refuse_unreadable(file: Path) -> None:
+    refuse_special(file)
     if file.is_dir():
         raise ModelError(f"{file}: is a folder; give the mesh file in it")
     try:

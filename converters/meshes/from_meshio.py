@@ -15,6 +15,7 @@ from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
 
+LIBRARY = ("meshio",)
 Sets = dict[str, list[npt.NDArray[Any] | None]]
 
 

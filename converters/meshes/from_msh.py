@@ -210,10 +210,12 @@ def _node_numbers(content: _Content) -> Any:
         row = np.full(int(tags.max()) + 2, -1, dtype=np.int64)
         row[tags] = np.arange(len(tags))
         return lambda wanted: row[np.clip(wanted, 0, len(row) - 1)]
+    if not tags.size:
+        return lambda wanted: np.full(wanted.shape, -1, dtype=np.int64)
     order = np.argsort(tags)
 
     def find(wanted: npt.NDArray[np.int64]) -> LongArray:
-        at = np.clip(np.searchsorted(tags, wanted, sorter=order), 0, max(len(tags) - 1, 0))
+        at = np.clip(np.searchsorted(tags, wanted, sorter=order), 0, len(tags) - 1)
         found: LongArray = np.where(tags[order[at]] == wanted, order[at], -1)
         return found
 

@@ -19,6 +19,7 @@ from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.edges import LongArray
 
 SUFFIXES = (".vtu", ".vtp", ".vtk")
+LIBRARY = ("vtkmodules.util.numpy_support", "vtkmodules.vtkIOLegacy", "vtkmodules.vtkIOXML")
 POLY_LINE = 4
 TYPES = {  # VTK's cell type: meshio's name for it
     0: "empty", 1: "vertex", 2: "vertex", 3: "line", 5: "triangle", 6: "strip", 7: "polygon", 8: "pixel", 9: "quad",

@@ -49,7 +49,11 @@ class TextNumbers:
             raise TruncatedError
         found = self.values[self.position : self.position + count]
         self.position += count
-        return found if kind is Kind.DOUBLE else found.astype(np.int64)
+        if kind is Kind.DOUBLE:
+            return found
+        if not np.all(np.abs(found) < 2.0**53):  # no whole number any more, or none at all
+            raise TruncatedError
+        return found.astype(np.int64)
 
 
 @dataclass(slots=True)

@@ -11,12 +11,12 @@ from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.converters.meshes.repeats import first_of_equal
 from bsm_mesh.converters.meshes.report import Note, NoteKind, places
 from bsm_mesh.errors import ModelError, listing
+from bsm_mesh.model.block_faults import FARTHEST
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import edge_vectors, next_corner, polygon_moments
 
 PLANE_TOLERANCE = 1e-6  # of the mesh's size: single-precision coordinates are that exact
-FARTHEST = 1e12  # coordinates beyond this, and those that are no number, come from a damaged file
 FLATNESS = 1e-11  # area over perimeter squared; `Blocks` refuses below 1e-12
 
 
@@ -71,7 +71,7 @@ def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: fl
     ModelError
         If the mesh is not plane, lies in a tilted plane, or has coordinates that are no numbers.
     """
-    used = _used_nodes(cells)
+    used = _used_nodes(cells, unit_scale)
     axes, notes = _plane_axes(cells.source, cells.points, used)
     flat = cells.points[used][:, axes] * unit_scale
     label = merge_points(flat, merge_tolerance)
@@ -86,15 +86,16 @@ def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: fl
     return _clean(cells, points, number, merge_tolerance, notes)
 
 
-def _used_nodes(cells: MeshCells) -> BoolArray:
+def _used_nodes(cells: MeshCells, unit_scale: float) -> BoolArray:
     used = np.zeros(len(cells.points), dtype=np.bool_)
     used[cells.corners] = True
     used[cells.pieces.ravel()] = True
-    bad = np.flatnonzero(used & ~(np.abs(cells.points) < FARTHEST).all(axis=1))
+    farthest = FARTHEST / max(unit_scale, 1.0)  # also in the mesh's own unit: it is squared before it is scaled
+    bad = np.flatnonzero(used & ~(np.abs(cells.points) < farthest).all(axis=1))
     if bad.size:
         raise ModelError(
-            f"{cells.source}: {bad.size} nodes have coordinates that are no numbers below {FARTHEST:g} "
-            f"(counted from 0: {listing(bad)}); mend the mesh"
+            f"{cells.source}: {bad.size} nodes have coordinates that are no numbers below {farthest:g} "
+            f"(counted from 0: {listing(bad)}); mend the mesh, or its unit of length"
         )
     return used
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 
 import pytest
-from small_case import CURVES, FILE, JUNK, LINEAR, LOAD, NODES, Case, msh
+from small_case import CURVES, FILE, JUNK, LINEAR, LOAD, NODES, Case, msh22
 
 
 def moved(node: int, *place: object) -> str:
-    return msh([*NODES[:node], place, *NODES[node + 1 :]])
+    return msh22([*NODES[:node], place, *NODES[node + 1 :]])
 
 
 def only(*quads: tuple[int, ...]) -> str:
-    return msh(quads=quads)
+    return msh22(quads=quads)
 
 
 @pytest.mark.parametrize(
@@ -24,23 +24,23 @@ def only(*quads: tuple[int, ...]) -> str:
         (moved(4, 1e200, 1), ["coordinates that are no numbers below 1e+12"]),
         (moved(4, "abc", 1), ["meshio cannot read it", "damaged"]),
         (moved(4, 1, 1, 1), ["the mesh is not plane", "take one cross-section"]),
-        (msh([(x, y, x + y) for x, y in NODES]), ["tilted to the axes", "rotate it into the xy plane"]),
+        (msh22([(x, y, x + y) for x, y in NODES]), ["tilted to the axes", "rotate it into the xy plane"]),
         (only((0, 1, 3, 4)), ["1 elements cross themselves", "near (0, 0)", "corners in order"]),
-        (msh([*NODES, (2.5, 0.2)], [(0, 1, 3, 9)]), ["crosses or touches itself", "in order round the block"]),
-        (msh([*NODES, (1.5, 0.5)], [(0, 9, 4, 3), (1, 2, 5, 4)]), ["overlap by", "near"]),
+        (msh22([*NODES, (2.5, 0.2)], [(0, 1, 3, 9)]), ["crosses or touches itself", "in order round the block"]),
+        (msh22([*NODES, (1.5, 0.5)], [(0, 9, 4, 3), (1, 2, 5, 4)]), ["overlap by", "near"]),
         (only((0, 1, 2, 1)), ["none of the 1 surface elements has an area"]),
         (only((0, 1, 44, 3)), ["meshio cannot read it"]),
         (only(), ["no surface elements", "6 line", "mesh the surfaces"]),
-        (msh(surface="Granite"), ["no element is in a rock", "Granite (4 elements)", '"Granite" = "rock:granite"']),
-        (msh(curves={"joint:J1": CURVES["joint:J1"]}), ["there is no boundary 'bottom'"]),
-        (msh()[: len(msh()) // 2], ["mesh.msh: ", "cut off"]),
-        (msh()[:-40], ["mesh.msh: ", "cut off"]),
-        (msh()[:20], ["mesh.msh: cut off"]),
+        (msh22(surface="Granite"), ["no element is in a rock", "Granite (4 elements)", '"Granite" = "rock:granite"']),
+        (msh22(curves={"joint:J1": CURVES["joint:J1"]}), ["there is no boundary 'bottom'"]),
+        (msh22()[: len(msh22()) // 2], ["mesh.msh: ", "cut off"]),
+        (msh22()[:-40], ["mesh.msh: ", "cut off"]),
+        (msh22()[:20], ["mesh.msh: cut off"]),
         ("", ["mesh.msh: is empty", "write the mesh again"]),
         (JUNK, ["mesh.msh: meshio cannot read it", "damaged"]),
         ("<html>404</html>", ["mesh.msh: meshio cannot read it"]),
-        (msh().replace("2.2 0 8", "9.9 0 8"), ["Need mesh format in", "9.9"]),
-        (msh().replace("2.2 0 8", "4.1 0 8"), ["cut off or damaged"]),
+        (msh22().replace("2.2 0 8", "9.9 0 8"), ["Need mesh format in", "9.9"]),
+        (msh22().replace("2.2 0 8", "4.1 0 8"), ["cut off or damaged"]),
     ],
 )
 def test_faulty_meshes(case: Case, mesh: str | bytes, words: list[str]) -> None:
@@ -49,7 +49,7 @@ def test_faulty_meshes(case: Case, mesh: str | bytes, words: list[str]) -> None:
 
 
 def test_a_part_of_the_mesh_that_hangs_in_the_air(case: Case) -> None:
-    case.write("mesh.msh", msh([*NODES, (5, 0), (6, 0), (6, 1), (5, 1)], [(0, 1, 4, 3), (9, 10, 11, 12)]))
+    case.write("mesh.msh", msh22([*NODES, (5, 0), (6, 0), (6, 1), (5, 1)], [(0, 1, 4, 3), (9, 10, 11, 12)]))
     case.change(LOAD, LINEAR)
     case.refuses("run", "model.toml", says=["block 1 at (5.5, 0.5) is free to move", "no support holds it"])
 

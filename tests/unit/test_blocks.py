@@ -72,7 +72,7 @@ def test_a_read_only_view_of_a_writable_array_is_copied():
         ([(0, 0), (1, 0)], "block 1: needs at least 3 corners (x, y), has an array of shape (2, 2)"),
         ([(0, 0, 0)] * 3, "block 1: needs at least 3 corners (x, y), has an array of shape (3, 3)"),
         ("abc", "block 1: needs at least 3 corners"),
-        ([(0, 0), (1, np.nan), (0, 1)], "block 1: corner 1 is not finite"),
+        ([(0, 0), (1, np.nan), (0, 1)], "block 1: corner 1 has coordinates that are no numbers below 1e+12 m"),
         (
             [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)],
             "block 1: edge 4 at (0, 0) has length 0 m; merge duplicate corners (tolerance 1e-09 m)",
@@ -104,7 +104,7 @@ def test_clockwise_raw_outline_is_refused():
 def test_not_finite_raw_corner():
     bad = SQUARE.copy()
     bad[2, 1] = np.inf
-    with fault("block 0: corner 2 is at (1.0, inf); coordinates must be finite numbers"):
+    with fault("block 0: corner 2 is at (1.0, inf); coordinates must be numbers below 1e+12 m"):
         raw(vertices=bad)
 
 

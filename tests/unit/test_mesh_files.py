@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from bsm_mesh.converters import NoteKind, convert_meshio, read_blocks, read_mesh
+from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.model import Blocks
 
@@ -282,10 +283,11 @@ def test_junk_is_one_clear_error_and_nothing_is_printed(
 def test_a_file_cut_off_anywhere_is_an_error(model: Any, tmp_path: Path, version: float, binary: int) -> None:
     whole = write(tmp_path / "a.msh", version, binary).read_bytes()
     end = whole.rindex(b"$EndElements")
+    read = read_mesh if version == 4.1 else read_by_meshio  # here, and not sixty times in a process of its own
     for length in np.linspace(1, end, 60).astype(int):
         (tmp_path / "b.msh").write_bytes(whole[:length])
         with pytest.raises(ModelError, match=r"b\.msh"):
-            read_mesh(tmp_path / "b.msh")
+            read(tmp_path / "b.msh")
 
 
 def test_blocks_written_for_paraview_are_read_back_as_a_mesh(tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import re
 from pathlib import Path
 
 import ezdxf
@@ -87,7 +89,7 @@ def test_closed_polylines_close(tmp_path: Path) -> None:
     [
         ("a.shp", "", "traces are read from .csv, .geojson, .json, .dxf"),
         ("a.csv", "x,y\n1,2\n", "needs the columns x, y, trace; it has x, y"),
-        ("a.csv", "x1,y1,x2,y2\n1,2,a,3\n", "no CSV file of traces"),
+        ("a.csv", "x1,y1,x2,y2\n1,2,a,3\n", "line 2: x2 = 'a' is no finite number"),
         ("a.json", "{", "no JSON file of traces"),
         ("a.geojson", '{"type": "FeatureCollection", "features": []}', "holds no traces"),
         ("a.dxf", "no drawing", "no DXF file"),
@@ -118,3 +120,75 @@ def test_a_scan_line_from_a_file(tmp_path: Path) -> None:
     with pytest.raises(GeometryError) as caught:
         read_scan_line(path)
     assert len(caught.value.faults) == 2
+
+
+HEAD = "x1,y1,x2,y2,set\n0,0,1,1,J1\n"
+GEOJSON = '{"type": "LineString", "coordinates": COORDINATES}'
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("a.csv", HEAD.encode() + "0,0,1,1,Größe\n".encode("latin-1"), "line 3: is no text in UTF-8"),
+        ("a.geojson", '{"name": "Größe"}'.encode("latin-1"), "line 1: is no text in UTF-8"),
+        ("a.csv", HEAD + "0,0,1\n", "line 3: has more or fewer cells than the header"),
+        ("a.csv", HEAD + "0,0,1,1,J1,7\n", "line 3: has more or fewer cells than the header"),
+        ("a.csv", HEAD + "0,0,1,nan,J1\n", "line 3: y2 = 'nan' is no finite number"),
+        ("a.csv", HEAD + "0,0,1,-inf,J1\n", "line 3: y2 = '-inf' is no finite number"),
+        ("a.csv", HEAD + "0,0,1,1e200,J1\n", "coordinates that are no numbers below 1e+12 m"),
+        ("a.csv", HEAD + '0,0,1,1,"J1\n', "is no table"),
+        ("a.csv", "x,y,trace\n0,0,1\n", "line 1 of the set 'traces' has 1 point(s); it needs two"),
+        ("a.json", GEOJSON.replace("COORDINATES", "[[0, 0], [1, NaN]]"), "coordinates that are no numbers below"),
+        ("a.json", GEOJSON.replace("COORDINATES", "[[0, 0], [1]]"), "no JSON file of traces"),
+        ("a.json", GEOJSON.replace("COORDINATES", "[0, 1]"), "no JSON file of traces"),
+        ("a.json", GEOJSON.replace("COORDINATES", '[["a", 0], [1, 1]]'), "no JSON file of traces"),
+        ("a.json", "[" * 100_000, "brackets nested too deep"),
+        ("a.json", "[1, 2]", "no JSON file of traces"),
+        ("a.json", '{"type": "FeatureCollection"}', "it has no 'features'"),
+    ],
+)
+def test_damaged_traces(tmp_path: Path, name: str, content: str | bytes, says: str) -> None:
+    (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(GeometryError, match=re.escape(says)):
+        read_traces(tmp_path / name)
+
+
+@pytest.mark.parametrize("scale", [0, -1, float("nan"), float("inf")])
+def test_a_scale_is_a_length(tmp_path: Path, scale: float) -> None:
+    with pytest.raises(GeometryError, match="is no length above 0 m"):
+        read_traces(write_csv(tmp_path), scale=scale)
+
+
+def test_all_wrong_rows_are_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(HEAD + "0,0,1,a,J1\n0,nan,1,b,J1\n")
+    with pytest.raises(GeometryError) as caught:
+        read_traces(tmp_path / "a.csv")
+    assert len(caught.value.faults) == 3
+
+
+def test_a_drawing_cut_off_anywhere_is_an_error_or_is_read(tmp_path: Path) -> None:
+    drawing = ezdxf.new()
+    drawing.modelspace().add_lwpolyline([(0, 0), (1, 0), (1, 1)])
+    drawing.saveas(tmp_path / "a.dxf")
+    whole = (tmp_path / "a.dxf").read_bytes()
+    for length in range(0, len(whole), len(whole) // 15):
+        (tmp_path / "b.dxf").write_bytes(whole[:length])
+        with contextlib.suppress(GeometryError):
+            read_traces(tmp_path / "b.dxf")
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        (b"1,60,90", "line 3: has more or fewer cells than the header"),
+        (b"1,nan,90,J", "line 3: dip = 'nan' is no finite number"),
+        (b"1,60,inf,J", "line 3: dip_direction = 'inf' is no finite number"),
+        (b"1,60,1e9,J", "line 3: dip_direction = 1e+09 is no angle"),
+        (b"1e200,60,90,J", "line 3: distance = 1e+200 must be below"),
+        (b"1,60,90,Gr\xf6\xdfe", "line 3: is no text in UTF-8"),
+    ],
+)
+def test_damaged_scan_lines(tmp_path: Path, row: bytes, says: str) -> None:
+    (tmp_path / "a.csv").write_bytes(b"distance,dip,dip_direction,set\n0,60,90,J\n" + row + b"\n")
+    with pytest.raises(GeometryError, match=re.escape(says)):
+        read_scan_line(tmp_path / "a.csv")
