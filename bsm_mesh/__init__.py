@@ -67,11 +67,14 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
     return limit.limit_analysis(model, live)
 
 
-def load(path: str | os.PathLike[str]) -> Model:
+def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     """Return the model of a model file (TOML), to be changed or run; ``model.options`` is what its ``[solver]`` says.
 
     What was mended in its mesh is warned of (`MeshWarning`). To run a file as it is, results folder and all:
     ``bsm.run("model.toml")``.
+
+    A model file may run a geometry script, and name any path. With ``scripts=False`` it does neither: no code of its
+    own is run, and nothing outside its folder is read.
 
     Raises
     ------
@@ -80,7 +83,7 @@ def load(path: str | os.PathLike[str]) -> Model:
     """
     from bsm_mesh.app.build import load as load_model
 
-    return load_model(path)
+    return load_model(path, scripts=scripts)
 
 
 __all__ = [

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from bsm_mesh.errors import MeshWarning, ModelError
+from bsm_mesh.errors import MeshWarning, ModelError, one_line
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -29,6 +29,7 @@ def run(
     snapshot: Snapshot = lambda record, results: None,
     *,
     output: Output = None,
+    scripts: bool = True,
 ) -> Results:
     """Return the results of a model, or of a model file, which is run as the command runs it.
 
@@ -49,6 +50,9 @@ def run(
         step only.
     output : path or False, optional
         With a model file: another folder for its results; False: nothing is written.
+    scripts : bool
+        With a model file: whether it may run a geometry script and name any path. If not, no code of its own is run,
+        and nothing outside its folder is read or written.
 
     Raises
     ------
@@ -66,9 +70,10 @@ def run(
         from bsm_mesh.app.run_file import run_file
 
         def warn(note: str) -> None:
-            warnings.warn(note, MeshWarning, stacklevel=4)  # where this function was called
+            warnings.warn(one_line(note), MeshWarning, stacklevel=4)  # where this function was called
 
-        return run_file(Path(model), options, observer, report, snapshot, output=output, noted=warn).results
+        done = run_file(Path(model), options, observer, report, snapshot, output=output, scripts=scripts, noted=warn)
+        return done.results
     if not isinstance(model, Model):
         raise ModelError(f"run: {type(model).__name__} is neither a bsm.Model nor the path of a model file")
     if output is not None:

@@ -15,9 +15,11 @@ FOR_CONVERTERS = (
     "bsm_mesh.errors",
     "bsm_mesh.arrays",
     "bsm_mesh.files",
+    "bsm_mesh.reading",
+    "bsm_mesh.processes",
     "bsm_mesh.geometries.physical_groups",
 )
-FOR_GEOMETRIES = ("bsm_mesh.files",)
+FOR_GEOMETRIES = ("bsm_mesh.files", "bsm_mesh.errors", "bsm_mesh.reading")
 HEAVY = (
     "pint",
     "pydantic",
@@ -293,8 +295,8 @@ def test_files_are_written_by_the_one_writer():
     """Whole or not at all: nothing else makes, moves, removes or writes a file; a user's script may."""
     wrong = [
         f"{path.relative_to(ROOT)}:{text}"
-        for package in PARTS
-        for path in sorted((ROOT / package).rglob("*.py"))
+        for folder in PARTS
+        for path in sorted((ROOT / folder).rglob("*.py"))
         if path != ROOT / "bsm_mesh/files.py" and "starters" not in path.parts[:-2]
         for text in writers(path.read_text(encoding="utf-8"))
     ]
@@ -322,3 +324,38 @@ def test_files_are_written_by_the_one_writer():
 )
 def test_the_search_finds_other_writers(text, wrong):
     assert bool(writers(text)) == wrong
+
+
+ONLY_THERE = {  # what is done in one module only, so that its care is taken everywhere
+    "print": {
+        "bsm_mesh/app/terminal.py",
+        "bsm_mesh/app/pictures.py",
+        "bsm_mesh/app/animation.py",
+    },  # the last two: a pipe
+    "click.echo": set(),
+    "sys.stderr.write": set(),
+    "sys.stdout.write": set(),
+    "numba.njit": {"bsm_mesh/compiled.py"},
+    "nb.njit": set(),
+}
+
+
+def calls(source: str) -> list[str]:
+    return [ast.unparse(node.func) for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+
+
+def test_what_is_done_in_one_module_only():
+    found = {
+        (name, str(path.relative_to(ROOT)))
+        for folder in PARTS
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        if "starters" not in path.parts[:-2]
+        for name in calls(path.read_text(encoding="utf-8"))
+        if name in ONLY_THERE and str(path.relative_to(ROOT)) not in ONLY_THERE[name]
+    }
+    assert found == set()
+
+
+def test_a_python_of_our_own_is_started_by_processes_only():
+    text = {path: path.read_text(encoding="utf-8") for folder in PARTS for path in (ROOT / folder).rglob("*.py")}
+    assert [path.name for path, source in text.items() if "sys.executable" in source] == ["processes.py"]

@@ -77,7 +77,7 @@ def draw_bolt_forces(folder: Path, title: str, path: Path) -> Path:
     for place in axes[rows]:
         place.remove()
     _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)  # a $ is a $
     try:
         with whole_file(path) as draft:
             figure.savefig(draft)
@@ -99,7 +99,7 @@ def _draw_along(axes: Any, bolts: BoltForces, bolt: int) -> None:
     width = 0.02 * float(station[-1]) if len(station) > 1 else 0.1
     axes.bar(station, bond, width=width, color="#444444", label="bond force on the rock")
     axes.axhline(0.0, color="black", linewidth=0.8)
-    axes.set_title(f"{bolts.names[bolt]} ({status.name.lower()})", fontsize=10)
+    axes.set_title(f"{bolts.names[bolt]} ({status.name.lower()})", fontsize=10, parse_math=False)
     axes.set_xlabel("distance from the head, m", fontsize=8)
     axes.set_ylabel("force of one bolt, kN", fontsize=8)
     axes.tick_params(labelsize=8)
@@ -117,6 +117,6 @@ def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
     axes.set_ylabel(what, fontsize=8)
     axes.tick_params(labelsize=8)
     if bolts.count <= 30:
-        axes.set_xticks(number, bolts.names, fontsize=8, rotation=0 if bolts.count <= 12 else 60)
+        axes.set_xticks(number, bolts.names, fontsize=8, rotation=0 if bolts.count <= 12 else 60, parse_math=False)
     else:
         axes.set_xlabel("bolt", fontsize=8)

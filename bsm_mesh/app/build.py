@@ -25,7 +25,8 @@ from bsm_mesh.app.build_parts import (
 )
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.model_tables import ModelFile
-from bsm_mesh.errors import MeshWarning, ModelError, counted, placed, raise_faults
+from bsm_mesh.app.reach import Reach
+from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, blocks_in
@@ -46,6 +47,8 @@ class LoadedModel:
     ----------
     path : Path
         The model file.
+    reach : Reach
+        What it may do.
     file : ModelFile
         Its content.
     model : Model
@@ -61,6 +64,7 @@ class LoadedModel:
     """
 
     path: Path
+    reach: Reach
     file: ModelFile
     model: Model
     options: Options
@@ -71,28 +75,37 @@ class LoadedModel:
     @property
     def output_folder(self) -> Path:
         """Where the file says that results go."""
-        return self.path.parent / self.file.output.folder
+        return self.reach.output(self.file.output.folder)
 
 
-def load(path: str | os.PathLike[str]) -> Model:
+def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     """Return the model of a model file, with its ``[solver]`` as ``model.options``.
 
     What was mended in its mesh is warned of (`MeshWarning`).
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    scripts : bool
+        Whether it may run a geometry script and name any path. If not, no code of its own is run, and nothing outside
+        its folder is read.
 
     Raises
     ------
     ModelError
         With every fault found in the file, its mesh or the model as a whole.
     """
-    loaded = load_model_file(Path(path))
+    loaded = load_model_file(Path(path), scripts=scripts)
     for note in loaded.notes:
-        warnings.warn(note, MeshWarning, stacklevel=3)  # where `bsm.load` was called
+        warnings.warn(one_line(note), MeshWarning, stacklevel=3)  # where `bsm.load` was called
     return loaded.model
 
 
-def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedModel:
+def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts: bool = True) -> LoadedModel:
     """Return the model of a model file together with its options and the notes on its mesh."""
     file = read_model_file(path)
+    reach = Reach(folder=path.parent, scripts=scripts)
     faults: list[str] = []
     rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
     joints = _collect(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
@@ -106,13 +119,14 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
     stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
     options = _collect(faults, [partial(Options, **file.solver.model_dump())])
+    _collect(faults, [partial(reach.output, file.output.folder)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
-    blocks, mesh_report = read_blocks(file.mesh, file.groups, path)
+    blocks, mesh_report = read_blocks(file.mesh, file.groups, path, reach)
     bolts = _collect(
         faults,
         [
-            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, path.parent)
+            partial(make_bolts, table, f"[[bolt]] number {k + 1}", blocks, mesh_report.bolts, reach)
             for k, table in enumerate(file.bolt)
         ],
     )
@@ -136,6 +150,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None) -> LoadedM
         )
     return LoadedModel(
         path=path,
+        reach=reach,
         file=file,
         model=model,
         options=options[0],

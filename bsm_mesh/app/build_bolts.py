@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 from bsm_mesh.app.model_tables import BoltTable
+from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.units import convert
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest, placed
@@ -22,7 +22,7 @@ QUANTITIES = {  # of the columns of a table
 
 
 def make_bolts(
-    table: BoltTable, place: str, blocks: Blocks, curves: Mapping[str, FloatArray], folder: Path
+    table: BoltTable, place: str, blocks: Blocks, curves: Mapping[str, FloatArray], reach: Reach
 ) -> list[Bolt]:
     """Return the bolts of one table.
 
@@ -36,8 +36,8 @@ def make_bolts(
         For rows along a boundary.
     curves : mapping of str to (n, 2, 2) float64 [m]
         Line elements of the mesh's groups ``bolt:NAME``.
-    folder : Path
-        That of the model file.
+    reach : Reach
+        Where a table may lie.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def make_bolts(
                 raise ModelError(f"the mesh has no curve 'bolt:{table.curve}'{nearest(table.curve, curves)}")
             return bolts_on_curves(curves[table.curve], **{**keys, "name": table.name or table.curve})
         if table.table is not None:
-            return bolts_from_table(folder / table.table, _read_cell, **keys)
+            return bolts_from_table(reach.path(table.table, "table"), _read_cell, **keys)
         assert table.start is not None
         assert table.end is not None
         return [Bolt(start=table.start, end=table.end, **keys)]

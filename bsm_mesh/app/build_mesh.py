@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.app.model_tables import MeshTable
+from bsm_mesh.app.reach import Reach
+from bsm_mesh.app.terminal import say
 from bsm_mesh.app.units import convert
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import scratch_folder
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import UNIT_OF_LENGTH
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
 
 
-def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Blocks, MeshReport]:
+def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
     """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
     if (mesh.file is None) == (mesh.geometry is None):
         given = "neither is" if mesh.file is None else "both are"
@@ -31,12 +33,16 @@ def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path) -> tuple[Bl
             raise ModelError(f'{path.name}: [mesh] file is a script; write geometry = "{mesh.file}"')
         if mesh.parameters:
             raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
-        return _read(path.parent / mesh.file, mesh, groups, path.name)
+        with placed(path.name):
+            file = reach.mesh(mesh.file)
+        return _read(file, mesh, groups, path.name)
     name = str(mesh.geometry)
+    with placed(path.name):
+        geometry = reach.geometry(name)
     with scratch_folder() as folder:
         target = folder / "mesh.msh"
         try:
-            build_geometry(path.parent / name if name.endswith(".py") else name, target, mesh.parameters)
+            build_geometry(geometry, target, mesh.parameters)
             return _read(target, mesh, groups, path.name)
         except ModelError as error:  # the name of the temporary file says nothing to the user
             raise ModelError([fault.replace(str(target), f"mesh.msh of {name}") for fault in error.faults]) from error
@@ -72,7 +78,8 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
 @contextmanager
 def stdout_to_stderr() -> Iterator[None]:
     """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
-    sys.stdout.flush()
+    if sys.stdout is not None:
+        sys.stdout.flush()
     with tempfile.TemporaryFile() as printed:
         try:
             kept = os.dup(1)
@@ -89,7 +96,9 @@ def stdout_to_stderr() -> Iterator[None]:
                 os.close(kept)
             printed.seek(0)
             lines = printed.read().decode(errors="replace").splitlines()
-            sys.stderr.writelines(f"{line}\n" for line in lines if not line.startswith("Info "))
+            for line in lines:
+                if not line.startswith("Info "):
+                    say(line, err=True)
 
 
 @contextmanager

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import click
 import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, load_model_file
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
 from bsm_mesh.app.run_file import model_file_for
 from bsm_mesh.app.tables import print_table
+from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
@@ -61,6 +61,7 @@ def check_model(
     picture: Path | None = None,
     settings: Sequence[str] = (),
     repair: Repair | None = None,
+    scripts: bool = True,
 ) -> None:
     """Validate a model file, print the quality of its blocks, draw and mend them where asked.
 
@@ -72,7 +73,7 @@ def check_model(
     limits = Thresholds.parse(settings)
     if repair is not None and not 0 <= repair.snap < np.inf:
         raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
-    loaded = load_model_file(path)
+    loaded = load_model_file(path, scripts=scripts)
     with placed(path.name):
         ready = make_ready(loaded.model, loaded.options)
     notes = (*ready.notes, *_folder_notes(loaded))
@@ -81,19 +82,19 @@ def check_model(
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)
     if as_json:
-        click.echo(json.dumps({**report, "notes": [*loaded.notes, *notes], "changes": changes}, indent=2))
+        say_json({**report, "notes": [*loaded.notes, *notes], "changes": changes})
         return
     for line in loaded.mesh_lines:
-        click.echo(f"mesh: {line.strip()}")
+        say(f"mesh: {line.strip()}")
     print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
     for note in notes:
-        click.echo(f"note: {note}")
+        say(f"note: {note}")
     if picture is not None:
-        click.echo(f"written: {picture}")
+        say(f"written: {picture}")
     for change in changes:
-        click.echo(f"repair: {change}")
+        say(f"repair: {change}")
     if repair is not None:
-        click.echo(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
+        say(f'written: {repair.file}; to use it: [mesh] file = "{repair.file.name}", blocks = "elements"')
 
 
 def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:
@@ -128,10 +129,11 @@ def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str)
     """
     if path.suffix.lower() != ".png":
         raise ModelError(f"{path}: the picture is a PNG; give a name that ends in .png")
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.collections import PolyCollection
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
+    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.collections import PolyCollection
+        from matplotlib.figure import Figure
+        from matplotlib.patches import Patch
 
     colour = np.full(blocks.count, PLAIN, dtype="<U7")
     for key, value in COLOURS.items():
@@ -147,7 +149,8 @@ def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str)
     axes.plot(*blocks.moments.centroid[small].T, "o", ms=9, mfc="none", mec=COLOURS["tiny"], mew=1.2)
     margin = 0.02 * (high - low).max()
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    axes.set(xlabel="x [m]", ylabel="y [m]", title=f"{title or path.stem}: {blocks.count} blocks")
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    axes.set_title(f"{title or path.stem}: {blocks.count} blocks", parse_math=False)  # a $ is a $
     shown = [
         Patch(facecolor=value, edgecolor="#555555", label=f"{key.replace('_', ' ')}: {len(report[key])}")
         for key, value in reversed(COLOURS.items())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import io
 import os
 import sys
 from pathlib import Path
@@ -11,14 +12,33 @@ from typing import Any
 import click
 
 from bsm_mesh import __version__
-from bsm_mesh.errors import ModelError
+from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
+from bsm_mesh.errors import ModelError, one_line
 
 EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 2, 3, 130
 EXIT_BROKEN_PIPE = 1  # as click and rich leave
 FEWER_COLLECTIONS = 5000  # new objects; at 700 collecting is a tenth of a short run, which is mostly imports
 
-model_argument = click.argument("model", type=click.Path(path_type=Path))
+
+class _Path(click.Path):
+    """A path that the system can look up: one with a NUL, or half a character, is none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return it as a `Path`."""
+        try:
+            if b"\0" not in os.fsencode(value):
+                return super().convert(value, param, ctx)
+        except UnicodeEncodeError:
+            pass
+        self.fail(f"{value!a} is no path", param, ctx)
+
+
+PATH = _Path(path_type=Path)
+model_argument = click.argument("model", type=PATH)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout and nothing else.")
+no_scripts_option = click.option(
+    "--no-scripts", is_flag=True, help="Run no geometry script; read and write nothing outside the model's folder."
+)
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress on stderr.")
 
 
@@ -35,7 +55,7 @@ def cli() -> None:
 
 
 @cli.command()
-@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("bsm-mesh-demo"), show_default=True)
+@click.option("-o", "--output", type=PATH, default=Path("bsm-mesh-demo"), show_default=True)
 def demo(output: Path) -> None:
     """Run the whole chain on a built-in tunnel.
 
@@ -48,7 +68,7 @@ def demo(output: Path) -> None:
 
 @cli.command()
 @click.argument("case")
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 def new(case: str, folder: Path) -> None:
     """Write a starter CASE into FOLDER.
 
@@ -57,13 +77,13 @@ def new(case: str, folder: Path) -> None:
     from bsm_mesh.app.starters import write_starter
 
     files = write_starter(case, folder)
-    click.echo(f"{folder}: {', '.join(path.name for path in files)}")
-    click.echo(f"next: bsm-mesh run {folder / 'model.toml'}")
+    say(f"{folder}: {', '.join(path.name for path in files)}")
+    say(f"next: bsm-mesh run {folder / 'model.toml'}")
 
 
 @cli.command()
 @click.argument("case", required=False)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Mesh file to write, CASE.msh by default.")
+@click.option("-o", "--output", type=PATH, help="Mesh file to write, CASE.msh by default.")
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="A parameter of the geometry; repeatable.")
 @click.option("--list", "list_cases", is_flag=True, help="List the cases, or the parameters of CASE.")
 def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_cases: bool) -> None:
@@ -82,11 +102,12 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @cli.command()
 @model_argument
 @json_option
-@click.option("--picture", type=click.Path(path_type=Path), help="PNG of the blocks, the poor ones in colour.")
+@click.option("--picture", type=PATH, help="PNG of the blocks, the poor ones in colour.")
 @click.option("--threshold", "settings", multiple=True, metavar="NAME=VALUE", help="Where trouble begins; repeatable.")
-@click.option("--repair", type=click.Path(path_type=Path), help="Merge slivers; write the blocks to this VTU file.")
+@click.option("--repair", type=PATH, help="Merge slivers; write the blocks to this VTU file.")
 @click.option("--snap", type=float, default=0.0, metavar="METRES", help="With --repair: join corners nearer than this.")
 @click.option("--across-joints", is_flag=True, help="With --repair: give up joints round slivers.")
+@no_scripts_option
 def check(
     model: Path,
     as_json: bool,
@@ -95,6 +116,7 @@ def check(
     repair: Path | None,
     snap: float,
     across_joints: bool,
+    no_scripts: bool,
 ) -> None:
     """Validate MODEL; report on mesh and blocks.
 
@@ -104,46 +126,56 @@ def check(
     from bsm_mesh.app.check import Repair, check_model
 
     asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
-    check_model(model, as_json=as_json, picture=picture, settings=settings, repair=asked)
+    scripts = not no_scripts
+    check_model(model, as_json=as_json, picture=picture, settings=settings, repair=asked, scripts=scripts)
 
 
 @cli.command()
 @model_argument
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results; the model's by default.")
+@click.option("-o", "--output", type=PATH, help="Folder for the results; the model's by default.")
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
-def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool) -> None:
+@no_scripts_option
+def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool, no_scripts: bool) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON."""
     from bsm_mesh.app.commands import run_model
 
-    sys.exit(run_model(model, output, pictures=pictures, as_json=as_json, quiet=quiet))
+    scripts = not no_scripts
+    sys.exit(run_model(model, output, pictures=pictures, as_json=as_json, quiet=quiet, scripts=scripts))
 
 
 @cli.command()
 @model_argument
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for compare.vtu; the model's by default.")
+@click.option("-o", "--output", type=PATH, help="Folder for compare.vtu; the model's by default.")
 @click.option("--order", type=click.IntRange(1, 2), default=2, show_default=True, help="Order of the finite elements.")
 @click.option("--joints", is_flag=True, help="Joints as elastic interface elements; else they are ignored.")
 @json_option
 @quiet_option
-def compare(model: Path, output: Path | None, order: int, joints: bool, as_json: bool, quiet: bool) -> None:
+@no_scripts_option
+def compare(
+    model: Path, output: Path | None, order: int, joints: bool, as_json: bool, quiet: bool, no_scripts: bool
+) -> None:
     """Set MODEL beside a continuum (scikit-fem).
 
     Same mesh, same loads: a table, and a VTU file of both and of the difference.
     """
     from bsm_mesh.app.commands import compare_model
 
-    compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet)
+    scripts = not no_scripts
+    compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet, scripts=scripts)
 
 
 @cli.command()
 @model_argument
 @click.option("--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K.")
 @click.option("--tilt", type=click.Choice(["left", "right"]), help="Find the greatest tilt of the model to that side.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for limit.vtu; the model's by default.")
+@click.option("-o", "--output", type=PATH, help="Folder for limit.vtu; the model's by default.")
 @json_option
-def limit(model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path | None, as_json: bool) -> None:
+@no_scripts_option
+def limit(
+    model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path | None, as_json: bool, no_scripts: bool
+) -> None:
     """Ask statics alone whether MODEL can be at rest.
 
     A linear program over the contact forces, without stiffness or movement. "Inadmissible" proves that the blocks
@@ -151,11 +183,11 @@ def limit(model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path 
     """
     from bsm_mesh.app.limit import analyse_limit
 
-    analyse_limit(model, numbers, tilt, output, as_json=as_json)
+    analyse_limit(model, numbers, tilt, output, as_json=as_json, scripts=not no_scripts)
 
 
 @cli.command()
-@click.argument("out", type=click.Path(path_type=Path))
+@click.argument("out", type=PATH)
 @click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
 @click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
 def plot(out: Path, animate: bool, step: int | None) -> None:
@@ -166,38 +198,39 @@ def plot(out: Path, animate: bool, step: int | None) -> None:
     from bsm_mesh.app.plot import draw_in_subprocess
 
     for path in draw_in_subprocess(out, animate=animate, step=step):
-        click.echo(path)
+        say(path)
 
 
 @cli.command()
 def schema() -> None:
     """Print the JSON Schema of the model file."""
-    import json
-
     from bsm_mesh.app.model_tables import ModelFile
 
-    click.echo(json.dumps(ModelFile.model_json_schema(), indent=2))
+    say_json(ModelFile.model_json_schema())
 
 
 def main(arguments: list[str] | None = None) -> Any:
     """Run a command; bad input is one message and exit code 2, never a traceback."""
     gc.set_threshold(FEWER_COLLECTIONS)
+    mend_streams()
     try:
-        result = cli.main(arguments, standalone_mode=False)
+        with plain_warnings():
+            result = cli.main(arguments, standalone_mode=False)
         sys.stdout.flush()
         return result
     except ModelError as error:
         _fail(f"error: {error}", EXIT_BAD_INPUT)
     except click.ClickException as error:
-        error.show()
-        sys.exit(EXIT_BAD_INPUT)
+        shown = io.StringIO()
+        error.show(shown)
+        _fail(shown.getvalue().rstrip(), EXIT_BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
         _fail("interrupted: what was finished is on disk", EXIT_INTERRUPTED)
     except BrokenPipeError:  # whoever read our output has seen enough, as in `bsm-mesh schema | head`
         _close_stdout()
         sys.exit(EXIT_BROKEN_PIPE)
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
+        where = f"{one_line(str(error.filename))}: " if error.filename else ""
         _close_stdout()
         _fail(f"error: {where}{error.strerror or error}", EXIT_BAD_INPUT)
     except MemoryError:
@@ -213,7 +246,7 @@ def _close_stdout() -> None:
 
 
 def _fail(message: str, code: int) -> None:
-    click.echo(message, err=True)
+    complain(message)
     sys.exit(code)
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import click
 
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
@@ -14,6 +11,7 @@ from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.storage import refuse_folder, summary
 from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
+from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import Results, Status
@@ -25,10 +23,12 @@ if TYPE_CHECKING:
 EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
 
-def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool, quiet: bool) -> int:
+def run_model(
+    path: Path, output: Path | None, *, pictures: bool, as_json: bool, quiet: bool, scripts: bool = True
+) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with Progress(quiet=quiet or as_json) as progress:
-        done = run_file(path, observer=progress.step, report=progress.report, output=output)
+        done = run_file(path, observer=progress.step, report=progress.report, output=output, scripts=scripts)
         results, notes, folder = done.results, done.notes, done.folder
         assert folder is not None
         drawn = []
@@ -38,7 +38,7 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
             progress.report("pictures")
             drawn = draw_in_subprocess(folder)
     if as_json:
-        click.echo(json.dumps({**summary(results), "notes": notes, "folder": str(folder)}, indent=2))
+        say_json({**summary(results), "notes": notes, "folder": str(folder)})
     else:
         _print_results(results, notes, folder, drawn)
     return EXIT_CODES[results.status]
@@ -46,7 +46,7 @@ def run_model(path: Path, output: Path | None, *, pictures: bool, as_json: bool,
 
 def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
     for note in notes:
-        click.echo(f"mesh: {note}", err=True)
+        say(f"mesh: {note}", err=True)
     title = results.title or "Results"
     if len(results.stages) > 1:
         print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
@@ -54,15 +54,13 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     print_table(title, ("", ""), result_rows(results))
     for stage in results.stages:
         for remark in stage.notes:
-            click.echo(f"stage {stage.name}: {remark}")
+            say(f"stage {stage.name}: {remark}")
     series = "blocks.pvd, contacts.pvd, supports.pvd" + (", water.pvd" if (folder / "water.pvd").exists() else "")
     series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
-    click.echo(f"written to {folder}: {series}, history.csv, summary.json, model.toml")
-    click.echo(
-        "open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView"
-    )
+    say(f"written to {folder}: {series}, history.csv, summary.json, model.toml")
+    say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     for picture in drawn:
-        click.echo(picture)
+        say(picture)
 
 
 def run_demo(folder: Path) -> None:
@@ -94,7 +92,7 @@ def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> Non
             _, report = read_mesh(draft, groups={"*": "rock:rock"})
     except ModelError as error:
         raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error
-    click.echo(f"written: {path}")
+    say(f"written: {path}")
     print_table("physical groups", ("group", "elements"), [(name, str(n)) for name, n in report.groups.items()])
 
 
@@ -123,13 +121,22 @@ def print_cases(case: str | None) -> None:
     )
 
 
-def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, as_json: bool, quiet: bool) -> None:
+def compare_model(
+    path: Path,
+    output: Path | None,
+    *,
+    order: int,
+    joints: bool,
+    as_json: bool,
+    quiet: bool,
+    scripts: bool = True,
+) -> None:
     """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
     from bsm_mesh.converters import compare
     from bsm_mesh.converters.continuum.files import write_comparison
 
     with Progress(quiet=quiet or as_json) as progress:
-        loaded = load_model_file(path, progress.report)
+        loaded = load_model_file(path, progress.report, scripts=scripts)
         refuse_folder(output or loaded.output_folder)
         with placed(path.name):
             results = run(loaded.model, loaded.options, progress.step, progress.report)
@@ -140,12 +147,12 @@ def compare_model(path: Path, output: Path | None, *, order: int, joints: bool, 
     if as_json:
         table = [row._asdict() for row in comparison.table()]
         notes = [*loaded.notes, *results.stages[0].notes, *comparison.notes]
-        click.echo(json.dumps({"rows": table, "notes": notes, "file": str(file)}, indent=2))
+        say_json({"rows": table, "notes": notes, "file": str(file)})
         return
     _print_comparison(loaded.model.title or str(path), comparison)
     for note in (*loaded.notes, *results.stages[0].notes, *comparison.notes):
-        click.echo(f"note: {note}")
-    click.echo(f"written: {file}")
+        say(f"note: {note}")
+    say(f"written: {file}")
 
 
 def _print_comparison(title: str, comparison: Comparison) -> None:
@@ -163,4 +170,4 @@ def _print_comparison(title: str, comparison: Comparison) -> None:
     header = ("", "blocks, r.m.s.", "continuum", "L2 diff.", "greatest", "in block")
     print_table(title, header, rows)
     blocks, fem = comparison.bsm_seconds, comparison.fem_seconds
-    click.echo(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")
+    say(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")

@@ -10,6 +10,8 @@ from typing import Any
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import make_folder
 
+PICTURES_FOLDER = "pictures"  # their folder, in that of the results
+
 
 def heading(told: Mapping[str, Any], state: str = "") -> str:
     """Return the model's title with the stage, where there are several, and a state, by default the verdict."""
@@ -21,7 +23,7 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
 @contextmanager
 def pictures_folder(folder: Path) -> Iterator[Path]:
     """Give the folder for the pictures of a results folder; say so where it cannot be written to."""
-    target = folder / "pictures"
+    target = folder / PICTURES_FOLDER
     try:
         make_folder(target)
         yield target

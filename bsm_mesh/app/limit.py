@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
-import click
-
 from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.build_mesh import stdout_to_stderr
 from bsm_mesh.app.storage import refuse_folder
 from bsm_mesh.app.tables import print_table
+from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
@@ -19,18 +18,25 @@ from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_t
 
 
 def analyse_limit(
-    path: Path, numbers: tuple[int, ...], tilt: str | None, output: Path | None, *, as_json: bool
+    path: Path,
+    numbers: tuple[int, ...],
+    tilt: str | None,
+    output: Path | None,
+    *,
+    as_json: bool,
+    scripts: bool = True,
 ) -> None:
     """Run the linear program on a model file, print what it says and proves, and write the mechanism."""
     if numbers and tilt:
         raise ModelError("limit: give --load or --tilt, not both")
-    loaded = load_model_file(path)
+    loaded = load_model_file(path, scripts=scripts)
     refuse_folder(output or loaded.output_folder)
     model = loaded.model
-    found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
-    told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}
-    if tilt:
-        told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
+    with stdout_to_stderr():  # HiGHS complains there
+        found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
+        told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}
+        if tilt:
+            told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
     file = None
     if found.mechanism.any():
         from bsm_mesh.converters.result_files import write_mechanism
@@ -39,18 +45,18 @@ def analyse_limit(
         write_mechanism(model.blocks, found.mechanism, file)
     if as_json:
         notes = [*loaded.notes, *notes_of(model), str(found)]
-        click.echo(json.dumps({**told, "file": None if file is None else str(file), "notes": notes}, indent=2))
+        say_json({**told, "file": None if file is None else str(file), "notes": notes})
         return
     for note in loaded.notes:
-        click.echo(f"mesh: {note}", err=True)
+        say(f"mesh: {note}", err=True)
     for note in notes_of(model):
-        click.echo(f"note: {note}", err=True)
+        say(f"note: {note}", err=True)
     print_table(model.title or str(path), ("", ""), _rows(found, numbers, told.get("tilt"), tilt))
-    click.echo(f"{found}.")
+    say(f"{found}.")
     if numbers and found.admissible and found.factor < 1:
-        click.echo("A factor below 1: with the loads as given the blocks must move.")
+        say("A factor below 1: with the loads as given the blocks must move.")
     if file is not None:
-        click.echo(f"collapse mechanism written to {file}")
+        say(f"collapse mechanism written to {file}")
 
 
 def _with_live_loads(model: Model, numbers: tuple[int, ...]) -> LimitAnalysis:

@@ -12,8 +12,11 @@ from pydantic import BaseModel, ValidationError
 
 from bsm_mesh.app.build_parts import faults_of_parts
 from bsm_mesh.app.model_tables import ModelFile, Table
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.reading import refuse_special
 
+MAX_BYTES = 64 << 20
+TOO_WIDE = "has more digits than TOML knows (64 bits); correct it"
 PLAIN_WORDS = {  # for pydantic's names of faults
     "string_type": "must be a text, in quotes",
     "list_type": "must be a list, in brackets",
@@ -35,8 +38,12 @@ def read_model_file(path: Path) -> ModelFile:
     ModelError
         If the file is missing or no TOML, or with every key and value that is wrong.
     """
+    refuse_special(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
+        too_large = path.stat().st_size > MAX_BYTES
+        text = (
+            "" if too_large else path.read_text(encoding="utf-8-sig")
+        )  # some editors begin a file with a byte order mark
     except FileNotFoundError:
         alike = sorted(entry.name for entry in path.parent.glob("*.toml"))
         raise ModelError(f"{path}: there is no such file{nearest(path.name, alike) if alike else ''}") from None
@@ -46,17 +53,33 @@ def read_model_file(path: Path) -> ModelFile:
         raise ModelError(f"{path}: not a text file; a model file is TOML in UTF-8") from None
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError:  # a NUL in it
+        raise ModelError(f"{path}: is no path; correct it") from None
+    if too_large:
+        raise ModelError(f"{path}: is larger than any model file ({MAX_BYTES >> 20} MB); is it the mesh?")
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ModelError(f"{path}: not valid TOML: {_toml_fault(str(error), text)}") from None
+    except ValueError:  # of int(), which takes no thousands of digits
+        raise ModelError(f"{path}: a whole number in it {TOO_WIDE}") from None
     except RecursionError:
         raise ModelError(f"{path}: not a model file: brackets nested too deep") from None
+    raise_faults([f"{path.name}: {key} = a whole number that {TOO_WIDE}" for key in _too_wide(content)])
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
         told = dict.fromkeys([*_sentences(error), *faults_of_parts(content)])
         raise ModelError([f"{path.name}: {text}" for text in told]) from None
+
+
+def _too_wide(content: Any, key: str = "") -> Iterator[str]:
+    """Return where whole numbers are beyond the 64 bits of TOML: Python has them, but no floats or texts of them."""
+    if isinstance(content, int) and content.bit_length() > 64:
+        yield key
+    items = content.items() if isinstance(content, dict) else enumerate(content, 1) if isinstance(content, list) else ()
+    for name, value in items:
+        yield from _too_wide(value, f"{key}.{name}" if key else str(name))
 
 
 def _toml_fault(message: str, text: str) -> str:

@@ -7,8 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.storage import read_summary
 from bsm_mesh.errors import ModelError
+from bsm_mesh.processes import python_command
 
 BAD_INPUT = 2  # exit code of the drawing process where the results are at fault, not the renderer
 CURE = (
@@ -37,18 +39,27 @@ def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None 
     read_summary(folder)
     if animate and step is not None:
         raise ModelError("plot: give --animate or --step, not both")
-    command = [sys.executable, "-m", "bsm_mesh.app.pictures", str(folder)]
+    module, *arguments = ["bsm_mesh.app.pictures", str(folder.absolute())]
     if animate or step is not None:
-        command = [sys.executable, "-m", "bsm_mesh.app.animation", str(folder), "" if step is None else str(step)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=_environment())
+        module, arguments = "bsm_mesh.app.animation", [*arguments, "" if step is None else str(step)]
+    done = subprocess.run(
+        python_command(module, *arguments),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
+        cwd=Path(__file__).parent,  # settings of libraries in the current folder are a stranger's: matplotlibrc
+        env=_environment(),
+    )
     if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
         raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
-    last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+    last = (done.stderr.strip().splitlines() or ["no message"])[-1].replace(str(folder.absolute()), str(folder))
     if done.returncode == BAD_INPUT:
         raise ModelError(last)
     if done.returncode:
         raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
-    return [Path(line) for line in done.stdout.splitlines()]
+    return [folder / PICTURES_FOLDER / Path(line).name for line in done.stdout.splitlines()]
 
 
 def _environment() -> dict[str, str]:

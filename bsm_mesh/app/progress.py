@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
+from bsm_mesh.app.terminal import say
+from bsm_mesh.errors import one_line
 from bsm_mesh.results.records import StepRecord
 
 if TYPE_CHECKING:
@@ -28,13 +31,15 @@ class Progress:
         self._began = time.perf_counter()
 
     def __enter__(self) -> Self:
-        if not self._quiet and sys.stderr.isatty():
+        if not self._quiet and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown"):
             from rich.console import Console
             from rich.progress import Progress as Bar
             from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-            columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-            self._bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            console = Console(stderr=True)
+            spinner = SpinnerColumn("dots" if console.encoding.startswith("utf") else "line")
+            columns = (spinner, TextColumn("{task.description}", markup=False), TimeElapsedColumn())
+            self._bar = Bar(*columns, console=console, transient=True)
             self._bar.start()
             self._bar.add_task("")
         return self
@@ -48,9 +53,9 @@ class Progress:
     def report(self, text: str) -> None:
         """Say what is being done, in a few words."""
         if self._bar is not None:
-            self._bar.update(self._bar.task_ids[0], description=text)
+            self._bar.update(self._bar.task_ids[0], description=one_line(text))
         elif not self._quiet:
-            print(f"[{time.perf_counter() - self._began:7.2f} s] {text}", file=sys.stderr, flush=True)
+            say(f"[{time.perf_counter() - self._began:7.2f} s] {text}", err=True)
 
     def step(self, record: StepRecord) -> None:
         """Say how far an accepted step has come."""

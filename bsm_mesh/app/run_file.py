@@ -13,6 +13,7 @@ from bsm_mesh.app.build import LoadedModel, load_model_file
 from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
 from bsm_mesh.app.storage import refuse_folder, save_results
 from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.records import Results, StepRecord
 from bsm_mesh.run import Observer, Output, Snapshot, run
 from bsm_mesh.solve.options import Options
@@ -50,6 +51,7 @@ def run_file(
     snapshot: Snapshot = no_snapshots,
     *,
     output: Output = None,
+    scripts: bool = True,
     noted: Callable[[str], None] = lambda text: None,
 ) -> FileRun:
     """Solve a model file and write its results.
@@ -64,6 +66,8 @@ def run_file(
         As `bsm_mesh.run` takes them.
     output : path or False, optional
         Folder for the results; by default that of its ``[output]``, beside the file. False: nothing is written.
+    scripts : bool
+        Whether the file may run a geometry script and name any path.
     noted : callable, optional
         Told each note on the mesh before anything is solved.
 
@@ -72,7 +76,7 @@ def run_file(
     ModelError
         For faults of the file, its mesh or the model, and for a folder that cannot be written to.
     """
-    loaded = load_model_file(path, report)
+    loaded = load_model_file(path, report, scripts=scripts)
     for note in loaded.notes:
         noted(note)
     options = options or loaded.options
@@ -116,6 +120,7 @@ def model_file_for(loaded: LoadedModel, folder: Path, options: Options) -> str |
     """
     refuse_folder(folder)
     there = folder / "model.toml"
+    refuse_special(there)
     if there.exists():
         if there.samefile(loaded.path):
             return None

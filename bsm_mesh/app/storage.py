@@ -16,6 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import make_folder, remove, whole_file, write_text
+from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import principal_stresses
@@ -151,6 +152,7 @@ def _write_history(results: Results, path: Path) -> None:
 
 def _read_history(path: Path, count: int) -> list[StepRecord]:
     kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
+    refuse_special(path)
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
@@ -193,6 +195,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
         If the folder holds no complete results of this version.
     """
     path = folder / "summary.json"
+    refuse_special(path)
     try:
         told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from bsm_mesh.errors import one_line
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.stress import principal_stresses
@@ -36,15 +37,17 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, box=box.SIMPLE, title_justify="left", title_style="bold", show_header=any(header))
+    table = Table(
+        title=one_line(title), box=box.SIMPLE, title_justify="left", title_style="bold", show_header=any(header)
+    )
     for number, name in enumerate(header):
         is_text = number < texts
-        table.add_column(
-            name, justify="left" if is_text else "right", no_wrap=not is_text or (number == 0 and texts > 1)
-        )
+        # of a thing and its value the value wraps where both are too wide, and the thing stays
+        no_wrap = number == 0 if len(header) == 2 else not is_text or (number == 0 and texts > 1)
+        table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap)
     for row in rows:
-        table.add_row(*row)
-    Console(highlight=False, markup=False).print(table)
+        table.add_row(*map(one_line, row))
+    Console(highlight=False, markup=False, emoji=False).print(table)
 
 
 def vector(components: Iterable[float], unit: str) -> str:

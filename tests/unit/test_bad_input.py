@@ -93,7 +93,7 @@ NAMES = [
     ('"bottom"', '"botom"', ["support 1", "there is no boundary 'botom'", "did you mean 'bottom'"]),
     ('"top"', '"tpo"', ["load 1", "there is no boundary 'tpo'", "did you mean 'top'"]),
     (ROCK, ROCK + '[groups]\n"Schist" = "rock:schist"\n', ["mesh.msh: has no group 'Schist'", "known: "]),
-    (ROCK, ROCK + '[groups]\n"gmsh:physical=9" = "joint:J"\n', ["gmsh:physical=1, ", "gmsh:physical=4"]),
+    (ROCK, ROCK + '[groups]\n"gmsh:geometrical=9" = "joint:J"\n', ["gmsh:geometrical=1, ", "gmsh:geometrical=4"]),
     (ROCK, ROCK + '[groups]\n"joint:J1" = "jiont:J1"\n', ["'jiont:J1' is not of the form kind:name", "joint"]),
     (ROCK, ROCK + '[groups]\n"joint:J1" = "rock:J1"\n', ["holds 2 line elements", "a rock is made of surfaces"]),
 ]
