@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bsm_mesh.errors import MeshWarning, ModelError
+from bsm_mesh.errors import MeshWarning, ModelError, ResultsWarning
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
@@ -107,6 +107,7 @@ __all__ = [
     "PrescribedDisplacement",
     "Pressure",
     "Results",
+    "ResultsWarning",
     "Rock",
     "Roller",
     "Stage",

@@ -52,6 +52,10 @@ class MeshWarning(UserWarning):
     """Something in a mesh was mended or left out; the message says what and how much."""
 
 
+class ResultsWarning(UserWarning):
+    """Something of a run is not written; the message says what and why."""
+
+
 def raise_faults(faults: Sequence[str]) -> None:
     """Raise one `ModelError` for all collected faults; do nothing if there are none."""
     if faults:

@@ -24,7 +24,7 @@ from pathlib import Path
 EVENT = "bsm_mesh.files"
 LONGEST = 80  # characters of a name that are kept in its draft's
 NO_LINKS = (errno.EPERM, errno.EXDEV, errno.EMLINK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EACCES)
-NO_EXCHANGE = (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP)
+NO_EXCHANGE = (errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP, errno.EXDEV)
 
 _NUMBERS = itertools.count(1)
 _HERE = f"{zlib.crc32(platform.node().encode()):08x}"  # this machine, in the names of drafts
@@ -188,6 +188,13 @@ def remove(path: Path) -> None:
     if os.path.lexists(path):
         tell("remove", path)
         path.unlink(missing_ok=True)
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove the drafts that processes which are gone left in a folder."""
+    for entry in folder.glob(".*"):
+        if is_draft(entry.name) and _is_abandoned(entry.name):
+            remove(entry)
 
 
 def remove_tree(path: Path) -> None:

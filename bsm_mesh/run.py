@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
+Finished: TypeAlias = "Callable[[Results], None]"
 Output: TypeAlias = "str | os.PathLike[str] | Literal[False] | None"
 
 
@@ -27,6 +28,7 @@ def run(
     observer: Observer | None = None,
     report: Reporter = lambda text: None,
     snapshot: Snapshot = lambda record, results: None,
+    finished: Finished = lambda results: None,
     *,
     output: Output = None,
     scripts: bool = True,
@@ -48,6 +50,8 @@ def run(
         Gets the `StepRecord` of every accepted step and a function that returns the results as they stand there: one
         stage, not yet in equilibrium. To be called at once, if at all: it costs something and is good until the next
         step only.
+    finished : callable, optional
+        Gets the results so far at the end of every stage, before the next begins; their status is ``unfinished``.
     output : path or False, optional
         With a model file: another folder for its results; False: nothing is written.
     scripts : bool
@@ -72,8 +76,8 @@ def run(
         def warn(note: str) -> None:
             warnings.warn(one_line(note), MeshWarning, stacklevel=4)  # where this function was called
 
-        done = run_file(Path(model), options, observer, report, snapshot, output=output, scripts=scripts, noted=warn)
-        return done.results
+        given = options, observer, report, snapshot, finished
+        return run_file(Path(model), *given, output=output, scripts=scripts, noted=warn).results
     if not isinstance(model, Model):
         raise ModelError(f"run: {type(model).__name__} is neither a bsm.Model nor the path of a model file")
     if output is not None:
@@ -82,7 +86,6 @@ def run(
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages import solve_stages
 
-    options = options or Options()
     report("contacts")
     ready = make_ready(model, options)
     notes = ready.notes
@@ -98,7 +101,7 @@ def run(
     del ready  # of a million blocks 1 GB
     model_digest = model.digest
 
-    def results(stages: tuple[StageResult, ...]) -> Results:
+    def results(stages: tuple[StageResult, ...], *, finished: bool = True) -> Results:
         return Results(
             blocks=model.blocks,
             joint_names=tuple(joint.name for joint in model.joints),
@@ -108,14 +111,20 @@ def run(
             tolerance=options.tolerance,
             model_digest=model_digest,
             title=model.title,
+            finished=finished,
+            model=model,
+            options=options,
         )
 
     def watch(record: StepRecord, stage: Callable[[], StageResult]) -> None:
         if observer is not None:
             observer(record)
-        snapshot(record, lambda: results((stage(),)))
+        snapshot(record, lambda: results((stage(),), finished=False))
 
     def check(stage: StageResult) -> tuple[str, ...]:
         return results((stage,)).check().faults
 
-    return results(solve_stages(model, scheme, report, watch, check, notes))
+    def end(stages: tuple[StageResult, ...]) -> None:
+        finished(results(stages, finished=False))
+
+    return results(solve_stages(model, scheme, report, watch, check, end, notes))

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.converters.bolt_files import bolt_grid, bolts_of_grid, write_bolt_table
-from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, read_pvd, read_vtu, spatial, write_pvd, write_vtu
+from bsm_mesh.converters.bolt_files import bolt_grid
+from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, spatial, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import remove
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
-from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
 from bsm_mesh.results.stress import principal_stresses
 
@@ -44,63 +42,64 @@ class Instant:
         return f"{kind}_{self.stage:04d}_{self.step:05d}.vtu"
 
 
-def write_series(results: Results, folder: Path, instants: Sequence[Instant] | None = None) -> list[Path]:
-    """Write one VTU a stage and one PVD for each of blocks, contacts, supports, water tables and bolts; return all.
-
-    PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
-    of steps since the run began. Other snapshots in the folder are removed. Every file is written whole or not at all.
-    """
-    files: list[Path] = []
-    taken = np.cumsum([len(stage.steps) for stage in results.stages])
-    times = np.arange(len(results.stages)) if instants is None else taken
-    between = [instant for instant in instants or () if instant.time not in taken]
-    for kind in (*SERIES, WATER, BOLTS):
-        ends = []
-        for number, stage in enumerate(results.stages):
-            if (kind == WATER and not len(stage.water_table)) or (kind == BOLTS and not stage.bolts.count):
-                continue
-            name = f"{kind}_{number:04d}.vtu"
-            write_vtu(folder / name, _GRIDS[kind](results, stage))
-            ends.append((float(times[number]), name))
-            files.append(folder / name)
-        if ends:
-            write_pvd(folder / f"{kind}.pvd", sorted([*(_entries(kind, between) if kind in SERIES else []), *ends]))
-            files.append(folder / f"{kind}.pvd")
-        else:  # of a former run
-            remove(folder / f"{kind}.pvd")
-    remove_snapshots(folder, keep=between)
-    table = folder / "bolts.csv"
-    if results.stages[0].bolts.count:
-        write_bolt_table(results, table)
-        files.append(table)
-    else:
-        remove(table)
-    return files
+def kinds_of(stage: StageResult) -> list[str]:
+    """Return the kinds of files that a stage has."""
+    water, bolts = [WATER] * bool(len(stage.water_table)), [BOLTS] * bool(stage.bolts.count)
+    return [*SERIES, *water, *bolts]
 
 
-def write_snapshot(results: Results, folder: Path, instant: Instant) -> None:
-    """Write blocks, contacts and supports as they stand at an instant of the run."""
+def stage_file(kind: str, number: int) -> str:
+    """Return the name of the file of a kind at the end of a stage."""
+    return f"{kind}_{number:04d}.vtu"
+
+
+def write_stage(results: Results, number: int, folder: Path) -> list[str]:
+    """Write a VTU of each kind at the end of a stage; return their names."""
+    stage = results.stages[number]
+    names = []
+    for kind in kinds_of(stage):
+        write_vtu(folder / stage_file(kind, number), _GRIDS[kind](results, stage))
+        names.append(stage_file(kind, number))
+    return names
+
+
+def write_snapshot(results: Results, folder: Path, instant: Instant) -> list[str]:
+    """Write blocks, contacts and supports as they stand at an instant of the run; return the names of the files."""
     for kind in SERIES:
         write_vtu(folder / instant.file(kind), _GRIDS[kind](results, results.stages[-1]))
+    return [instant.file(kind) for kind in SERIES]
 
 
-def list_snapshots(folder: Path, instants: Sequence[Instant]) -> None:
-    """Write the PVD files of snapshots alone: what ParaView can show while the run goes on."""
-    for kind in SERIES:
-        write_pvd(folder / f"{kind}.pvd", _entries(kind, instants))
+def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[Instant] | None = None) -> list[str]:
+    """Write a PVD for each kind of files that there is; return their names.
 
+    PVD time is the number of the stage; where there are snapshots of `instants`, which are listed too, it is the number
+    of steps since the run began.
 
-def remove_snapshots(folder: Path, keep: Sequence[Instant] = ()) -> None:
-    """Remove the snapshots in a folder but those of some instants."""
-    kept = {instant.file(kind) for kind in SERIES for instant in keep}
-    for kind in SERIES:
-        for path in folder.glob(f"{kind}_[0-9][0-9][0-9][0-9]_[0-9][0-9][0-9][0-9][0-9].vtu"):
-            if path.name not in kept:
-                remove(path)
-
-
-def _entries(kind: str, instants: Sequence[Instant]) -> list[tuple[float, str]]:
-    return [(float(instant.time), instant.file(kind)) for instant in instants]
+    Parameters
+    ----------
+    stages : sequence of StageResult
+        Those that are at their end.
+    folder : Path
+        Where to.
+    instants : sequence of Instant, optional
+        The snapshots between their ends.
+    """
+    taken = np.cumsum([len(stage.steps) for stage in stages])
+    times = np.arange(len(stages)) if instants is None else taken
+    names = []
+    for kind in (*SERIES, WATER, BOLTS):
+        listed = [
+            (float(time), stage_file(kind, number))
+            for number, (time, stage) in enumerate(zip(times, stages, strict=True))
+            if kind in kinds_of(stage)
+        ]
+        if kind in SERIES:
+            listed += [(float(instant.time), instant.file(kind)) for instant in instants or ()]
+        if listed:
+            write_pvd(folder / f"{kind}.pvd", sorted(listed))
+            names.append(f"{kind}.pvd")
+    return names
 
 
 def block_grid(results: Results, stage: StageResult) -> Grid:
@@ -234,38 +233,6 @@ _GRIDS = {
     WATER: water_grid,
     BOLTS: bolt_grid,
 }
-
-
-def read_stage_grids(folder: Path, stage: int) -> tuple[Grid, Grid, Grid]:
-    """Return the grids of blocks, contacts and supports of a stage at its end."""
-    blocks, contacts, supports = (read_vtu(stage_file(folder, kind, stage)) for kind in SERIES)
-    return blocks, contacts, supports
-
-
-def read_bolts(folder: Path, stage: int) -> BoltForces:
-    """Return the bolts at the end of a stage."""
-    return bolts_of_grid(read_vtu(stage_file(folder, BOLTS, stage)))
-
-
-def stage_file(folder: Path, kind: str, stage: int) -> Path:
-    """Return the file of blocks, contacts, supports or bolts at the end of a stage; -1 is the last.
-
-    Raises
-    ------
-    ModelError
-        If the PVD file is missing, or does not list it.
-    """
-    ends = [path for _, path in read_pvd(folder / f"{kind}.pvd") if path.stem.count("_") == 1]
-    if not -1 <= stage < len(ends):
-        raise ModelError(f"{folder / kind}.pvd: does not list stage {stage}; run the model again")
-    return ends[stage]
-
-
-def read_water_table(folder: Path, stage: int) -> FloatArray:
-    """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
-    listed = read_pvd(folder / f"{WATER}.pvd") if (folder / f"{WATER}.pvd").is_file() else []
-    file = next((path for _, path in listed if path.stem == f"{WATER}_{stage:04d}"), None)
-    return np.zeros((0, 2, 2)) if file is None else read_vtu(file).points.reshape(-1, 2, 2)
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:

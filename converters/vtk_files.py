@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,6 +15,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special
+from bsm_mesh.signals import signals_held
 
 VERTEX, LINE, POLYGON = 1, 3, 7  # VTK cell types
 
@@ -47,6 +49,15 @@ class Grid:
     field_data: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
+@cache
+def load_vtk() -> None:
+    """Import VTK, whole: its C code dies where an interruption is raised while one module imports the next."""
+    with signals_held():
+        import vtkmodules.util.numpy_support
+        import vtkmodules.vtkIOLegacy
+        import vtkmodules.vtkIOXML  # noqa: F401
+
+
 def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
     """Write a grid as compressed binary VTU; its folder too, where `parents` says so.
 
@@ -55,6 +66,7 @@ def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
     OSError
         If the file cannot be written; nothing is left behind.
     """
+    load_vtk()
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     data = _to_vtk(grid)
@@ -71,40 +83,32 @@ def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
 
 
 def read_vtu(path: Path, *, needs: Sequence[str] = ()) -> Grid:
-    """Return the grid of a VTU file whose cells are all of one type.
+    """Return the grid of a VTU file whose cells are all of one type; parameters and errors as for `grid_of`."""
+    if not path.is_file():
+        raise ModelError(f"{path}: there is no such file")
+    return grid_of(path.read_bytes(), path, needs=needs)
+
+
+def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
+    """Return the grid of a VTU file that was read.
 
     Parameters
     ----------
+    content : bytes
+        What the file holds. VTK opens a file twice, and dies if it is replaced in between.
     path : Path
-        The file.
+        The file, for messages.
     needs : sequence of str
         Cell arrays that must be in it.
 
     Raises
     ------
     ModelError
-        If the file is missing, damaged, of mixed cell types or without an array that is needed.
+        If it is damaged, of mixed cell types or without an array that is needed.
     """
+    data = vtk_grid_of(content, path, needs=needs)
     from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkLogger
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-    refuse_special(path)
-    if not path.is_file():
-        raise ModelError(f"{path}: there is no such file")
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(path))
-    reader.AddObserver("ErrorEvent", lambda *_: None)  # the message below says it
-    level = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        reader.Update()
-    finally:
-        vtkLogger.SetStderrVerbosity(level)
-    data = reader.GetOutput()
-    missing = [name for name in needs if not data.GetCellData().HasArray(name)]
-    if reader.GetErrorCode() or data.GetPoints() is None or missing:
-        raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
     types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
     if len(types) > 1:
         raise ModelError(f"{path}: has cells of the types {types.tolist()}; one type is needed")
@@ -123,6 +127,29 @@ def read_vtu(path: Path, *, needs: Sequence[str] = ()) -> Grid:
             if array.GetClassName() == "vtkStringArray"
         },
     )
+
+
+def vtk_grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Any:
+    """Return VTK's own grid of a VTU file that was read; parameters and errors as for `grid_of`."""
+    load_vtk()
+    from vtkmodules.vtkCommonCore import vtkLogger
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+    reader: Any = vtkXMLUnstructuredGridReader()
+    reader.ReadFromInputStringOn()
+    reader.SetInputString(content)
+    reader.AddObserver("ErrorEvent", lambda *_: None)  # the message below says it
+    level = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        reader.Update()
+    finally:
+        vtkLogger.SetStderrVerbosity(level)
+    data = reader.GetOutput()
+    missing = [name for name in needs if not data.GetCellData().HasArray(name)]
+    if reader.GetErrorCode() or data.GetPoints() is None or missing:
+        raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
+    return data
 
 
 def write_pvd(path: Path, files: Sequence[tuple[float, str]]) -> None:
@@ -146,12 +173,18 @@ def read_pvd(path: Path) -> list[tuple[float, Path]]:
     """
     refuse_special(path)
     try:
-        root = ElementTree.parse(path).getroot()
+        return files_of(path.read_bytes(), path)
     except FileNotFoundError:
         raise ModelError(f"{path}: there is no such file; is this the folder of a run?") from None
-    except ElementTree.ParseError as error:
+
+
+def files_of(content: bytes, path: Path) -> list[tuple[float, Path]]:
+    """Return the (time, file) pairs of a ParaView collection that was read."""
+    try:
+        root = ElementTree.fromstring(content)
+        found = [(float(e.get("timestep", "0")), path.parent / e.get("file", "")) for e in root.iter("DataSet")]
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # no such encoding, no number
         raise ModelError(f"{path}: not a PVD file ({error})") from None
-    found = [(float(e.get("timestep", "0")), path.parent / e.get("file", "")) for e in root.iter("DataSet")]
     if not found:
         raise ModelError(f"{path}: lists no files")
     return found

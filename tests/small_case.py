@@ -177,7 +177,7 @@ def environment() -> dict[str, str]:
 
 
 def command(*arguments: str) -> list[str]:
-    return [sys.executable, "-m", "bsm_mesh.app.cli", *arguments]
+    return [sys.executable, "-m", "bsm_mesh", *arguments]
 
 
 def run_process(folder: Path, *arguments: str) -> Outcome:

@@ -6,17 +6,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.canvas import MOST_EDGES, Scene, save_picture
-from bsm_mesh.app.headings import heading, pictures_folder
-from bsm_mesh.app.pictures import add_position
+from bsm_mesh.app.headings import heading
+from bsm_mesh.app.pictures import add_picture, add_position, read_grid
 from bsm_mesh.app.plot import BAD_INPUT
-from bsm_mesh.app.storage import read_summary
+from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
@@ -24,6 +26,9 @@ from bsm_mesh.files import whole_file
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+Series: TypeAlias = list[tuple[float, str]]
+"""Times and names of the files of snapshots."""
 
 WIDTH, TEXT_HEIGHT = 720, 60  # pixels
 MOST_FRAMES, COLOURS = 60, 32
@@ -36,73 +41,66 @@ def animate(folder: Path) -> Path:
 
     At most `MOST_FRAMES` of them, evenly chosen; blocks that come down are red from the start.
     """
-    told, files = read_summary(folder), _snapshots(folder)
+    added, saved = AddedFiles(folder), SavedResults(folder)
+    files = _snapshots(saved)
     chosen = np.unique(np.linspace(0, len(files) - 1, min(len(files), MOST_FRAMES - 1)).round().astype(int))
     files = [files[k] for k in chosen]
-    unstable = np.array(told["stages"][-1]["unstable_blocks"], dtype=np.int32)
-    window = _window(files)
-    images = [_still(image) for image in _frames(files, unstable, window, heading(told))]
+    unstable = np.array(saved.told["stages"][-1]["unstable_blocks"], dtype=np.int32)
+    window = _window(saved, files)
+    images = [_still(image) for image in _frames(saved, files, unstable, window)]
     durations = [FIRST_FRAME, *[FRAME] * (len(images) - 2), LAST_FRAME]
-    with pictures_folder(folder) as target:
-        path = target / "movement.gif"
+
+    def draw(path: Path) -> None:
         with whole_file(path) as draft:
             images[0].save(
                 draft, format="GIF", save_all=True, append_images=images[1:], duration=durations, loop=0, disposal=1
             )
-    return path
+
+    return add_picture(added, "movement.gif", draw)
 
 
 def draw_step(folder: Path, step: int) -> Path:
     """Draw the position at the last snapshot of no more than `step` steps, and return the path of the picture."""
-    from bsm_mesh.converters.result_files import read_water_table
-
-    told, files = read_summary(folder), _snapshots(folder)
+    added, saved = AddedFiles(folder), SavedResults(folder)
+    files = _snapshots(saved)
     earlier = [entry for entry in files if entry[0] <= step] or files[:1]
     time, file = earlier[-1]
-    grid = _read(file)
+    grid = _read(saved, file)
     scene = Scene(
         grid=grid,
-        title=heading(told, "on its way"),
+        title=heading(saved.told, "on its way"),
         size=float(grid.length),
         joints=np.zeros((0, 2, 2)),
-        water=read_water_table(folder, int(file.stem.split("_")[1])),
+        water=saved.water_table(int(Path(file).stem.split("_")[1])),
     )
 
     def draw(plotter: Any, scene: Scene) -> str:
         add_position(plotter, scene)
         return f"position after {time:g} of {files[-1][0]:g} steps, true to scale, over the original outlines (grey)"
 
-    with pictures_folder(folder) as target:
-        return save_picture(scene, draw, target / f"position_{time:05.0f}.png")
+    return add_picture(added, f"position_{time:05.0f}.png", partial(save_picture, scene, draw))
 
 
-def _snapshots(folder: Path) -> list[tuple[float, Path]]:
+def _snapshots(saved: SavedResults) -> Series:
     """Return time and file of every snapshot, the end included."""
-    from bsm_mesh.converters.vtk_files import read_pvd
-
-    files = read_pvd(folder / "blocks.pvd")
+    files = saved.series("blocks")
     if len(files) < 2:
         raise ModelError(
-            f'{folder}: holds no snapshots of a movement; run again with snapshots = "steps" under [output]'
+            f'{saved.folder}: holds no snapshots of a movement; run again with snapshots = "steps" under [output]'
         )
     return files
 
 
-def _read(file: Path) -> Any:
-    import pyvista
-
-    from bsm_mesh.converters.vtk_files import read_vtu
-
-    read_vtu(file, needs=("displacement", "block_id"))
-    return pyvista.read(file)
+def _read(saved: SavedResults, file: str) -> Any:
+    return read_grid(saved, file, needs=("displacement", "block_id"))
 
 
-def _window(files: Sequence[tuple[float, Path]]) -> FloatArray:
+def _window(saved: SavedResults, files: Series) -> FloatArray:
     """Return x and y, least and greatest, of all that is shown, (2, 2) [m]."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     start = np.zeros((2, 2))
     for number, (_, file) in enumerate(files):
-        grid = _read(file)
+        grid = _read(saved, file)
         if number == 0:
             start = np.array([grid.points.min(axis=0)[:2], grid.points.max(axis=0)[:2]])
             low, high = start
@@ -112,9 +110,7 @@ def _window(files: Sequence[tuple[float, Path]]) -> FloatArray:
     return np.stack([np.maximum(low, start[0] - beyond), np.minimum(high, start[1] + beyond)], axis=1)
 
 
-def _frames(
-    files: Sequence[tuple[float, Path]], unstable: IntArray, window: FloatArray, title: str
-) -> Iterator[FloatArray]:
+def _frames(saved: SavedResults, files: Series, unstable: IntArray, window: FloatArray) -> Iterator[FloatArray]:
     """Yield the frames, (height, width, 3), the start first."""
     import pyvista
 
@@ -133,13 +129,13 @@ def _frames(
     camera.parallel_scale = scale * height / 2
     try:
         for number, (time, file) in enumerate([(0.0, files[0][1]), *files]):
-            grid = _read(file)
+            grid = _read(saved, file)
             move = np.asarray(grid.point_data["displacement"]) * (number > 0)
             if number == 0:
                 plotter.add_mesh(grid.copy(), style="wireframe", color="#b9b2a3", line_width=1, lighting=False)
             _show(plotter, grid, move, unstable)
             greatest = engineering(float(np.linalg.norm(move, axis=1).max()), "m")
-            text = f"{title}\nstep {time:g} of {files[-1][0]:g}, greatest displacement {greatest}"
+            text = f"{heading(saved.told)}\nstep {time:g} of {files[-1][0]:g}, greatest displacement {greatest}"
             plotter.add_text(text, position=(10, height - 44), font_size=8, color="black", name="text")
             plotter.camera.clipping_range = (0.1, 10.0)
             yield np.asarray(plotter.screenshot(return_img=True))

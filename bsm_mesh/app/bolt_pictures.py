@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH, add_paper, scalar_bar, scaled
-from bsm_mesh.app.storage import load_results
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
@@ -52,14 +51,13 @@ def draw_bolts(plotter: Any, scene: Scene) -> str:
     return f"axial force in the bolts, greatest {engineering(greatest, 'N')}; dots: heads"
 
 
-def draw_bolt_forces(folder: Path, title: str, path: Path) -> Path:
-    """Draw axial and bond force along the most utilised bolts of the last stage, and the support pressures."""
+def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
+    """Draw axial and bond force along the most utilised bolts, and the support pressures."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    bolts = load_results(folder).stages[-1].bolts
     used = np.zeros(bolts.count)
     np.maximum.at(
         used, bolts.bolt, np.maximum(bolts.utilisation, bolts.axial_force / max(bolts.axial_force.max(), 1.0))

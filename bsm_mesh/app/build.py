@@ -75,7 +75,19 @@ class LoadedModel:
     @property
     def output_folder(self) -> Path:
         """Where the file says that results go."""
-        return self.reach.output(self.file.output.folder)
+        return output_folder(self.file, self.path, self.reach)
+
+
+def output_folder(file: ModelFile, path: Path, reach: Reach) -> Path:
+    """Return where a model file says that results go: by default to a folder that bears the file's name."""
+    return reach.output(file.output.folder or f"out/{path.stem}")
+
+
+def inputs_of(file: ModelFile, path: Path) -> list[Path]:
+    """Return the files that a model is made of: the model file, its mesh or script, its tables."""
+    script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
+    names = [file.mesh.file, script, *(table.table for table in file.bolt)]
+    return [path, *(path.parent / name for name in names if name is not None)]
 
 
 def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
@@ -104,8 +116,11 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
 
 def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts: bool = True) -> LoadedModel:
     """Return the model of a model file together with its options and the notes on its mesh."""
-    file = read_model_file(path)
-    reach = Reach(folder=path.parent, scripts=scripts)
+    return build_model(read_model_file(path), path, Reach(folder=path.parent, scripts=scripts), report)
+
+
+def build_model(file: ModelFile, path: Path, reach: Reach, report: Reporter = lambda text: None) -> LoadedModel:
+    """Return the model of a model file that was read, with its options and the notes on its mesh."""
     faults: list[str] = []
     rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
     joints = _collect(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
@@ -119,7 +134,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
     stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
     options = _collect(faults, [partial(Options, **file.solver.model_dump())])
-    _collect(faults, [partial(reach.output, file.output.folder)])
+    _collect(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
     blocks, mesh_report = read_blocks(file.mesh, file.groups, path, reach)

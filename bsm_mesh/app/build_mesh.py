@@ -10,6 +10,7 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bsm_mesh.app.interruption import heed_again
 from bsm_mesh.app.model_tables import MeshTable
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.terminal import say
@@ -72,7 +73,10 @@ def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping
         found = find_case(case)
         if "path" in parameters:
             raise ModelError(f"{found.name}: there is no parameter 'path': the mesh is written where it is needed")
-        found.build(path, **parameters)
+        try:
+            found.build(path, **parameters)
+        finally:
+            heed_again()
 
 
 @contextmanager

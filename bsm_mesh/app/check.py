@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.build import LoadedModel, load_model_file
+from bsm_mesh.app.build import LoadedModel, inputs_of, load_model_file
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
-from bsm_mesh.app.run_file import model_file_for
+from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.arrays import IntArray
@@ -100,7 +100,7 @@ def check_model(
 def _folder_notes(loaded: LoadedModel) -> tuple[str, ...]:
     """Return why a run would not write into the model's own folder: no fault of the model, which can go elsewhere."""
     try:
-        model_file_for(loaded, loaded.output_folder, loaded.options)
+        ResultsFolder(loaded.output_folder).refuse(inputs_of(loaded.file, loaded.path))
     except ModelError as error:
         return (f"to run it give another folder (-o): {error}",)
     return ()

@@ -6,16 +6,18 @@ import gc
 import io
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
 from bsm_mesh import __version__
+from bsm_mesh.app.interruption import guarded
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
 from bsm_mesh.errors import ModelError, one_line
 
-EXIT_BAD_INPUT, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 2, 3, 130
+EXIT_BAD_INPUT, EXIT_NOT_CONVERGED = 2, 3
 EXIT_BROKEN_PIPE = 1  # as click and rich leave
 FEWER_COLLECTIONS = 5000  # new objects; at 700 collecting is a tenth of a short run, which is mostly imports
 
@@ -210,7 +212,11 @@ def schema() -> None:
 
 
 def main(arguments: list[str] | None = None) -> Any:
-    """Run a command; bad input is one message and exit code 2, never a traceback."""
+    """Run a command; bad input is one message and exit code 2, an interruption one and 130, never a traceback."""
+    return guarded(partial(_run, arguments))
+
+
+def _run(arguments: list[str] | None) -> Any:
     gc.set_threshold(FEWER_COLLECTIONS)
     mend_streams()
     try:
@@ -219,13 +225,13 @@ def main(arguments: list[str] | None = None) -> Any:
         sys.stdout.flush()
         return result
     except ModelError as error:
-        _fail(f"error: {error}", EXIT_BAD_INPUT)
+        _fail("\n".join([f"error: {error}", *getattr(error, "__notes__", [])]), EXIT_BAD_INPUT)
     except click.ClickException as error:
         shown = io.StringIO()
         error.show(shown)
         _fail(shown.getvalue().rstrip(), EXIT_BAD_INPUT)
-    except (KeyboardInterrupt, click.Abort):
-        _fail("interrupted: what was finished is on disk", EXIT_INTERRUPTED)
+    except click.Abort as error:  # what click makes of an interruption
+        raise error.__cause__ if isinstance(error.__cause__, KeyboardInterrupt) else KeyboardInterrupt() from None
     except BrokenPipeError:  # whoever read our output has seen enough, as in `bsm-mesh schema | head`
         _close_stdout()
         sys.exit(EXIT_BROKEN_PIPE)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
-from bsm_mesh.app.storage import refuse_folder, summary
+from bsm_mesh.app.summary import summary
 from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, placed
@@ -69,7 +71,7 @@ def run_demo(folder: Path) -> None:
 
     if not all((folder / source.name).is_file() for source in starter_files("tunnel")):  # else run it as changed
         write_starter("tunnel", folder)
-    run_model(folder / "model.toml", folder / "out", pictures=True, as_json=False, quiet=False)
+    run_model(folder / "model.toml", None, pictures=True, as_json=False, quiet=False)
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
@@ -82,7 +84,7 @@ def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> Non
         raise ModelError(f"{path}: a mesh is written as .msh; give a name that ends in .msh")
     if path.is_dir():
         raise ModelError(f"{path} is a folder; give the name of a file in it")
-    refuse_folder(path.parent)
+    refuse_unwritable(path.parent, "a mesh")
     texts = dict(_key_and_value(setting) for setting in settings)
     with geometry_faults(), stdout_to_stderr():
         parameters = parse_settings(find_case(case), texts)
@@ -137,13 +139,14 @@ def compare_model(
 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report, scripts=scripts)
-        refuse_folder(output or loaded.output_folder)
+        added = AddedFiles(output or loaded.output_folder)
         with placed(path.name):
             results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
         comparison = compare(loaded.model, results, order=order, joints=joints)
-        file = (output or loaded.output_folder) / "compare.vtu"
-        write_comparison(comparison, loaded.model.blocks, file)
+        with added.file("compare.vtu") as draft:
+            write_comparison(comparison, loaded.model.blocks, draft)
+        file = added.folder.path / "compare.vtu"
     if as_json:
         table = [row._asdict() for row in comparison.table()]
         notes = [*loaded.notes, *results.stages[0].notes, *comparison.notes]

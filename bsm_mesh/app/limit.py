@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 from typing import Any
 
+from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import stdout_to_stderr
-from bsm_mesh.app.storage import refuse_folder
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError
@@ -30,7 +30,7 @@ def analyse_limit(
     if numbers and tilt:
         raise ModelError("limit: give --load or --tilt, not both")
     loaded = load_model_file(path, scripts=scripts)
-    refuse_folder(output or loaded.output_folder)
+    added = AddedFiles(output or loaded.output_folder)
     model = loaded.model
     with stdout_to_stderr():  # HiGHS complains there
         found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
@@ -41,8 +41,9 @@ def analyse_limit(
     if found.mechanism.any():
         from bsm_mesh.converters.result_files import write_mechanism
 
-        file = (output or loaded.output_folder) / "limit.vtu"
-        write_mechanism(model.blocks, found.mechanism, file)
+        with added.file("limit.vtu") as draft:
+            write_mechanism(model.blocks, found.mechanism, draft)
+        file = added.folder.path / "limit.vtu"
     if as_json:
         notes = [*loaded.notes, *notes_of(model), str(found)]
         say_json({**told, "file": None if file is None else str(file), "notes": notes})

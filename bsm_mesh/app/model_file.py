@@ -69,7 +69,7 @@ def read_model_file(path: Path) -> ModelFile:
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
-        told = dict.fromkeys([*_sentences(error), *faults_of_parts(content)])
+        told = dict.fromkeys([*sentences(error), *faults_of_parts(content)])
         raise ModelError([f"{path.name}: {text}" for text in told]) from None
 
 
@@ -93,7 +93,8 @@ def _toml_fault(message: str, text: str) -> str:
     return f"{message}: {_shown(lines[int(found[1]) - 1].strip())[1:-1]}"
 
 
-def _sentences(error: ValidationError) -> Iterator[str]:
+def sentences(error: ValidationError) -> Iterator[str]:
+    """Return a sentence for everything that pydantic found."""
     for fault in error.errors(include_url=False):
         path = list(_path(fault["loc"]))
         kind, given = fault["type"], fault["input"]

@@ -309,7 +309,9 @@ class SolverTable(Table):
 class OutputTable(Table):
     """Where results go."""
 
-    folder: PathText = Field(default="out", description="relative to the model file")
+    folder: PathText | None = Field(
+        default=None, description="relative to the model file; default: out/NAME for the model file NAME.toml"
+    )
     snapshots: Literal["stages", "steps"] = Field(
         default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
     )

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from bsm_mesh.app.cli import main as run_command
-from bsm_mesh.solve.algebra.pardiso_mpi import ranks
+from bsm_mesh.app.interruption import guarded
 
 
 def main() -> None:
-    """Run a command on the first rank; the others help it to solve."""
+    """Run a command on the first rank, which tells of an interruption; the others help it to solve."""
+    guarded(_on_ranks, last=True, tell=False)
+
+
+def _on_ranks() -> None:
+    from bsm_mesh.app.cli import main as run_command
+    from bsm_mesh.solve.algebra.pardiso_mpi import ranks
+
     with ranks() as first:
         if first:
             run_command()

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.canvas import Scene, add_blocks, add_paper, outline_of, save_picture, scalar_bar, scaled
-from bsm_mesh.app.headings import heading, pictures_folder
+from bsm_mesh.app.headings import heading
 from bsm_mesh.app.plot import BAD_INPUT
-from bsm_mesh.app.storage import read_summary
+from bsm_mesh.app.storage import SavedResults, load_results
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError, counted
@@ -29,37 +31,54 @@ def draw_pictures(folder: Path) -> list[Path]:
     import pyvista
 
     pyvista.OFF_SCREEN = True
-    from bsm_mesh.converters.result_files import read_water_table
-    from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
+    from bsm_mesh.converters.result_files import stage_file
 
-    told = read_summary(folder)
-    file = read_pvd(folder / "blocks.pvd")[-1][1]
-    read_vtu(file, needs=("displacement", "sigma_1", "stress"))
-    grid = pyvista.read(file)
-    contacts = read_vtu(read_pvd(folder / "contacts.pvd")[-1][1], needs=("block_a", "block_b", "joint"))
-    water = read_water_table(folder, len(told["stages"]) - 1)
-    size, title = float(grid.length), heading(told)
-    bolts = _bolts(folder) if "bolts" in told["stages"][-1] else None
-    scene = Scene(grid=grid, title=title, size=size, joints=joint_traces(contacts), water=water, bolts=bolts)
-    with pictures_folder(folder) as target:
-        drawn = [save_picture(scene, draw, target / f"{name}.png") for name, draw in PICTURES.items()]
-        if bolts is not None:
-            from bsm_mesh.app.bolt_pictures import draw_bolt_forces, draw_bolts
+    added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
+    saved = SavedResults(folder)
+    saved.check()
+    last = len(saved.told["stages"]) - 1
+    grid = read_grid(saved, stage_file("blocks", last), needs=("displacement", "sigma_1", "stress"))
+    contacts = saved.grid(stage_file("contacts", last), needs=("block_a", "block_b", "joint"))
+    size, title = float(grid.length), heading(saved.told)
+    bolts = _bolts(saved, last) if "bolts" in saved.told["stages"][-1] else None
+    scene = Scene(
+        grid=grid,
+        title=title,
+        size=size,
+        joints=joint_traces(contacts),
+        water=saved.water_table(last),
+        bolts=bolts,
+    )
+    drawers: dict[str, Callable[[Path], object]] = {
+        name: partial(save_picture, scene, draw) for name, draw in PICTURES.items()
+    }
+    if bolts is not None:
+        from bsm_mesh.app.bolt_pictures import draw_bolt_forces, draw_bolts
 
-            drawn.append(save_picture(scene, draw_bolts, target / "bolts.png"))
-            drawn.append(draw_bolt_forces(folder, title, target / "bolt_forces.png"))
-        return drawn
+        drawers["bolts"] = partial(save_picture, scene, draw_bolts)
+        drawers["bolt_forces"] = partial(draw_bolt_forces, load_results(folder).stages[-1].bolts, title)
+    return [add_picture(added, f"{name}.png", draw) for name, draw in drawers.items()]
 
 
-def _bolts(folder: Path) -> Any:
-    """Return the bolts that are there at the end of the last stage."""
+def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) -> Path:
+    """Add what `draw` draws to the pictures of a results folder, and return its path."""
+    with added.file(f"pictures/{name}") as draft:
+        draw(draft)
+    return added.folder.path / "pictures" / name
+
+
+def read_grid(saved: SavedResults, name: str, needs: Sequence[str]) -> Any:
+    """Return a grid for PyVista."""
     import pyvista
 
-    from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
+    return pyvista.wrap(saved.vtk_grid(name, needs=needs))
 
-    file = read_pvd(folder / "bolts.pvd")[-1][1]
-    read_vtu(file, needs=("axial_force", "alive"))
-    bolts = pyvista.read(file)
+
+def _bolts(saved: SavedResults, stage: int) -> Any:
+    """Return the bolts that are there at the end of a stage."""
+    from bsm_mesh.converters.result_files import stage_file
+
+    bolts = read_grid(saved, stage_file("bolts", stage), needs=("axial_force", "alive"))
     return bolts.extract_cells(np.flatnonzero(bolts.cell_data["alive"]))
 
 

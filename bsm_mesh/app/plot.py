@@ -8,8 +8,10 @@ import sys
 from pathlib import Path
 
 from bsm_mesh.app.headings import PICTURES_FOLDER
-from bsm_mesh.app.storage import read_summary
+from bsm_mesh.app.storage import find_results
+from bsm_mesh.app.summary import read_summary
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import remove_abandoned
 from bsm_mesh.processes import python_command
 
 BAD_INPUT = 2  # exit code of the drawing process where the results are at fault, not the renderer
@@ -36,22 +38,25 @@ def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None 
     ModelError
         If the folder holds no results, or the renderer fails or dies.
     """
-    read_summary(folder)
+    read_summary(find_results(folder))
     if animate and step is not None:
         raise ModelError("plot: give --animate or --step, not both")
     module, *arguments = ["bsm_mesh.app.pictures", str(folder.absolute())]
     if animate or step is not None:
         module, arguments = "bsm_mesh.app.animation", [*arguments, "" if step is None else str(step)]
-    done = subprocess.run(
-        python_command(module, *arguments),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        encoding="utf-8",
-        errors="replace",
-        check=False,
-        cwd=Path(__file__).parent,  # settings of libraries in the current folder are a stranger's: matplotlibrc
-        env=_environment(),
-    )
+    try:
+        done = subprocess.run(
+            python_command(module, *arguments),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+            cwd=Path(__file__).parent,  # settings of libraries in the current folder are a stranger's: matplotlibrc
+            env=_environment(),
+        )
+    finally:
+        remove_abandoned(folder / PICTURES_FOLDER)  # of a renderer that died
     if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
         raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
     last = (done.stderr.strip().splitlines() or ["no message"])[-1].replace(str(folder.absolute()), str(folder))

@@ -5,23 +5,25 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bsm_mesh.app.build import LoadedModel, load_model_file
-from bsm_mesh.app.snapshots import SnapshotWriter, no_snapshots
-from bsm_mesh.app.storage import refuse_folder, save_results
+from bsm_mesh.app.build import build_model, inputs_of, output_folder
+from bsm_mesh.app.model_file import read_model_file
+from bsm_mesh.app.model_tables import ModelFile
+from bsm_mesh.app.model_text import MODEL, as_run
+from bsm_mesh.app.reach import Reach
+from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.errors import ModelError, placed
-from bsm_mesh.reading import refuse_special
+from bsm_mesh.files import write_text
 from bsm_mesh.results.records import Results, StepRecord
-from bsm_mesh.run import Observer, Output, Snapshot, run
+from bsm_mesh.run import Finished, Observer, Output, Snapshot, run
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.stages import Reporter
-
-AS_RUN = "# The model as run by bsm-mesh: every default, SI units. A further run into this folder replaces it.\n"
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -48,7 +50,8 @@ def run_file(
     options: Options | None = None,
     observer: Observer | None = None,
     report: Reporter = lambda text: None,
-    snapshot: Snapshot = no_snapshots,
+    snapshot: Snapshot = lambda record, results: None,
+    finished: Finished = lambda results: None,
     *,
     output: Output = None,
     scripts: bool = True,
@@ -62,7 +65,7 @@ def run_file(
         The model file.
     options : Options, optional
         How to solve it; by default as its ``[solver]`` says.
-    observer, report, snapshot : callable, optional
+    observer, report, snapshot, finished : callable, optional
         As `bsm_mesh.run` takes them.
     output : path or False, optional
         Folder for the results; by default that of its ``[output]``, beside the file. False: nothing is written.
@@ -76,71 +79,74 @@ def run_file(
     ModelError
         For faults of the file, its mesh or the model, and for a folder that cannot be written to.
     """
-    loaded = load_model_file(path, report, scripts=scripts)
-    for note in loaded.notes:
-        noted(note)
-    options = options or loaded.options
-    folder = _folder(loaded, output)
-    if folder is None:
+    file = read_model_file(path)
+    reach = Reach(folder=path.parent, scripts=scripts)
+    folder = _folder(file, path, reach, output)
+    with ExitStack() as held:
+        writer = None
+        if folder is not None:
+            given, steps = _given(file, path, folder, options), file.output.snapshots == "steps"
+            writer = held.enter_context(RunWriter(folder, given, inputs=inputs_of(file, path), steps=steps))
+        loaded = build_model(file, path, reach, report)
+        for note in loaded.notes:
+            noted(note)
+
+        def watch(record: StepRecord, results: Callable[[], Results]) -> None:
+            if writer is not None:
+                writer.step(record, results)
+            snapshot(record, results)
+
+        def end(results: Results) -> None:
+            if writer is not None:
+                writer.stage(results)
+            finished(results)
+
         with placed(path.name):
-            return FileRun(
-                results=run(loaded.model, options, observer, report, snapshot), notes=loaded.notes, folder=None
-            )
-    model_file = model_file_for(loaded, folder, options)
-    writer = SnapshotWriter(folder) if loaded.file.output.snapshots == "steps" else no_snapshots
-
-    def watch(record: StepRecord, results: Callable[[], Results]) -> None:
-        writer(record, results)
-        snapshot(record, results)
-
-    with placed(path.name):
-        results = run(loaded.model, options, observer, report, watch)
-    report(f"writing {folder}")
-    save_results(results, folder, model_file, writer.instants if isinstance(writer, SnapshotWriter) else None)
+            results = run(loaded.model, options, observer, report, watch, end)
+        if writer is not None:
+            report(f"writing {folder}")
+            writer.finish(results)
     return FileRun(results=results, notes=loaded.notes, folder=folder)
 
 
-def _folder(loaded: LoadedModel, output: Output) -> Path | None:
+def _folder(file: ModelFile, path: Path, reach: Reach, output: Output) -> Path | None:
     if output is False:
         return None
     if output is None:
-        return loaded.output_folder
+        return output_folder(file, path, reach)
     if isinstance(output, str | os.PathLike):
         return Path(output)
     raise ModelError(f"output = {output!r} must be a folder, or False to write nothing")
 
 
-def model_file_for(loaded: LoadedModel, folder: Path, options: Options) -> str | None:
-    """Return what ``model.toml`` in a results folder is to hold; None where the model itself is that file, and stays.
-
-    Raises
-    ------
-    ModelError
-        If the folder cannot be written to, or that is another file which did not come from a run.
-    """
-    refuse_folder(folder)
-    there = folder / "model.toml"
-    refuse_special(there)
-    if there.exists():
-        if there.samefile(loaded.path):
-            return None
-        if not there.read_bytes().startswith(AS_RUN.encode()):
-            raise ModelError(f"{there} is not from a run and would be replaced; choose another output folder")
-    return model_as_run(loaded, folder, options)
+def _given(file: ModelFile, path: Path, folder: Path, options: Options | None) -> Given:
+    """Return what is to be written of the model: nothing where it is the folder's own ``model.toml``, which stays."""
+    there = folder / MODEL
+    if there.exists() and there.samefile(path):
+        return {}
+    text = _as_run(file, path, folder, options)
+    return {MODEL: lambda target: write_text(target, text)}
 
 
-def model_as_run(loaded: LoadedModel, folder: Path, options: Options) -> str:
+def _as_run(file: ModelFile, path: Path, folder: Path, options: Options | None) -> str:
     """Return the model file with every default and all numbers in SI, its mesh relative to `folder`."""
-    import tomli_w
-
-    content = loaded.file.model_dump(mode="json", exclude_none=True)
+    content = file.model_dump(mode="json", exclude_none=True)
     for key in ("file", "geometry"):
         name = content["mesh"].get(key)
         if name is not None and (key == "file" or name.endswith(".py")):
-            content["mesh"][key] = Path(os.path.relpath(loaded.path.parent / name, folder)).as_posix()
+            content["mesh"][key] = _from_folder(path.parent / name, folder)
     for bolt in content["bolt"]:
         if "table" in bolt:
-            bolt["table"] = Path(os.path.relpath(loaded.path.parent / bolt["table"], folder)).as_posix()
-    content["solver"] = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
+            bolt["table"] = _from_folder(path.parent / bolt["table"], folder)
+    if options is not None:
+        content["solver"] = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     content["output"]["folder"] = "."
-    return AS_RUN + tomli_w.dumps({key: value for key, value in content.items() if value not in ({}, [])})
+    return as_run(content)
+
+
+def _from_folder(file: Path, folder: Path) -> str:
+    real = Path(os.path.realpath(file))
+    try:
+        return Path(os.path.relpath(real, os.path.realpath(folder))).as_posix()
+    except ValueError:  # on another drive
+        return real.as_posix()

@@ -1,49 +1,37 @@
-"""Results to a folder and back: VTU and PVD, history.csv, summary.json."""
+"""Results from a folder, every file checked before it is read, and to one."""
 
 from __future__ import annotations
 
-import csv
-import json
+import hashlib
 import os
+import time
+import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, fields
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.history import HISTORY, read_history
+from bsm_mesh.app.model_text import MODEL, files_of_model
+from bsm_mesh.app.own_files import OF_A_RUN, SUMMARY, run_number
+from bsm_mesh.app.results_folder import ResultsFolder
+from bsm_mesh.app.run_writer import Given, RunWriter
+from bsm_mesh.app.summary import finished_stages, read_summary
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError
-from bsm_mesh.files import make_folder, remove, whole_file, write_text
-from bsm_mesh.reading import refuse_special
-from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
-from bsm_mesh.results.stress import principal_stresses
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.result_files import Instant
+    from bsm_mesh.converters.vtk_files import Grid
 
-SCHEMA_VERSION = 1
-VERSIONED = ("numpy", "scipy", "numba", "vtk")
-
-
-def refuse_folder(folder: Path) -> None:
-    """Raise `ModelError` where a folder cannot be made or written to: better before a long run than after it.
-
-    Nothing is made; a disk that fills up later is found out later.
-    """
-    there = next((place for place in (folder, *folder.absolute().parents) if os.path.lexists(place)), folder)
-    if not there.is_dir():
-        raise ModelError(f"cannot write results to {folder}: {there} is not a folder; choose another folder")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise ModelError(f"cannot write results to {folder}: {there} is not writable; choose another folder")
+PATIENCE = 2.0  # s; new results take the place of the former ones in a thousandth of that
+SEVERAL_TIMES = 5
 
 
-def save_results(
-    results: Results, folder: Path, model_file: str | None = None, instants: Sequence[Instant] | None = None
-) -> Path:
-    """Write all files of a run into `folder`, made if need be; ``summary.json`` last, as the mark of a complete run.
+def save_results(results: Results, folder: Path, given: Given | None = None) -> Path:
+    """Write all files of a run into `folder`, made if need be, in place of the former results.
 
     Parameters
     ----------
@@ -51,129 +39,214 @@ def save_results(
         What came out.
     folder : Path
         Where to.
-    model_file : str, optional
-        Content of ``model.toml``, the model as run.
-    instants : sequence of Instant, optional
-        Snapshots that are in the folder already.
+    given : mapping of str to callable, optional
+        Files that say what was run: their names, and what writes each. By default the model as ``model.toml`` with its
+        blocks as ``mesh.vtu``.
+
+    Warns
+    -----
+    ResultsWarning
+        Where the model cannot be written; it says what is missing.
 
     Raises
     ------
     ModelError
-        If the folder cannot be made or written to.
+        If the folder cannot be written to, or holds what bsm-mesh did not write.
     """
-    from bsm_mesh.converters.result_files import write_series
-
-    try:
-        make_folder(folder)
-        remove(folder / "summary.json")  # while the files change the run is not complete
-        write_series(results, folder, instants)
-        _write_history(results, folder / "history.csv")
-        if model_file is not None:
-            write_text(folder / "model.toml", model_file)
-        write_text(folder / "summary.json", json.dumps(summary(results), indent=2) + "\n")
-    except OSError as error:
-        raise ModelError(
-            f"cannot write results to {folder}: {error.strerror or error}; choose another folder"
-        ) from error
-    return folder
+    if given is None:
+        given = _what_was_run(results)
+    with RunWriter(folder, given) as writer:
+        return writer.finish(results)
 
 
-def summary(results: Results) -> dict[str, Any]:
-    """Return what ``summary.json`` holds: versions, verdict, and the numbers of every stage."""
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "versions": {name: metadata.version(name) for name in VERSIONED},
-        "title": results.title,
-        "model_hash": results.model_digest,
-        "scheme": results.scheme,
-        "linear_solver": results.linear_solver,
-        "tolerance": results.tolerance,
-        "status": results.status.value,
-        "unstable_blocks": results.unstable_blocks.tolist(),
-        "blocks": results.blocks.count,
-        "joint_names": list(results.joint_names),
-        "stages": [_stage_summary(stage) for stage in results.stages],
-    }
+def _what_was_run(results: Results) -> Given:
+    """Return the files of the model; warn where there are none."""
+    if results.model is None or results.options is None:
+        faults: tuple[str, ...] = ("these results were read from a folder, and do not hold their model",)
+    else:
+        try:
+            return files_of_model(results.model, results.options)
+        except ModelError as error:
+            faults = error.faults
+    warnings.warn(f"{MODEL} is not written: {'; '.join(faults)}", ResultsWarning, stacklevel=4)
+    return {}
 
 
-def _stage_summary(stage: StageResult) -> dict[str, Any]:
-    sigma_1, sigma_3 = principal_stresses(stage.stress)
-    return {
-        "name": stage.name,
-        "status": stage.status.value,
-        "reason": stage.reason,
-        "steps": len(stage.steps),
-        "newton_iterations": sum(step.newton_iterations for step in stage.steps),
-        "factorizations": sum(step.factorizations for step in stage.steps),
-        "start_residual": stage.start_residual,
-        "residual": stage.residual,
-        "reference_weight": stage.reference_weight,
-        "blocks": int(stage.present.sum()),
-        "max_displacement": stage.max_displacement,
-        "max_stage_displacement": stage.max_stage_displacement,
-        "most_compressive_stress": float(sigma_1.min()),
-        "most_tensile_stress": float(sigma_3.max()),
-        "unstable_blocks": stage.unstable_blocks.tolist(),
-        "contacts": len(stage.contacts.length),
-        **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
-        "total_load": stage.total_load.tolist(),
-        "total_water": stage.water[:, :2].sum(axis=0).tolist(),
-        "uplifted_blocks": stage.uplifted_blocks.tolist(),
-        "total_reaction": stage.total_reaction.tolist(),
-        "notes": list(stage.notes),
-        "seconds": stage.seconds,
-    }
+class SavedResults:
+    """Results on disk: of each file size and checksum are compared with the summary before anything is made of it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of a run, one under way and an interrupted one as well.
+
+    Attributes
+    ----------
+    folder : Path
+        Where they are.
+    told : dict
+        The content of the summary.
+    finished : bool
+        Whether the run came to its end.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = find_results(folder)
+        self.told = read_summary(self.folder)
+        self.finished = self.told["status"] != Status.UNFINISHED
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.told["files"]
+
+    def check(self) -> None:
+        """Raise for all files that are missing or of another size, and for changed ones that `grid` does not read.
+
+        Of grids, which may be large, the content is compared when they are read.
+        """
+        faults = []
+        for name, listed in self.told["files"].items():
+            path = self.folder / name
+            if not path.is_file():
+                faults.append(f"{path}: there is no such file; run the model again")
+            elif name.endswith(".vtu") and OF_A_RUN.fullmatch(name):
+                if path.stat().st_size != listed["bytes"]:
+                    faults.append(_damaged(path))
+            else:
+                try:
+                    self.content(name)
+                except ModelError as error:
+                    faults.extend(error.faults)
+        raise_faults(faults)
+
+    def content(self, name: str) -> bytes:
+        """Return what a file holds; of a table that grows what it held at the end of the last stage.
+
+        Raises
+        ------
+        ModelError
+            If that is not what was written.
+        """
+        path, listed = self.folder / name, self.told["files"].get(name)
+        if listed is None and self.finished:
+            raise ModelError(f"{path} is not from this run; run the model again")
+        if not path.is_file():
+            raise ModelError(f"{path}: there is no such file; run the model again")
+        try:
+            with path.open("rb") as file:
+                size = os.fstat(file.fileno()).st_size
+                content = file.read(-1 if listed is None else listed["bytes"])
+        except OSError as error:
+            raise ModelError(f"{path} cannot be read: {error.strerror or error}") from None
+        if listed is None:  # of a step of a run under way
+            return content
+        longer = self.finished and size != listed["bytes"]
+        if longer or hashlib.sha256(content).hexdigest() != listed["sha256"]:
+            raise ModelError(_damaged(path))
+        return content
+
+    def grid(self, name: str, needs: Sequence[str] = ()) -> Grid:
+        """Return the grid of a VTU file."""
+        from bsm_mesh.converters.vtk_files import grid_of
+
+        return grid_of(self.content(name), self.folder / name, needs=needs)
+
+    def vtk_grid(self, name: str, needs: Sequence[str] = ()) -> Any:
+        """Return VTK's own grid of a VTU file."""
+        from bsm_mesh.converters.vtk_files import vtk_grid_of
+
+        return vtk_grid_of(self.content(name), self.folder / name, needs=needs)
+
+    def water_table(self, stage: int) -> FloatArray:
+        """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
+        from bsm_mesh.converters.result_files import WATER, stage_file
+
+        name = stage_file(WATER, stage)
+        return self.grid(name).points.reshape(-1, 2, 2) if name in self else np.zeros((0, 2, 2))
+
+    def series(self, kind: str) -> list[tuple[float, str]]:
+        """Return the (time, file name) pairs of a kind."""
+        from bsm_mesh.converters.vtk_files import files_of
+
+        path = self.folder / f"{kind}.pvd"
+        return [(moment, file.name) for moment, file in files_of(self.content(path.name), path)]
 
 
-def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
-    bolts = stage.bolts
-    used = np.zeros(bolts.count)
-    np.maximum.at(used, bolts.bolt, bolts.utilisation)
-    greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
-    return [
-        {
-            "name": name,
-            "status": BoltStatus(int(bolts.status[k])).name.lower(),
-            "greatest_force": float(greatest[k]),
-            "utilisation": float(used[k]),
-            "head_force": float(head[k]),
-            "support_pressure": None if np.isnan(pressure[k]) else float(pressure[k]),
-        }
-        for k, name in enumerate(bolts.names)
+def _damaged(path: Path) -> str:
+    return f"{path} is damaged, or was changed after the run; run the model again"
+
+
+def find_results(folder: Path) -> Path:
+    """Return where the results of a folder are: there, but for the moment in which new ones take their place.
+
+    A change of place that a killed run left half done is ended first.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results; the message says where unfinished ones are.
+    """
+    own, end = ResultsFolder(folder), time.monotonic() + PATIENCE
+    while not (folder / SUMMARY).is_file():
+        waiting = run_number(own.running) is not None or own.former.is_dir()
+        if not waiting or time.monotonic() > end:
+            break
+        try:
+            with own.locked():  # which puts right what was half done
+                break
+        except ModelError:  # held by the run that does it
+            time.sleep(0.02)
+        except OSError:  # nothing can be put right on this disk
+            return own.former if own.former.is_dir() else own.running
+    if (folder / SUMMARY).is_file():
+        return folder
+    hints = [
+        f"; finished stages of a run {what} are in {own.told(place)}"
+        for place, what in ((own.running, "under way"), (own.interrupted, "that was interrupted"))
+        if finished_stages(place)
     ]
-
-
-def _write_history(results: Results, path: Path) -> None:
-    with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(StepRecord)])
-        writer.writeheader()
-        writer.writerows(asdict(step) for stage in results.stages for step in stage.steps)
-
-
-def _read_history(path: Path, count: int) -> list[StepRecord]:
-    kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
-    refuse_special(path)
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-        steps = [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
-    except FileNotFoundError:
-        raise ModelError(f"{path}: there is no such file; run the model again") from None
-    except (KeyError, TypeError, ValueError):
-        steps = []
-    if len(steps) != count:
-        raise ModelError(f"{path} is damaged; run the model again")
-    return steps
+    raise ModelError(f"{folder} holds no results (no {SUMMARY}); give the output folder of a run{''.join(hints)}")
 
 
 def load_results(folder: Path) -> Results:
-    """Return the results that `save_results` wrote."""
-    from bsm_mesh.converters.result_files import blocks_of_grid, read_stage_grids
+    """Return the results in a folder: those of one run, also while another run replaces them.
 
-    told = read_summary(folder)
-    steps = _read_history(folder / "history.csv", sum(stage["steps"] for stage in told["stages"]))
-    blocks = blocks_of_grid(read_stage_grids(folder, 0)[0])
-    stages = [_load_stage(folder, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
+    Raises
+    ------
+    ModelError
+        If the folder holds no results, or they are damaged.
+    """
+    for _ in range(SEVERAL_TIMES):
+        try:
+            saved = SavedResults(folder)
+        except OSError as error:
+            raise ModelError(f"{folder} cannot be read: {error.strerror or error}") from error
+        try:
+            saved.check()
+            return _load(saved)
+        except ModelError:
+            if read_summary(find_results(folder)) == saved.told:
+                raise  # else another run has replaced them meanwhile
+        except OSError as error:
+            raise ModelError(f"{folder} cannot be read: {error.strerror or error}") from error
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            raise ModelError(f"{folder} is damaged ({error}); run the model again") from error
+    raise ModelError(f"{folder}: its results are replaced again and again while they are read; read them later")
+
+
+def _load(saved: SavedResults) -> Results:
+    from bsm_mesh.converters.result_files import SERIES, blocks_of_grid, stage_file
+
+    told = saved.told
+    count = sum(stage["steps"] for stage in told["stages"])
+    steps = read_history(saved.content(HISTORY), count, saved.folder / HISTORY)
+    first = saved.grid(stage_file(SERIES[0], 0))
+    blocks = blocks_of_grid(first)
+    stages = [_load_stage(saved, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
     return Results(
         blocks=blocks,
         joint_names=tuple(told["joint_names"]),
@@ -183,44 +256,17 @@ def load_results(folder: Path) -> Results:
         tolerance=told["tolerance"],
         model_digest=told["model_hash"],
         title=told["title"],
+        finished=saved.finished,
     )
 
 
-def read_summary(folder: Path) -> dict[str, Any]:
-    """Return the content of ``summary.json``.
+def _load_stage(
+    saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], count: int
+) -> StageResult:
+    from bsm_mesh.converters.bolt_files import bolts_of_grid
+    from bsm_mesh.converters.result_files import BOLTS, SERIES, contacts_of_grid, stage_file, supports_of_grid
 
-    Raises
-    ------
-    ModelError
-        If the folder holds no complete results of this version.
-    """
-    path = folder / "summary.json"
-    refuse_special(path)
-    try:
-        told: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        raise ModelError(f"{folder} holds no results (no summary.json); give the output folder of a run") from None
-    except (json.JSONDecodeError, UnicodeDecodeError):
-        raise ModelError(f"{path} is damaged; run the model again") from None
-    if not isinstance(told, dict) or "schema_version" not in told:
-        raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
-    if told["schema_version"] != SCHEMA_VERSION:
-        raise ModelError(f"{path} has schema version {told['schema_version']}; this is {SCHEMA_VERSION}: run again")
-    if not {"title", "stages", "joint_names", "scheme", "tolerance"} <= set(told) or not told["stages"]:
-        raise ModelError(f"{path} is not complete; run the model again")
-    return told
-
-
-def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[StepRecord], count: int) -> StageResult:
-    from bsm_mesh.converters.result_files import (
-        contacts_of_grid,
-        read_bolts,
-        read_stage_grids,
-        read_water_table,
-        supports_of_grid,
-    )
-
-    blocks, contacts, supports = read_stage_grids(folder, number)
+    blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in SERIES)
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
 
     def whole(rows: Any) -> Any:
@@ -242,10 +288,10 @@ def _load_stage(folder: Path, number: int, told: dict[str, Any], steps: list[Ste
         loads=whole(cells["load"]),
         reactions=whole(cells["reaction"]),
         water=whole(cells["water"]),
-        water_table=read_water_table(folder, number),
+        water_table=saved.water_table(number),
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
-        bolts=read_bolts(folder, number) if "bolts" in told else BoltForces.none(),
+        bolts=bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
         start_residual=told["start_residual"],
         residual=told["residual"],

@@ -15,15 +15,18 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltForces
 
 if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
+    from bsm_mesh.solve.options import Options
 
 
 class Status(StrEnum):
-    """The verdict on a stage or a run."""
+    """The verdict on a stage or a run; a run that is not at its end has none: it is unfinished."""
 
     STABLE = "stable"
     UNSTABLE = "unstable"
     NOT_CONVERGED = "not_converged"
+    UNFINISHED = "unfinished"
 
 
 class ContactStatus(IntEnum):
@@ -259,7 +262,7 @@ def _greatest(displacement: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Results:
-    """All stages of a run.
+    """All stages of a run, or those finished so far.
 
     Attributes
     ----------
@@ -268,7 +271,7 @@ class Results:
     joint_names : tuple of str
         Names for ``contacts.joint``.
     stages : tuple of StageResult
-        At least one; the last gives the verdict.
+        At least one; the last gives the verdict, if the run is finished.
     scheme, linear_solver : str
         What was used.
     tolerance : float
@@ -277,6 +280,12 @@ class Results:
         SHA-256 of the model's content.
     title : str
         The model's title.
+    finished : bool
+        Whether the run came to its end; if not, `status` is ``unfinished``, whatever the stages are.
+    model : Model or None
+        What was run; None for results that were read back.
+    options : Options or None
+        How it was solved; None for results that were read back.
     """
 
     blocks: Blocks
@@ -287,11 +296,14 @@ class Results:
     tolerance: float
     model_digest: str
     title: str = ""
+    finished: bool = True
+    model: Model | None = None
+    options: Options | None = None
 
     @property
     def status(self) -> Status:
-        """The verdict: that of the last stage."""
-        return self.stages[-1].status
+        """The verdict: that of the last stage; ``unfinished`` where the run did not come to its end."""
+        return self.stages[-1].status if self.finished else Status.UNFINISHED
 
     @property
     def unstable_blocks(self) -> IntArray:
@@ -305,19 +317,28 @@ class Results:
         return check_results(self)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write VTU, PVD, CSV and JSON files into `folder` and return it."""
+        """Write the results into `folder` and return it: VTU, PVD, CSV and JSON files, the model as ``model.toml``.
+
+        The folder may be new, empty, or one of former results, which are replaced as a whole. Where the model cannot be
+        written a `ResultsWarning` says what is missing.
+
+        Raises
+        ------
+        ModelError
+            If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
+        """
         from bsm_mesh.app.storage import save_results
 
         return save_results(self, Path(folder))
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Results:
-        """Return the results that `save` wrote into `folder`.
+        """Return the results in `folder`: of a run, of one under way, or of one that was interrupted (``unfinished``).
 
         Raises
         ------
         ModelError
-            If the folder holds no complete results.
+            If the folder holds no results, or a file of them is not as it was written.
         """
         from bsm_mesh.app.storage import load_results
 

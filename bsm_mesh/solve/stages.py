@@ -26,6 +26,7 @@ from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRec
 Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
+Finished = Callable[[tuple[StageResult, ...]], None]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,11 +82,13 @@ def solve_stages(
     report: Reporter,
     observer: Observer,
     check: Checker,
+    finished: Finished,
     notes: tuple[str, ...] = (),
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
-    A stage that a scheme calls stable is so only where `check` finds nothing against it. `notes` belong to the first.
+    A stage that a scheme calls stable is so only where `check` finds nothing against it. `finished` gets the stages so
+    far at the end of each. `notes` belong to the first.
 
     Raises
     ------
@@ -109,6 +112,7 @@ def solve_stages(
         notes = (*notes, *scheme.set_in_situ())
         state.bar_forces = in_situ_bars(model, bars)
     results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, check, notes)]
+    finished(tuple(results))
     if model.in_situ is not None:
         state.origin = scheme.moved.copy()
     for number, stage in enumerate(model.stages, start=1):
@@ -118,6 +122,7 @@ def solve_stages(
         _begin(model, scheme, state, stage, here[number], results[-1].contacts)
         scheme.install(number)
         results.append(_equilibrium(model, scheme, state, stage.name, number, stage.relaxation, observer, check, ()))
+        finished(tuple(results))
     return tuple(results)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
+from bsm_mesh.converters.vtk_files import load_vtk
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.edges import LongArray
@@ -74,6 +75,7 @@ def read_vtk(path: Path) -> MeshCells:
 
 
 def _read(path: Path) -> Any:
+    load_vtk()
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader

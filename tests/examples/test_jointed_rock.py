@@ -55,7 +55,7 @@ def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pyte
     for block in COMMANDS.findall(page):
         for line in block.splitlines():
             run_line(case, line)
-    for name in ("rock.msh", "quality.png", "net.png", "out/summary.json"):
+    for name in ("rock.msh", "quality.png", "net.png", "out/model/summary.json"):
         assert (case.folder / name).is_file()
 
 

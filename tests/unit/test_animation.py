@@ -53,11 +53,15 @@ def places(frame: np.ndarray) -> np.ndarray:
 
 
 def test_the_movement_as_a_gif(moved: Case) -> None:
-    outcome = moved.run("plot", "out", "--animate")
+    outcome = moved.run("plot", "out/model", "--animate")
     assert outcome.code == 0, outcome.err
-    assert outcome.out.split() == [str(Path("out/pictures/movement.gif"))]
-    assert sorted(outcome.new) == ["out/pictures", "out/pictures/movement.gif"]
-    with Image.open(moved.folder / "out/pictures/movement.gif") as gif:
+    assert outcome.out.split() == [str(Path("out/model/pictures/movement.gif"))]
+    assert sorted(outcome.new) == [
+        "out/model/.bsm-mesh-results",
+        "out/model/pictures",
+        "out/model/pictures/movement.gif",
+    ]
+    with Image.open(moved.folder / "out/model/pictures/movement.gif") as gif:
         frames = []
         for number in range(gif.n_frames):
             gif.seek(number)
@@ -71,9 +75,9 @@ def test_the_movement_as_a_gif(moved: Case) -> None:
 
 
 def test_the_position_at_a_step(moved: Case) -> None:
-    early, late = (moved.run("plot", "out", "--step", step) for step in ("5", "99999"))
+    early, late = (moved.run("plot", "out/model", "--step", step) for step in ("5", "99999"))
     assert early.code == late.code == 0
-    assert early.out.split() == [str(Path("out/pictures/position_00005.png"))]
+    assert early.out.split() == [str(Path("out/model/pictures/position_00005.png"))]
     one, two = (np.asarray(Image.open(moved.folder / run.out.strip()).convert("RGB")) for run in (early, late))
     assert not len(places(one))  # it was not yet known which blocks come down
     assert len(places(two)) > 1000
@@ -82,8 +86,10 @@ def test_the_position_at_a_step(moved: Case) -> None:
 def test_without_snapshots_there_is_no_movement(case: Case) -> None:
     assert case.run("run", "model.toml", "-q").code == 0
     for option in (["--animate"], ["--step", "3"]):
-        case.refuses("plot", "out", *option, says=["out: holds no snapshots", 'snapshots = "steps"', "[output]"])
-    case.refuses("plot", "out", "--animate", "--step", "3", says=["plot: give --animate or --step, not both"])
+        case.refuses(
+            "plot", "out/model", *option, says=["out/model: holds no snapshots", 'snapshots = "steps"', "[output]"]
+        )
+    case.refuses("plot", "out/model", "--animate", "--step", "3", says=["plot: give --animate or --step, not both"])
 
 
 def test_an_unknown_word_for_snapshots(case: Case) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import pytest
+from file_operations import watched
 from small_case import FILE, JUNK, LOAD, MODEL, Case, check_refusal, run_process
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+from bsm_mesh.results import Results
 
 
 def test_new_and_demo_leave_what_is_there_alone(case: Case) -> None:
@@ -37,38 +39,73 @@ def test_usage(case: Case, arguments: list[str], words: list[str]) -> None:
 @pytest.mark.parametrize("command", ["run", "compare"])
 def test_output_folders_that_cannot_be(case: Case, command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Told before the solution, not after it."""
-    monkeypatch.setattr("bsm_mesh.app.commands.run", lambda *_: pytest.fail("was solved first"))
+    for module in ("commands", "run_file"):
+        monkeypatch.setattr(f"bsm_mesh.app.{module}.run", lambda *_: pytest.fail("was solved first"))
     case.refuses(command, "model.toml", "-o", "mesh.msh", says=["cannot write results to mesh.msh", "not a folder"])
     case.refuses(command, "model.toml", "-o", "mesh.msh/out", says=["mesh.msh is not a folder"])
     monkeypatch.setattr(os, "access", lambda _, mode: not mode & os.W_OK)  # a superuser may write everywhere
     case.refuses(command, "model.toml", says=["is not writable", "choose another folder"])
 
 
-def test_a_model_file_is_never_replaced(case: Case) -> None:
-    """The model as run goes to the output folder as model.toml; that must not be anybody's own file."""
-    text = (case.folder / "model.toml").read_bytes()
-    outcome = case.run("run", "model.toml", "-o", ".", "-q")
-    assert outcome.code == 0
-    assert (case.folder / "model.toml").read_bytes() == text
-    case.write("other.toml", text)
-    case.refuses("run", "other.toml", "-o", ".", says=["model.toml is not from a run and would be replaced"])
-    assert case.run("run", "other.toml", "-o", "out", "-q").code == 0
-    assert case.run("run", "model.toml", "-o", "out", "-q").code == 0  # that one came from a run
+def test_a_run_writes_only_into_a_folder_of_its_own(case: Case) -> None:
+    """The user's own model.toml and bolts.csv bear the names of results; so may anything else."""
+    case.write("bolts.csv", "start_x,start_y,end_x,end_y,diameter\n0.5,0.2,0.5,1.8,0.02\n")
+    case.change(LOAD, f'{LOAD}[[bolt]]\ntable = "bolts.csv"\n[output]\nfolder = "."\n')
+    case.write("other.toml", (case.folder / "model.toml").read_bytes())
+    words = [" holds files and is no results folder", "no .bsm-mesh-results", "choose a new or an empty folder"]
+    for arguments in (["run", "model.toml"], ["run", "other.toml"], ["compare", "model.toml"]):
+        case.refuses(*arguments, says=words)
+    case.write("elsewhere/notes.txt", "mine")
+    for command in ("run", "compare", "limit"):
+        case.refuses(command, "model.toml", "-o", "elsewhere", says=words)
+    assert case.run("run", "model.toml", "-o", "out", "-q").code == 0
+    assert case.run("run", "other.toml", "-o", "out", "-q").code == 0  # that one came from a run
 
 
-def test_a_full_disk_leaves_nothing_half_written(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variants_beside_each_other_do_not_replace_each_other(case: Case) -> None:
+    case.write("steep.toml", MODEL.replace("1 MPa", "2 MPa"))
+    for name in ("model", "steep"):
+        assert f"written to out/{name}: " in case.run("run", f"{name}.toml", "-q").out
+    one, two = (Results.load(f"out/{name}").stages[-1].total_load[1] for name in ("model", "steep"))
+    assert two - one == pytest.approx(-2e6)
+
+
+def test_what_a_run_reads_in_its_own_folder_stays(case: Case) -> None:
+    """As where one changes the model as run, there, and runs it again: neither it nor its mesh is eaten."""
     assert case.run("run", "model.toml", "-q").code == 0
+    (case.folder / "mesh.msh").rename(case.folder / "out/model/mesh.msh")
+    changed = (case.folder / "out/model/model.toml").read_text().replace("../../mesh.msh", "mesh.msh") + "# mine\n"
+    case.write("out/model/model.toml", changed)
+    for _ in range(2):
+        assert case.run("run", "out/model/model.toml", "-q").code == 0
+        assert (case.folder / "out/model/model.toml").read_text() == changed
+    assert Results.load("out/model").status == "stable"
+    case.write("out/model/history.csv", "start_x,start_y,end_x,end_y,diameter\n0.5,0.2,0.5,1.8,0.02\n")
+    case.write("out/model/model.toml", f'{changed}[[bolt]]\ntable = "history.csv"\n')
+    says = ["out/model/history.csv is read by this model, and a run writes a file of that name; keep it elsewhere"]
+    case.refuses("run", "out/model/model.toml", says=says)
 
-    def full(path: Path, text: str) -> None:
-        raise OSError(28, "No space left on device", str(path))
 
-    monkeypatch.setattr("bsm_mesh.app.storage.write_text", full)
-    outcome = case.run("run", "model.toml", "-q")
-    assert outcome.code == 2
-    assert "cannot write results to out: No space left on device; choose another folder" in outcome.err
-    assert not list(case.folder.rglob("*.tmp"))
-    assert not (case.folder / "out/summary.json").exists()  # the mark of a complete run
-    case.refuses("plot", "out", says=["out holds no results (no summary.json)"])
+@pytest.mark.parametrize("operation", ["write", "settle"])
+def test_a_full_disk_leaves_the_former_results(case: Case, operation: str) -> None:
+    assert case.run("run", "model.toml", "-q").code == 0
+    case.change("1 MPa", "2 MPa")
+
+    def full(done: str, path: str, *_: str) -> None:
+        if done == operation:
+            raise OSError(28, "No space left on device", path)
+
+    with watched(full):
+        outcome = case.run("run", "model.toml", "-q")
+        added = case.run("compare", "model.toml", "-q")
+    assert outcome.code == added.code == 2
+    says = "cannot write results to out/model: No space left on device; free space there, or choose a folder on another"
+    assert says in outcome.err
+    assert outcome.new == []
+    assert "out/model holds the former results" in outcome.err
+    if operation == "write":
+        assert "cannot write out/model/compare.vtu: No space left on device; free space there" in added.err
+    assert Results.load("out/model").stages[-1].total_load[1] == pytest.approx(-2.104e6)
 
 
 def test_a_vtu_that_cannot_be_written(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,7 +117,7 @@ def test_a_vtu_that_cannot_be_written(case: Case, monkeypatch: pytest.MonkeyPatc
     outcome = case.run("run", "model.toml", "-q")
     assert outcome.code == 2
     assert "blocks_0000.vtu" in outcome.err
-    assert list((case.folder / "out").iterdir()) == []
+    assert outcome.new == []
 
 
 def test_pardiso_where_it_is_not_installed(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,8 +140,8 @@ def test_no_continuum_of_rigid_rock(case: Case) -> None:
         ("[1, 2]", ["is not from a run of bsm-mesh"]),
         ("null", ["is not from a run of bsm-mesh"]),
         ('{"name": "npm"}', ["is not from a run of bsm-mesh"]),
-        ('{"schema_version": 1}', ["is not complete", "run the model again"]),
-        ('{"schema_version": 99}', ["schema version 99; this is 1", "run again"]),
+        ('{"schema_version": 2}', ["is not complete", "run the model again"]),
+        ('{"schema_version": 99}', ["schema version 99; this is 2", "run again"]),
         ('{"schema_ver', ["summary.json is damaged"]),
         (JUNK, ["summary.json is damaged"]),
     ],
@@ -118,12 +155,12 @@ def test_plot_of_what_is_no_run(case: Case, content: str | bytes | None, words: 
 @pytest.mark.parametrize("name", ["blocks.pvd", "blocks_0000.vtu"])
 def test_plot_of_a_damaged_run(case: Case, name: str) -> None:
     assert case.run("run", "model.toml", "-q").code == 0
-    path = case.folder / "out" / name
+    path = case.folder / "out/model" / name
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    message = case.refuses("plot", "out", says=[name, "PVD" if "pvd" in name else "not a complete VTU file"])
+    message = case.refuses("plot", "out/model", says=[name, "is damaged, or was changed after the run"])
     path.unlink()
-    message += case.refuses("plot", "out", says=[name, "there is no such file"])
+    message += case.refuses("plot", "out/model", says=[name, "there is no such file"])
     assert "apt-get" not in message  # the renderer is not to blame
 
 

@@ -74,7 +74,7 @@ def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     assert outcome.code == 0, outcome.err
     assert "slipping (weak)" in outcome.out
     assert "bolts.pvd, bolts.csv" in outcome.out
-    told = json.loads((case.folder / "out/summary.json").read_text())["stages"][0]["bolts"]
+    told = json.loads((case.folder / "out/model/summary.json").read_text())["stages"][0]["bolts"]
     assert [bolt["status"] for bolt in told] == ["slipping", "slack"]
     assert told[0]["utilisation"] == pytest.approx(1.0)
     assert told[0]["support_pressure"] is None
@@ -88,7 +88,7 @@ def test_pictures_show_bolts(case: Case) -> None:
     outcome = case.run("run", "model.toml", "-q", "--pictures")
     assert outcome.code == 0, outcome.err
     for name in ("bolts", "bolt_forces"):
-        picture = imread(case.folder / f"out/pictures/{name}.png")[..., :3]
+        picture = imread(case.folder / f"out/model/pictures/{name}.png")[..., :3]
         assert picture.shape[1] == 1400
         assert len(np.unique((255 * picture).astype(int) @ (1 << 16, 1 << 8, 1))) > 20
 

@@ -30,20 +30,23 @@ def test_run_writes_the_whole_folder(case: Case) -> None:
     assert outcome.code == 0
     series = ("blocks", "contacts", "supports")
     files = {*(f"{kind}.pvd" for kind in series), *(f"{kind}_0000.vtu" for kind in series)}
-    files |= {"history.csv", "summary.json", "model.toml"}
-    assert {Path(name).name for name in outcome.new} == files | {"out"}
+    files |= {"history.csv", "summary.json", "model.toml", ".bsm-mesh-results"}
+    made = {f"out/model/{name}" for name in files}
+    assert set(outcome.new) == made | {"out", "out/model"}
     assert "stable" in outcome.out
     assert "time of the solution" in outcome.out
     assert "stage 0, step 1: residual" in outcome.err  # progress, as plain lines
     for kind in series:
-        assert read_pvd(case.folder / "out" / f"{kind}.pvd") == [(0.0, case.folder / "out" / f"{kind}_0000.vtu")]
+        assert read_pvd(case.folder / "out/model" / f"{kind}.pvd") == [
+            (0.0, case.folder / "out/model" / f"{kind}_0000.vtu")
+        ]
 
 
 def test_json_is_all_there_is_on_stdout(case: Case) -> None:
     outcome = case.run("run", "model.toml", "--json")
     told = json.loads(outcome.out)
     assert outcome.err == ""
-    assert (told["status"], told["folder"], told["notes"]) == ("stable", "out", [])
+    assert (told["status"], told["folder"], told["notes"]) == ("stable", "out/model", [])
     assert json.loads(case.run("check", "model.toml", "--json").out)["blocks"] == 4
     assert json.loads(case.run("compare", "model.toml", "--json").out)["rows"]
 
@@ -54,7 +57,7 @@ LOAD = 4 * 26e3 + 2 * 1e6  # weights and the pressure on top [N/m]
 def test_summary(case: Case) -> None:
     case.change(MODEL, MODEL + '[solver]\nscheme = "linear"\n')
     case.run("run", "model.toml", "-q")
-    told = json.loads((case.folder / "out/summary.json").read_text())
+    told = json.loads((case.folder / "out/model/summary.json").read_text())
     assert {"schema_version", "versions", "model_hash", "linear_solver", "status", "stages"} <= set(told)
     assert told["model_hash"] == bsm.load("model.toml").digest
     (stage,) = told["stages"]
@@ -68,7 +71,7 @@ def test_summary(case: Case) -> None:
 
 def test_summary_of_the_default_scheme(case: Case) -> None:
     case.run("run", "model.toml", "-q")
-    (stage,) = json.loads((case.folder / "out/summary.json").read_text())["stages"]
+    (stage,) = json.loads((case.folder / "out/model/summary.json").read_text())["stages"]
     np.testing.assert_allclose(stage["total_load"], [0, -LOAD], rtol=1e-12, atol=1e-3)
     np.testing.assert_allclose(stage["total_reaction"], [0, LOAD], rtol=1e-6, atol=1e-3)  # the tolerance
     rows = history(case)
@@ -78,21 +81,21 @@ def test_summary_of_the_default_scheme(case: Case) -> None:
 
 def history(case: Case) -> list[dict[str, str]]:
     """Return the rows of history.csv."""
-    with (case.folder / "out/history.csv").open() as file:
+    with (case.folder / "out/model/history.csv").open() as file:
         return list(csv.DictReader(file))
 
 
 def test_the_model_as_run_gives_the_same_again(case: Case) -> None:
     case.change(MODEL[MODEL.index("[[support]]") :], SUPPORTED)
     first = case.run("run", "model.toml", "-q")
-    again = case.run("run", "out/model.toml", "-q", "-o", "again")
+    again = case.run("run", "out/model/model.toml", "-q", "-o", "again")
     assert (first.code, again.code) == (0, 0)
-    one, two = Results.load("out"), Results.load("again")
+    one, two = Results.load("out/model"), Results.load("again")
     assert one.model_digest == two.model_digest
     np.testing.assert_array_equal(one.stages[0].displacement, two.stages[0].displacement)
-    in_place = case.run("run", "out/model.toml", "-q")  # into the folder in which it stands
+    in_place = case.run("run", "out/model/model.toml", "-q")  # into the folder in which it stands
     assert in_place.code == 0
-    assert "out/model.toml" not in in_place.new
+    assert "out/model/model.toml" not in in_place.new
 
 
 SUPPORTED = """\
@@ -163,7 +166,7 @@ def test_compare_with_joints_says_so(case: Case) -> None:
 def test_compare_writes_both_and_their_difference(case: Case) -> None:
     outcome = case.run("compare", "model.toml", "-q")
     assert outcome.code == 0
-    assert outcome.new == ["out", "out/compare.vtu"]
+    assert outcome.new == ["out", "out/model", "out/model/.bsm-mesh-results", "out/model/compare.vtu"]
     assert "continuum" in outcome.out
 
 
@@ -172,7 +175,7 @@ def test_not_converged_is_exit_code_3(case: Case) -> None:
     outcome = case.run("run", "model.toml", "-q")
     assert outcome.code == 3
     assert "not_converged" in outcome.out
-    assert (case.folder / "out/summary.json").is_file()
+    assert (case.folder / "out/model/summary.json").is_file()
 
 
 def test_schema_describes_the_models(case: Case) -> None:
@@ -267,19 +270,22 @@ def test_ctrl_c(case: Case, where: str) -> None:
     (case.folder / "started").unlink()
     assert process.returncode == 130
     assert out == ""
-    assert err.rstrip().endswith("interrupted: what was finished is on disk")
+    assert err.rstrip().endswith("interrupted: no stage was finished")
     assert "Traceback" not in err
     assert tree(case.folder) == before
 
 
 SLOW_SOLUTION = """\
 import pathlib, time
-from bsm_mesh.app import cli, run_file
+import pathlib, time
+import bsm_mesh.__main__
+from bsm_mesh.app import run_file
 def wait(*_):
     pathlib.Path("started").touch()
     time.sleep(60)
 run_file.run = wait
-cli.main(["run", "model.toml"])
+import sys; sys.argv[1:] = ["run", "model.toml"]
+bsm_mesh.__main__.main()
 """
 
 
@@ -311,8 +317,14 @@ def test_demo(case: Case) -> None:
     outcome = run_process(case.folder, "demo")
     assert outcome.code == 0, outcome.err
     made = {name.removeprefix("bsm-mesh-demo/") for name in outcome.new}
-    assert {"model.toml", "tunnel.py", "out/blocks_0000.vtu", "out/blocks.pvd", "out/contacts.pvd"} <= made
+    assert {
+        "model.toml",
+        "tunnel.py",
+        "out/model/blocks_0000.vtu",
+        "out/model/blocks.pvd",
+        "out/model/contacts.pvd",
+    } <= made
     assert len([name for name in made if name.endswith(".png")]) == 6
     for word in ("verdict", "stable", "greatest displacement", "sigma_1.png"):
         assert word in outcome.out
-    assert Results.load(case.folder / "bsm-mesh-demo/out").check().ok
+    assert Results.load(case.folder / "bsm-mesh-demo/out/model").check().ok

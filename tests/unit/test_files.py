@@ -10,48 +10,30 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from file_operations import names, watched
 
 from bsm_mesh import files
-
-Hook = Callable[..., None]
-_HOOKS: list[Hook] = []
-
-
-def _hook(event: str, arguments: tuple[object, ...]) -> None:
-    if event == files.EVENT:
-        for hook in _HOOKS:
-            hook(*arguments)
-
-
-sys.addaudithook(_hook)  # it cannot be removed
 
 
 @pytest.fixture
 def told() -> Iterator[list[tuple[str, str]]]:
     """Return the operations and the names of what they are about, as they happen."""
     found: list[tuple[str, str]] = []
-    _HOOKS.append(lambda operation, path, *_: found.append((operation, Path(path).name)))
-    yield found
-    _HOOKS.clear()
+    with watched(lambda operation, path, *_: found.append((operation, Path(path).name))):
+        yield found
 
 
 @pytest.fixture
 def failing() -> Iterator[Callable[[str], None]]:
     """Return a function that makes an operation fail from now on, as on a full disk."""
+    failed: set[str] = set()
 
-    def fail(at: str) -> None:
-        def hook(operation: str, path: str, *_: str) -> None:
-            if operation == at:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), path)
+    def hook(operation: str, path: str, *_: str) -> None:
+        if operation in failed:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), path)
 
-        _HOOKS.append(hook)
-
-    yield fail
-    _HOOKS.clear()
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(entry.name for entry in folder.iterdir())
+    with watched(hook):
+        yield failed.add
 
 
 def test_whole_or_not_at_all(tmp_path: Path) -> None:

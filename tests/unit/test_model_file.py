@@ -23,7 +23,7 @@ def test_files_of_windows(case: Case, content: bytes) -> None:
 def test_defaults(case: Case) -> None:
     file = read_model_file(Path("model.toml"))
     assert (file.mesh.unit, file.mesh.contact_points, file.gravity.direction) == ("m", "ends", -90.0)
-    assert (file.solver.tolerance, file.solver.linear_solver, file.output.folder) == (1e-6, "auto", "out")
+    assert (file.solver.tolerance, file.solver.linear_solver, file.output.folder) == (1e-6, "auto", None)
     (joint,) = bsm.load("model.toml").joints
     assert isinstance(joint.law, bsm.Patton)  # where friction is given without a law
 
@@ -33,7 +33,7 @@ def test_paths_are_relative_to_the_model_file(case: Case, monkeypatch: pytest.Mo
     monkeypatch.chdir(case.folder / "elsewhere")
     loaded = load_model_file(Path("../model.toml"))
     assert loaded.model.blocks.count == 4
-    assert loaded.output_folder.resolve() == case.folder / "out"
+    assert loaded.output_folder.resolve() == case.folder / "out/model"
 
 
 def test_a_mesh_in_millimetres(case: Case) -> None:

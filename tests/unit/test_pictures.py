@@ -27,11 +27,12 @@ def results(case: Case) -> Case:
 def test_every_picture_shows_something(results: Case) -> None:
     from matplotlib.image import imread
 
-    outcome = results.run("plot", "out")
+    outcome = results.run("plot", "out/model")
     assert outcome.code == 0, outcome.err
     paths = [Path(line) for line in outcome.out.splitlines()]
     assert {path.stem for path in paths} == set(PICTURES)
-    assert sorted(outcome.new) == sorted(["out/pictures", *map(str, paths)])
+    noted = "out/model/.bsm-mesh-results"
+    assert sorted(outcome.new) == sorted([noted, "out/model/pictures", *map(str, paths)])
     for path in paths:
         width, height = struct.unpack(">II", path.read_bytes()[16:24])
         assert width == WIDTH
@@ -49,7 +50,7 @@ def test_lines_are_drawn_over_a_model_of_kilometres(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8").replace("[mesh]", '[mesh]\nunit = "km"')
     case.write("model.toml", f"{text}\n[water]\ntable = [[0, 1500]]\n")
     assert case.run("run", "model.toml", "--pictures", "-q").code == 0
-    shown = imread("out/pictures/deformation.png")[..., :3]
+    shown = imread("out/model/pictures/deformation.png")[..., :3]
     blue = np.abs(shown - np.array([0x1F, 0x6F, 0xD0]) / 255).max(axis=2) < 0.02
     assert blue.sum() > 0.3 * WIDTH
 
@@ -57,9 +58,12 @@ def test_lines_are_drawn_over_a_model_of_kilometres(case: Case) -> None:
 def test_headings() -> None:
     """A stage is named where there are several."""
     only, second = {"name": "initial", "status": "stable"}, {"name": "crown", "status": "not_converged"}
-    assert heading({"title": "Tunnel", "stages": [only]}) == "Tunnel: stable"
-    assert heading({"title": "", "stages": [only, second]}) == "bsm-mesh: stage crown, not converged"
-    assert heading({"title": "Tunnel", "stages": [only]}, "on its way") == "Tunnel: on its way"
+    one, two = {"status": "stable", "stages": [only]}, {"status": "not_converged", "stages": [only, second]}
+    assert heading({"title": "Tunnel", **one}) == "Tunnel: stable"
+    assert heading({"title": "", **two}) == "bsm-mesh: stage crown, not converged"
+    assert heading({"title": "Tunnel", **one}, "on its way") == "Tunnel: on its way"
+    unfinished = {"title": "Tunnel", **one, "status": "unfinished"}
+    assert heading(unfinished) == "Tunnel: stage initial, stable, of an unfinished run"  # no verdict on the whole
 
 
 def test_run_with_pictures(results: Case) -> None:
@@ -78,7 +82,7 @@ def fake(code: int, error: str = "") -> object:
 @pytest.mark.parametrize("code", [-11, -6, 3221225477])  # the last: Windows's access violation
 def test_a_renderer_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
     monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(code))
-    results.refuses("plot", "out", says=["out: the renderer died", "libegl1", "without pictures"])
+    results.refuses("plot", "out/model", says=["out/model: the renderer died", "libegl1", "without pictures"])
 
 
 def test_a_renderer_that_really_dies(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,16 +91,18 @@ def test_a_renderer_that_really_dies(results: Case, monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     monkeypatch.syspath_prepend(str(results.folder / "fake"))
     monkeypatch.setenv("PYTHONPATH", f"{results.folder / 'fake'}{os.pathsep}{os.environ['PYTHONPATH']}")
-    results.refuses("plot", "out", says=["the renderer died of signal 11", "libegl1"])
+    results.refuses("plot", "out/model", says=["the renderer died of signal 11", "libegl1"])
 
 
 def test_a_renderer_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libGL.so.1"))
     with pytest.raises(ModelError, match=r"could not be drawn: ImportError: libGL\.so\.1; .*libegl1"):
-        draw_in_subprocess(Path("out"))
+        draw_in_subprocess(Path("out/model"))
 
 
 def test_a_folder_that_takes_no_pictures(results: Case) -> None:
-    results.write("out/pictures", "a file of this name")
-    message = results.refuses("plot", "out", says=["out/pictures: cannot be written"])
+    results.write("out/model/pictures", "a file of this name")
+    message = results.refuses(
+        "plot", "out/model", says=["cannot write out/model/pictures/displacement.png", "choose another folder"]
+    )
     assert "apt-get" not in message

@@ -41,7 +41,7 @@ def test_the_folder_lies_beside_the_file(case: Case, monkeypatch: pytest.MonkeyP
     (case.folder / "elsewhere").mkdir()
     monkeypatch.chdir(case.folder / "elsewhere")
     bsm.run("../model.toml")
-    assert (case.folder / "out/summary.json").is_file()
+    assert (case.folder / "out/model/summary.json").is_file()
     assert not files(case.folder / "elsewhere")
 
 
@@ -57,7 +57,7 @@ def test_options_that_are_given_win_and_are_what_is_written(case: Case) -> None:
     case.write("model.toml", MODEL + SOLVER)
     results = bsm.run("model.toml", bsm.Options(scheme="continuation", tolerance=1e-5))
     assert (results.scheme, results.tolerance) == ("continuation", 1e-5)
-    again = bsm.run("out/model.toml", output=False)
+    again = bsm.run("out/model/model.toml", output=False)
     assert (again.scheme, again.tolerance) == ("continuation", 1e-5)
     assert_array_equal(again.stages[0].displacement, results.stages[0].displacement)
 
@@ -104,8 +104,8 @@ def test_faults_are_told_with_the_file(case: Case) -> None:
 
 
 def test_a_folder_that_is_refused_before_anything_is_solved(case: Case) -> None:
-    case.write("out/model.toml", "mine = 1\n")
-    with pytest.raises(bsm.ModelError, match=r"out/model.toml is not from a run"):
+    case.write("out/model/model.toml", "mine = 1\n")
+    with pytest.raises(bsm.ModelError, match=r"out/model holds files and is no results folder of bsm-mesh"):
         bsm.run("model.toml", report=lambda text: pytest.fail(text) if text == "contacts" else None)
     outcome = case.run("check", "model.toml")
     assert outcome.code == 0

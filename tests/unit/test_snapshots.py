@@ -10,11 +10,9 @@ import pytest
 from scenes import rectangle
 
 import bsm_mesh as bsm
-from bsm_mesh.app.snapshots import SnapshotWriter
-from bsm_mesh.app.storage import save_results
+from bsm_mesh.app.run_writer import RunWriter
 from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
-from bsm_mesh.errors import ModelError
 from bsm_mesh.results import Results
 from bsm_mesh.results.check import block_residuals
 from bsm_mesh.results.records import StepRecord
@@ -35,15 +33,15 @@ def pushed() -> bsm.Model:
     )
 
 
-def run_with_snapshots(folder: Path) -> tuple[Results, SnapshotWriter]:
-    writer = SnapshotWriter(folder)
-    results = bsm.run(pushed(), MOVING, snapshot=writer)
-    save_results(results, folder, instants=writer.instants)
-    return results, writer
+def run_with_snapshots(folder: Path, model: bsm.Model | None = None) -> Results:
+    with RunWriter(folder, steps=True) as writer:
+        results = bsm.run(model or pushed(), MOVING, snapshot=writer.step, finished=writer.stage)
+        writer.finish(results)
+    return results
 
 
 def test_every_step_is_in_the_series(tmp_path: Path) -> None:
-    results, _ = run_with_snapshots(tmp_path)
+    results = run_with_snapshots(tmp_path)
     steps = results.stages[0].steps
     for kind in ("blocks", "contacts", "supports"):
         entries = read_pvd(tmp_path / f"{kind}.pvd")
@@ -58,7 +56,7 @@ def test_every_step_is_in_the_series(tmp_path: Path) -> None:
 
 
 def test_results_come_back_from_among_snapshots(tmp_path: Path) -> None:
-    results, _ = run_with_snapshots(tmp_path)
+    results = run_with_snapshots(tmp_path)
     back = Results.load(tmp_path)
     np.testing.assert_array_equal(back.stages[0].displacement, results.stages[0].displacement)
     np.testing.assert_array_equal(back.stages[0].contacts.normal_force, results.stages[0].contacts.normal_force)
@@ -93,13 +91,13 @@ def test_their_number_is_bounded_and_they_stay_evenly_spread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int
 ) -> None:
     monkeypatch.setattr("bsm_mesh.app.snapshots.MOST_SNAPSHOTS", most)
-    results, writer = run_with_snapshots(tmp_path)
+    results = run_with_snapshots(tmp_path)
     count = len(results.stages[0].steps)
     assert count > most
     times = [time for time, _ in read_pvd(tmp_path / "blocks.pvd")]
     assert times[-1] == count
-    assert most // 2 <= len(writer.instants) < most
-    assert len(set(np.diff([instant.time for instant in writer.instants]))) == 1
+    assert most // 2 <= len(times) <= most
+    assert len(set(np.diff(times[:-1]))) == 1
     assert len(list(tmp_path.glob("contacts_*.vtu"))) == len(times)
 
 
@@ -107,37 +105,52 @@ def test_a_run_without_snapshots_removes_those_of_an_earlier_one(tmp_path: Path)
     run_with_snapshots(tmp_path)
     bsm.run(pushed(), MOVING).save(tmp_path)
     assert [(time, path.name) for time, path in read_pvd(tmp_path / "blocks.pvd")] == [(0, "blocks_0000.vtu")]
-    assert len(list(tmp_path.glob("*.vtu"))) == 3
+    assert len(list(tmp_path.glob("*_0000*.vtu"))) == 3
 
 
-def test_an_interrupted_run_leaves_its_movement(tmp_path: Path) -> None:
-    run_with_snapshots(tmp_path)
-    writer = SnapshotWriter(tmp_path)
+def test_an_interrupted_run_leaves_its_movement_beside_the_former_results(tmp_path: Path) -> None:
+    run_with_snapshots(tmp_path / "out")
 
     def stop(record: StepRecord) -> None:
         if record.step == 3:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        bsm.run(pushed(), MOVING, stop, snapshot=writer)
-    entries = read_pvd(tmp_path / "blocks.pvd")
+    with pytest.raises(KeyboardInterrupt) as caught, RunWriter(tmp_path / "out", steps=True) as writer:
+        bsm.run(pushed(), MOVING, stop, snapshot=writer.step, finished=writer.stage)
+    (note,) = caught.value.__notes__
+    left = tmp_path / "out.interrupted"
+    assert note.startswith(f"no stage was finished; the movement up to step 3 is in {left}; {tmp_path / 'out'} holds")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "out.interrupted"]
+    assert Results.load(tmp_path / "out").status == "stable"
+    entries = read_pvd(left / "blocks.pvd")
     assert [time for time, _ in entries] == [1, 2, 3]
     for _, path in entries:
         grid = read_vtu(path)
         moved = np.column_stack([grid.cell_data["displacement"][:, :2], grid.cell_data["rotation"]])
         corners = grid.point_data["displacement"][:, :2]
         np.testing.assert_allclose(corners, corner_displacement(pushed().blocks, moved), atol=1e-15)
-    with pytest.raises(ModelError, match=r"no summary\.json"):
-        Results.load(tmp_path)
+
+
+def test_a_run_can_be_followed_beside_its_folder(tmp_path: Path) -> None:
+    """What ParaView has open while it runs: whole files, the steps so far."""
+    seen: list[int] = []
+
+    def look(record: StepRecord) -> None:
+        if record.step:
+            seen.append(len(read_pvd(tmp_path / "out.running/blocks.pvd")))
+
+    with RunWriter(tmp_path / "out", steps=True) as writer:
+        results = bsm.run(pushed(), MOVING, look, snapshot=writer.step, finished=writer.stage)
+        writer.finish(results)
+    assert seen == list(range(1, len(results.stages[0].steps)))
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_stages_follow_each_other_in_time(tmp_path: Path) -> None:
     """Block 2 is taken away: the block that leant on it slides on and off the base."""
     wall = replace(pushed().blocks, excavations={"wall": np.array([2], np.int32)})
     model = pushed().replace(blocks=wall, stages=(bsm.Stage(name="taken away", excavate=("wall",)),))
-    writer = SnapshotWriter(tmp_path)
-    results = bsm.run(model, MOVING, snapshot=writer)
-    save_results(results, tmp_path, instants=writer.instants)
+    results = run_with_snapshots(tmp_path, model)
     first, second = (len(stage.steps) for stage in results.stages)
     entries = dict(read_pvd(tmp_path / "blocks.pvd"))
     assert max(entries) == first + second

@@ -23,7 +23,7 @@ def test_every_starter_runs(case: Case, name: str) -> None:
     outcome = case.run("run", "mine/model.toml", "-q")
     assert outcome.code == 0
     assert all(path.startswith("mine/out") for path in outcome.new)
-    assert bsm.Results.load(case.folder / "mine/out").check().ok
+    assert bsm.Results.load(case.folder / "mine/out/model").check().ok
     assert "stable" in outcome.out
     assert all(len(script.read_text().splitlines()) < 80 for script in (case.folder / "mine").glob("*.py"))
 

@@ -1,0 +1,115 @@
+"""Which files of a results folder bsm-mesh wrote: those that the summary lists, and those that the marker names."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path, PurePath
+from typing import Any
+
+from bsm_mesh.files import is_draft, keep, make_folder, remove, remove_empty, remove_tree
+
+MARKER, SUMMARY = ".bsm-mesh-results", "summary.json"
+HEADER = (
+    "# bsm-mesh writes this folder. The next run into it replaces the files that summary.json lists\n"
+    "# and those named here; all other files stay.\n"
+)
+BESIDE = (".running", ".interrupted", ".former")
+OF_A_RUN = re.compile(
+    r"(blocks|contacts|supports|water|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(bolts|history)\.csv|summary\.json|model\.toml"
+)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return the content of a JSON file; nothing where it is none."""
+    try:
+        told = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return told if isinstance(told, dict) else {}
+
+
+def run_number(folder: Path) -> int | None:
+    """Return the how-manieth run into its place the finished results in a folder are; None where there are none."""
+    told = read_json(folder / SUMMARY)
+    number = told.get("run")
+    return number if isinstance(number, int) and told.get("status") != "unfinished" else None
+
+
+def own_files(folder: Path) -> set[str]:
+    """Return the names of what bsm-mesh wrote into a folder: a run, and the commands that add to it."""
+    listed = read_json(folder / SUMMARY).get("files")
+    names = set(listed) if isinstance(listed, dict) else set()
+    with suppress(OSError):
+        lines = (folder / MARKER).read_text(encoding="utf-8", errors="replace").splitlines()
+        names.update(line for line in lines if line and not line.startswith("#"))
+    if folder.name.endswith(BESIDE) and folder.is_dir():  # a killed run has not listed what it wrote last
+        names.update(entry.name for entry in folder.iterdir() if OF_A_RUN.fullmatch(entry.name))
+    return {name for name in names if _is_inside(name)} | {MARKER, SUMMARY}
+
+
+def _is_inside(name: str) -> bool:
+    """Return whether a listed name is of a file in its folder: lists are files too, and may come from anywhere."""
+    parts = PurePath(name).parts
+    return bool(parts) and not PurePath(name).is_absolute() and ".." not in parts and "\0" not in name
+
+
+def foreign_files(folder: Path) -> list[str]:
+    """Return the names of files, and of whole folders, that bsm-mesh did not write; drafts are its own."""
+    own = own_files(folder)
+
+    def look(place: Path, above: str) -> Iterator[str]:
+        for entry in sorted(os.scandir(place), key=lambda entry: entry.name):
+            name = f"{above}{entry.name}"
+            if entry.is_dir(follow_symlinks=False):
+                if any(known.startswith(f"{name}/") for known in own):
+                    yield from look(place / entry.name, f"{name}/")
+                else:
+                    yield name
+            elif name not in own and not is_draft(entry.name):
+                yield name
+
+    return list(look(folder, "")) if folder.is_dir() else []
+
+
+def retire(folder: Path, heir: Path) -> None:
+    """Remove a folder that another one stands for; what bsm-mesh did not write goes to the other one first."""
+    for name in foreign_files(folder):
+        keep_in(folder, heir, name)
+    remove_tree(folder)
+
+
+def clear(folder: Path) -> None:
+    """Remove what bsm-mesh wrote from a folder, and the folder if nothing else is in it."""
+    if not foreign_files(folder):
+        remove_tree(folder)
+        return
+    for name in sorted(own_files(folder)):
+        remove(folder / name)
+    remove_empty(sorted({(folder / name).parent for name in own_files(folder)} - {folder}))
+
+
+def tidy(folder: Path) -> None:
+    """Remove drafts, and files of a stage that was not finished, from the folder of a run that is over."""
+    lists = [path.read_text(encoding="utf-8", errors="replace") for path in folder.glob("*.pvd")]
+    listed = read_json(folder / SUMMARY).get("files", {})
+    for path in sorted(folder.iterdir()):
+        mine = OF_A_RUN.fullmatch(path.name) and path.suffix == ".vtu"
+        named = path.name in listed or any(f'"{path.name}"' in text for text in lists)
+        if is_draft(path.name) or (mine and not named):
+            remove(path)
+
+
+def is_same(one: Path, other: Path) -> bool:
+    """Return whether two names are of one file."""
+    return os.path.exists(one) and os.path.exists(other) and os.path.samefile(one, other)
+
+
+def keep_in(source: Path, target: Path, name: str) -> None:
+    """Give a file of one folder to another one, unless that has one of its name."""
+    if not os.path.lexists(target / name):
+        make_folder((target / name).parent)
+        keep(source / name, target / name)

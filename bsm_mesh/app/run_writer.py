@@ -1,0 +1,245 @@
+"""A run on its way to disk: stage by stage beside its results folder, which it replaces when it is finished."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from bsm_mesh.app.history import HISTORY, write_history
+from bsm_mesh.app.own_files import HEADER, MARKER, SUMMARY, clear, own_files, run_number, tidy
+from bsm_mesh.app.results_folder import ResultsFolder, told_fault
+from bsm_mesh.app.snapshots import Snapshots
+from bsm_mesh.app.summary import fingerprint, finished_stages, summary_text
+from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.files import copy_mode, keep, make_folder, remove, settle, write_text
+from bsm_mesh.results.records import Results, StageResult, StepRecord
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters.result_files import Instant
+
+BOLT_TABLE = "bolts.csv"
+Given = Mapping[str, Callable[[Path], object]]
+"""Files that say what is run: their names, and what writes each."""
+
+
+class RunWriter:
+    """Writes a run into ``NAME.running`` and lets it take the place of ``NAME`` when it is finished.
+
+    It is a context: inside it no other run can write there. At the end of every stage what is finished is a results
+    folder of its own, on the disk itself, whose status is ``unfinished``. If the run does not come to its end that
+    becomes ``NAME.interrupted``, and the former results stay as they were; the exception bears a note that says so.
+    The PVD files list what there is at any time: ParaView can follow a run whose steps are written.
+
+    Parameters
+    ----------
+    folder : Path
+        The results folder.
+    given : mapping of str to callable
+        Files that say what is run: their names, and what writes each.
+    inputs : iterable of Path
+        Files that the run reads. Those that lie in the folder stay there.
+    steps : bool
+        Write snapshots of the steps as well.
+
+    Raises
+    ------
+    ModelError
+        If another run writes there, or the folder holds what bsm-mesh did not write, or cannot be written to.
+    """
+
+    def __init__(
+        self, folder: Path, given: Given | None = None, *, inputs: Iterable[Path] = (), steps: bool = False
+    ) -> None:
+        self.folder = ResultsFolder(folder)
+        self._given, self._inputs, self._steps = dict(given or {}), tuple(inputs), steps
+        self._snapshots = Snapshots()
+        self._stages: tuple[StageResult, ...] = ()
+        self._files: dict[str, dict[str, Any]] = {}
+        self._loose: set[str] = set()  # written, but perhaps not on the disk itself
+        self._begun = self._complete = False
+        self._held = ExitStack()
+
+    def __enter__(self) -> Self:
+        with self._told_faults():
+            self.folder.refuse(self._inputs)
+            self._held.enter_context(self.folder.locked())
+            try:
+                self._put_away()
+            except BaseException:
+                self._held.close()
+                raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if self._complete and error is not None:
+                with suppress(OSError, ModelError):  # told already
+                    self.folder.recover()
+                    error.add_note(f"the run was at its end: its results are in {self.folder.path}")
+            elif not self._complete and (self._begun or isinstance(error, KeyboardInterrupt)):
+                self._end_early(error)
+        finally:
+            self._held.close()
+
+    def step(self, record: StepRecord, results: Callable[[], Results]) -> None:
+        """Write the results of a step if it is its turn; `bsm_mesh.run` calls this."""
+        instant = self._snapshots.instant(record) if self._steps else None
+        if instant is None:
+            return
+        from bsm_mesh.converters.result_files import write_lists, write_snapshot
+
+        with self._told_faults():
+            self._begin()
+            self._note(write_snapshot(results(), self._place, instant))
+            gone = self._snapshots.add(instant)
+            write_lists(self._stages, self._place, self._snapshots.instants)
+            self._remove_snapshots(gone)
+
+    def stage(self, results: Results) -> None:
+        """Have everything up to the last stage on disk; `bsm_mesh.run` calls this at its end."""
+        with self._told_faults():
+            self._begin()
+            self._write_stages(results)
+            self._write_lists(results)
+            self._settle()
+            self._write_summary(results)
+            self._stages = results.stages
+
+    def finish(self, results: Results) -> Path:
+        """Complete the results, let them take the place of the former ones, and return the folder."""
+        with self._told_faults():
+            self._begin()
+            self._write_stages(results)
+            taken = {sum(len(stage.steps) for stage in results.stages[: k + 1]) for k in range(len(results.stages))}
+            at_an_end = [instant for instant in self._snapshots.instants if instant.time in taken]
+            self._snapshots.drop(at_an_end)
+            self._note(self._write_lists(results))
+            self._remove_snapshots(at_an_end)
+            self._remove_additions()
+            self._settle()
+            self._write_summary(results)
+            self._complete = True
+        try:
+            self.folder.put_in_place()
+        except OSError as error:
+            raise ModelError(
+                f"the results are complete, but {self.folder.told(self.folder.running)} cannot take the place of "
+                f"{self.folder.path}: {error.strerror or error}; close what has a file of it open; "
+                "the next run into it ends this"
+            ) from error
+        return self.folder.path
+
+    @property
+    def _place(self) -> Path:
+        return self.folder.running
+
+    @contextmanager
+    def _told_faults(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise ModelError(f"cannot write results to {self.folder.path}: {told_fault(error)}") from error
+
+    def _put_away(self) -> None:
+        """Keep the finished stages of a run that was killed, and remove what else it left."""
+        if finished_stages(self._place):
+            tidy(self._place)
+            self.folder.set_aside()
+        else:
+            clear(self._place)
+
+    def _begin(self) -> None:
+        if self._begun:
+            return
+        self._begun = True
+        place = self.folder.place
+        make_folder(self._place)
+        if place.is_dir():
+            copy_mode(place, self._place)
+        write_text(self._place / MARKER, HEADER + "".join(f"{name}\n" for name in self._given))
+        self._loose.add(MARKER)
+        own = own_files(place)
+        for name in self.folder.inside(self._inputs):
+            make_folder((self._place / name).parent)
+            keep(place / name, self._place / name)
+            if name in own:
+                self._note([name])
+        for name, write in self._given.items():
+            write(self._place / name)
+            self._note([name])
+
+    def _note(self, names: Iterable[str]) -> None:
+        for name in names:
+            self._files[name] = fingerprint(self._place / name)
+            self._loose.add(name)
+
+    def _write_stages(self, results: Results) -> None:
+        from bsm_mesh.converters.result_files import write_stage
+
+        for number in range(len(self._stages), len(results.stages)):
+            self._note(write_stage(results, number, self._place))
+
+    def _write_lists(self, results: Results) -> list[str]:
+        """Write what tells of all stages: tables that grow, and the PVD files, whose names are returned."""
+        from bsm_mesh.converters.bolt_files import write_bolt_table
+        from bsm_mesh.converters.result_files import write_lists
+
+        write_history(results, self._place)
+        self._note([HISTORY])
+        if results.stages[0].bolts.count:
+            write_bolt_table(results, self._place / BOLT_TABLE)
+            self._note([BOLT_TABLE])
+        return write_lists(results.stages, self._place, self._snapshots.instants if self._steps else None)
+
+    def _write_summary(self, results: Results) -> None:
+        number = 1 + (run_number(self.folder.place) or 0)
+        text = summary_text(results, number, self._files)
+        write_text(self._place / SUMMARY, text, settled=True)
+        settle(self._place)
+
+    def _settle(self) -> None:
+        for name in sorted(self._loose):
+            settle(self._place / name)
+        self._loose.clear()
+
+    def _remove_snapshots(self, gone: Iterable[Instant]) -> None:
+        from bsm_mesh.converters.result_files import SERIES
+
+        for name in [instant.file(kind) for instant in gone for kind in SERIES]:
+            remove(self._place / name)
+            self._files.pop(name, None)
+            self._loose.discard(name)
+
+    def _remove_additions(self) -> None:
+        """Remove what was added while the run went on: pictures of another state."""
+        for name in own_files(self._place) - set(self._files) - {MARKER, SUMMARY}:
+            remove(self._place / name)
+        write_text(self._place / MARKER, HEADER)
+        self._loose.add(MARKER)
+
+    def _end_early(self, error: BaseException | None) -> None:
+        """Keep what is finished of a run that did not come to its end, and say where."""
+        stages = finished_stages(self._place)
+        moved = bool(self._snapshots.instants) and isinstance(error, KeyboardInterrupt)
+        where = self.folder.told(self.folder.interrupted)
+        try:
+            if stages or moved:
+                tidy(self._place)
+                self.folder.set_aside()
+            else:
+                clear(self._place)
+        except OSError:  # a full disk, for one
+            where = self.folder.told(self._place)
+        told = "no stage was finished"
+        if stages:
+            told = f"finished and in {where}: {counted(len(stages), 'stage')} ({', '.join(stages)})"
+        elif moved:
+            told += f"; the movement up to step {self._snapshots.instants[-1].time} is in {where}"
+        if error is not None:
+            former = run_number(self.folder.place) is not None
+            error.add_note(told + (f"; {self.folder.path} holds the former results" if former else ""))

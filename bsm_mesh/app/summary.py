@@ -1,0 +1,160 @@
+"""summary.json: what a run came to, and the checksum of every file that it wrote."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.app.own_files import SUMMARY
+from bsm_mesh.errors import ModelError
+from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.records import Results, StageResult, Status
+from bsm_mesh.results.stress import principal_stresses
+
+SCHEMA_VERSION = 2
+VERSIONED = ("numpy", "scipy", "numba", "vtk")
+NEEDED = {"title", "stages", "joint_names", "scheme", "linear_solver", "tolerance", "model_hash", "status", "files"}
+
+
+def summary(results: Results) -> dict[str, Any]:
+    """Return what ``summary.json`` holds: versions, verdict, and the numbers of every stage."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "versions": dict(_versions()),
+        "title": results.title,
+        "model_hash": results.model_digest,
+        "scheme": results.scheme,
+        "linear_solver": results.linear_solver,
+        "tolerance": results.tolerance,
+        "status": results.status.value,
+        "unstable_blocks": results.unstable_blocks.tolist(),
+        "blocks": results.blocks.count,
+        "joint_names": list(results.joint_names),
+        "stages": [_stage_summary(stage) for stage in results.stages],
+    }
+
+
+@cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    return tuple((name, metadata.version(name)) for name in VERSIONED)
+
+
+def _stage_summary(stage: StageResult) -> dict[str, Any]:
+    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    return {
+        "name": stage.name,
+        "status": stage.status.value,
+        "reason": stage.reason,
+        "steps": len(stage.steps),
+        "newton_iterations": sum(step.newton_iterations for step in stage.steps),
+        "factorizations": sum(step.factorizations for step in stage.steps),
+        "start_residual": stage.start_residual,
+        "residual": stage.residual,
+        "reference_weight": stage.reference_weight,
+        "blocks": int(stage.present.sum()),
+        "max_displacement": stage.max_displacement,
+        "max_stage_displacement": stage.max_stage_displacement,
+        "most_compressive_stress": float(sigma_1.min()),
+        "most_tensile_stress": float(sigma_3.max()),
+        "unstable_blocks": stage.unstable_blocks.tolist(),
+        "contacts": len(stage.contacts.length),
+        **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
+        "total_load": stage.total_load.tolist(),
+        "total_water": stage.water[:, :2].sum(axis=0).tolist(),
+        "uplifted_blocks": stage.uplifted_blocks.tolist(),
+        "total_reaction": stage.total_reaction.tolist(),
+        "notes": list(stage.notes),
+        "seconds": stage.seconds,
+    }
+
+
+def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
+    bolts = stage.bolts
+    used = np.zeros(bolts.count)
+    np.maximum.at(used, bolts.bolt, bolts.utilisation)
+    greatest, head, pressure = bolts.greatest_force, bolts.head_force, bolts.support_pressure
+    return [
+        {
+            "name": name,
+            "status": BoltStatus(int(bolts.status[k])).name.lower(),
+            "greatest_force": float(greatest[k]),
+            "utilisation": float(used[k]),
+            "head_force": float(head[k]),
+            "support_pressure": None if np.isnan(pressure[k]) else float(pressure[k]),
+        }
+        for k, name in enumerate(bolts.names)
+    ]
+
+
+def fingerprint(path: Path) -> dict[str, Any]:
+    """Return size and checksum of a file, as the summary lists them."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+        return {"bytes": file.tell(), "sha256": digest}
+
+
+def summary_text(results: Results, run: int, files: dict[str, dict[str, Any]]) -> str:
+    """Return the content of ``summary.json``.
+
+    Parameters
+    ----------
+    results : Results
+        What came out, so far where the run is not finished.
+    run : int
+        The how-manieth run into its folder it is.
+    files : mapping of str to fingerprint
+        All files that the run wrote but this one. Of an unfinished run those that do not change any more, and of
+        tables that grow what they held at the end of the last stage.
+    """
+    told = {**summary(results), "run": run, "files": dict(sorted(files.items()))}
+    return json.dumps({**told, "checksum": _checksum(told)}, indent=2) + "\n"
+
+
+def _checksum(told: dict[str, Any]) -> str:
+    """Return the SHA-256 of a summary's content, however it is laid out."""
+    return hashlib.sha256(json.dumps(told, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def finished_stages(folder: Path) -> list[str]:
+    """Return the names of the finished stages of a run that is not at its end; none where there is no such run."""
+    try:
+        told = read_summary(folder)
+    except ModelError:
+        return []
+    return [stage["name"] for stage in told["stages"]] if told["status"] == Status.UNFINISHED else []
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the content of ``summary.json``.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results of this version, or they were changed.
+    """
+    path = folder / SUMMARY
+    if not path.is_file():
+        raise ModelError(f"{folder} holds no results (no {SUMMARY}); give the output folder of a run")
+    try:
+        told: Any = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"{path} cannot be read: {error.strerror or error}") from None
+    except (ValueError, RecursionError):  # no JSON, no UTF-8, a number of thousands of digits
+        raise ModelError(f"{path} is damaged; run the model again") from None
+    if not isinstance(told, dict) or "schema_version" not in told:
+        raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
+    if told["schema_version"] != SCHEMA_VERSION:
+        raise ModelError(
+            f"{path} has schema version {told['schema_version']!s:.20}; this is {SCHEMA_VERSION}: run again"
+        )
+    if not set(told) >= NEEDED or not told["stages"]:
+        raise ModelError(f"{path} is not complete; run the model again")
+    if told.pop("checksum", None) != _checksum(told):
+        raise ModelError(f"{path} was changed after the run; run the model again")
+    return told
