@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import errno
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -54,8 +57,22 @@ def load_vtk() -> None:
     """Import VTK, whole: its C code dies where an interruption is raised while one module imports the next."""
     with signals_held():
         import vtkmodules.util.numpy_support
+        import vtkmodules.vtkCommonMisc
         import vtkmodules.vtkIOLegacy
         import vtkmodules.vtkIOXML  # noqa: F401
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep VTK from writing to stderr, past Python."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    level = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(level)
 
 
 def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
@@ -67,6 +84,7 @@ def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
         If the file cannot be written; nothing is left behind.
     """
     load_vtk()
+    from vtkmodules.vtkCommonMisc import vtkErrorCode
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     data = _to_vtk(grid)
@@ -78,7 +96,12 @@ def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
         writer.EncodeAppendedDataOff()
         writer.SetCompressorTypeToLZ4()
         writer.SetCompressionLevel(9)  # a fifth of the time of zlib at its quickest, a fifth larger
-        if writer.Write() != 1 or not draft.exists():
+        writer.AddObserver("ErrorEvent", lambda *_: None)  # what is raised below says it
+        with _silent():
+            written = writer.Write() == 1 and draft.exists()
+        if writer.GetErrorCode() == vtkErrorCode.OutOfDiskSpaceError:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        if not written:
             raise OSError(f"cannot write {path}: is the folder writable, the disk full?")
 
 
@@ -132,19 +155,14 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
 def vtk_grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Any:
     """Return VTK's own grid of a VTU file that was read; parameters and errors as for `grid_of`."""
     load_vtk()
-    from vtkmodules.vtkCommonCore import vtkLogger
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
     reader: Any = vtkXMLUnstructuredGridReader()
     reader.ReadFromInputStringOn()
     reader.SetInputString(content)
     reader.AddObserver("ErrorEvent", lambda *_: None)  # the message below says it
-    level = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
+    with _silent():
         reader.Update()
-    finally:
-        vtkLogger.SetStderrVerbosity(level)
     data = reader.GetOutput()
     missing = [name for name in needs if not data.GetCellData().HasArray(name)]
     if reader.GetErrorCode() or data.GetPoints() is None or missing:

@@ -7,6 +7,7 @@ import os
 import pytest
 from file_operations import watched
 from small_case import FILE, JUNK, LOAD, MODEL, Case, check_refusal, run_process
+from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from bsm_mesh.results import Results
@@ -117,6 +118,23 @@ def test_a_vtu_that_cannot_be_written(case: Case, monkeypatch: pytest.MonkeyPatc
     outcome = case.run("run", "model.toml", "-q")
     assert outcome.code == 2
     assert "blocks_0000.vtu" in outcome.err
+    assert outcome.new == []
+
+
+def test_a_disk_that_is_full_for_vtk(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It tells that by a number of its own."""
+
+    class Full(vtkXMLUnstructuredGridWriter):  # type: ignore[misc]
+        def Write(self) -> int:  # noqa: N802 - VTK's name
+            return 0
+
+        def GetErrorCode(self) -> int:  # noqa: N802
+            return int(vtkErrorCode.OutOfDiskSpaceError)
+
+    monkeypatch.setattr("vtkmodules.vtkIOXML.vtkXMLUnstructuredGridWriter", Full)
+    outcome = case.run("run", "model.toml", "-q")
+    assert outcome.code == 2
+    assert "cannot write results to out/model: No space left on device; free space there" in outcome.err
     assert outcome.new == []
 
 
