@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any
 
+from bsm_mesh.app.terminal import complain
 from bsm_mesh.signals import NAMES
 
 EXIT_INTERRUPTED = 130
@@ -96,7 +97,7 @@ def _tell(error: KeyboardInterrupt) -> None:
     which = "" if name == "SIGINT" else f" ({name})"
     notes = "; ".join(getattr(error, "__notes__", [])) or "nothing is half-written"
     try:
-        print(f"interrupted{which}: {notes}", file=sys.stderr, flush=True)
+        complain(f"interrupted{which}: {notes}")
     except (OSError, ValueError):  # the terminal is gone
         return
 

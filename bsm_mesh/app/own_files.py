@@ -44,7 +44,8 @@ def own_files(folder: Path) -> set[str]:
     listed = read_json(folder / SUMMARY).get("files")
     names = set(listed) if isinstance(listed, dict) else set()
     with suppress(OSError):
-        lines = (folder / MARKER).read_text(encoding="utf-8", errors="replace").splitlines()
+        marker = folder / MARKER
+        lines = marker.read_text(encoding="utf-8", errors="replace").splitlines() if marker.is_file() else []
         names.update(line for line in lines if line and not line.startswith("#"))
     if folder.name.endswith(BESIDE) and folder.is_dir():  # a killed run has not listed what it wrote last
         names.update(entry.name for entry in folder.iterdir() if OF_A_RUN.fullmatch(entry.name))

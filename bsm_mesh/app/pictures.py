@@ -12,7 +12,7 @@ import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.canvas import Scene, add_blocks, add_paper, outline_of, save_picture, scalar_bar, scaled
-from bsm_mesh.app.headings import heading
+from bsm_mesh.app.headings import PICTURES_FOLDER, heading
 from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.storage import SavedResults, load_results
 from bsm_mesh.app.tables import engineering
@@ -64,7 +64,7 @@ def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) ->
     """Add what `draw` draws to the pictures of a results folder, and return its path."""
     with added.file(f"pictures/{name}") as draft:
         draw(draft)
-    return added.folder.path / "pictures" / name
+    return added.folder.path / PICTURES_FOLDER / name
 
 
 def read_grid(saved: SavedResults, name: str, needs: Sequence[str]) -> Any:

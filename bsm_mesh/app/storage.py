@@ -20,6 +20,7 @@ from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.app.summary import finished_stages, read_summary
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
+from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 
@@ -134,6 +135,7 @@ class SavedResults:
         path, listed = self.folder / name, self.told["files"].get(name)
         if listed is None and self.finished:
             raise ModelError(f"{path} is not from this run; run the model again")
+        refuse_special(path)
         if not path.is_file():
             raise ModelError(f"{path}: there is no such file; run the model again")
         try:
@@ -190,6 +192,7 @@ def find_results(folder: Path) -> Path:
     ModelError
         If the folder holds no results; the message says where unfinished ones are.
     """
+    refuse_special(folder / SUMMARY)
     own, end = ResultsFolder(folder), time.monotonic() + PATIENCE
     while not (folder / SUMMARY).is_file():
         waiting = run_number(own.running) is not None or own.former.is_dir()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 from small_case import LINEAR, MODEL, ROOT, msh, run_process
 
+import bsm_mesh as bsm
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.errors import ModelError
 from bsm_mesh.processes import python_command
@@ -19,7 +19,6 @@ EVIL = "from pathlib import Path\nPath(__file__).with_name('was_run').touch()\nr
 PROBE = (
     "import random, bsm_mesh.errors, sys\nprint(random.__file__, bsm_mesh.errors.__file__, sys.argv[1:], sep='\\n')\n"
 )
-SUMMARY = {"schema_version": 1, "title": "", "stages": [{}], "joint_names": [], "scheme": "linear", "tolerance": 1e-9}
 
 
 @pytest.fixture
@@ -48,10 +47,12 @@ def test_modules_come_from_elsewhere(among_strangers: Path, tmp_path_factory: py
 
 @pytest.mark.parametrize("animate", [False, True])
 def test_pictures_run_no_stranger(among_strangers: Path, animate: bool) -> None:
-    (among_strangers / "out").mkdir()
-    (among_strangers / "out" / "summary.json").write_text(json.dumps(SUMMARY))
+    (among_strangers / "model.toml").write_text(MODEL + LINEAR)
+    (among_strangers / "mesh.msh").write_text(msh())
+    bsm.run("model.toml")
+    (among_strangers / "out" / "model" / "blocks.pvd").unlink()
     with pytest.raises(ModelError, match=r"blocks\.pvd: there is no such file"):
-        draw_in_subprocess(Path("out"), animate=animate)
+        draw_in_subprocess(Path("out/model"), animate=animate)
     assert not (among_strangers / "was_run").exists()
 
 

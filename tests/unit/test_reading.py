@@ -51,7 +51,6 @@ def pipe(folder: Path, name: str) -> Path:
         ("bolts.csv", MODEL + BOLTS, ("check", "model.toml")),
         ("ours.py", MODEL.replace(FILE, 'geometry = "ours.py"\n'), ("check", "model.toml")),
         ("ours.py", MODEL, ("mesh", "ours.py")),
-        ("out/model.toml", MODEL, ("run", "model.toml")),
         ("out/summary.json", MODEL, ("plot", "out")),
     ],
 )
