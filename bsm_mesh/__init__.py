@@ -81,6 +81,8 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     ModelError
         With every fault found in the file, its mesh or the model as a whole.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise ModelError(f"load: path = {path!r} must be the path of a model file")
     from bsm_mesh.app.build import load as load_model
 
     return load_model(path, scripts=scripts)

@@ -111,11 +111,14 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike, shape: tuple[int | No
     """
     try:
         array = np.asarray(values)
-        if np.issubdtype(np.dtype(dtype), np.integer) and np.issubdtype(array.dtype, np.floating) and array.size:
+        whole = np.issubdtype(np.dtype(dtype), np.integer)
+        if array.size and (array.dtype.kind not in "biufO" or (whole and array.dtype.kind == "f")):
             raise TypeError
+        if whole and array.size and (array.max() > np.iinfo(dtype).max or array.min() < np.iinfo(dtype).min):
+            raise OverflowError
         frozen = array.dtype == dtype and not array.flags.writeable and array.flags.c_contiguous and array.base is None
         array = array if frozen else np.array(array, dtype=dtype, order="C")
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ModelError(f"{name}: not an array of {np.dtype(dtype).name} numbers") from None
     if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
         wanted = " x ".join("n" if want is None else str(want) for want in shape)

@@ -10,18 +10,20 @@ import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.parameters import Checks
 from bsm_mesh.geometries.spacings import Constant, Spacing
 
 FloatArray = npt.NDArray[np.float64]
 Points = Sequence[tuple[float, float]] | FloatArray
 Ends = Literal["crossing", "t_ended", "en_echelon"]
 MOST_TRACES = 2_000_000
+LONGEST_BRIDGE = 1e6  # m
 
 
 class Joints(Protocol):
@@ -78,21 +80,24 @@ class JointSet:
     within: Points | None = None
 
     def __post_init__(self) -> None:
-        faults = []
-        if not math.isfinite(self.dip):
-            faults.append(f"dip = {self.dip} is no angle [degrees]")
-        if isinstance(self.spacing, int | float) and not (math.isfinite(self.spacing) and self.spacing > 0):
-            faults.append(f"spacing = {self.spacing} must be above 0 m")
-        if not 0 <= self.scatter < 45:
-            faults.append(f"scatter = {self.scatter} must be from 0 to 45 degrees")
-        if not 0 < self.persistence <= 1:
-            faults.append(f"persistence = {self.persistence} must be above 0 and at most 1")
-        elif self.persistence < 1 and not (self.bridge is not None and math.isfinite(self.bridge) and self.bridge > 0):
-            faults.append(f"persistence = {self.persistence} needs a bridge, the length of the intact parts [m]")
-        if self.ends not in ("crossing", "t_ended", "en_echelon"):
-            faults.append(f"ends = {self.ends!r} must be 'crossing', 't_ended' or 'en_echelon'")
-        if faults:
-            raise GeometryError([f"joint set '{self.name}': {fault}" for fault in faults])
+        checks = _checks_of("joint set", self.name)
+        checks.number("degrees", dip=self.dip)
+        if not callable(getattr(self.spacing, "draw", None)):  # a law of the user's own draws
+            checks.positive(spacing=self.spacing)
+        checks.within(0, 45, "degrees", scatter=self.scatter)
+        if self.start is not None:
+            checks.points(start=[self.start])
+        if self.within is not None:
+            checks.points(3, within=self.within)
+        if checks.positive_or_none(bridge=self.bridge) and self.bridge is not None:
+            checks.within(0, LONGEST_BRIDGE, "m", bridge=self.bridge)
+        if checks.positive("1", persistence=self.persistence):
+            if self.persistence > 1:
+                checks.add(f"persistence = {self.persistence} must be above 0 and at most 1")
+            elif self.persistence < 1 and self.bridge is None:
+                checks.add(f"persistence = {self.persistence} needs a bridge, the length of the intact parts [m]")
+        checks.one_of(get_args(Ends), ends=self.ends)
+        checks.raise_faults()
 
     @property
     def extends(self) -> bool:
@@ -134,7 +139,7 @@ class JointSet:
 
     def _offsets(self, middle: float, radius: float, generator: np.random.Generator) -> FloatArray:
         """Return where the joints cross the line across them, over `radius` to both sides of `middle`."""
-        law = Constant(self.spacing) if isinstance(self.spacing, int | float) else self.spacing
+        law = self.spacing if isinstance(self.spacing, Spacing) else Constant(float(self.spacing))
         if 2 * radius / law.mean > MOST_TRACES:
             raise GeometryError(
                 f"joint set '{self.name}': a spacing of {law.mean:g} m gives {2 * radius / law.mean:.3g} joints; "
@@ -191,13 +196,22 @@ class Fault:
     lines: Sequence[Points]
     extends: bool = False
 
+    def __post_init__(self) -> None:
+        checks = _checks_of("fault", self.name)
+        checks.true_or_false(extends=self.extends)
+        try:
+            lines: list[object] = list(self.lines)
+        except TypeError:
+            lines = [self.lines]
+        for number, line in enumerate(lines):
+            checks.points(2, **{f"line {number}": line})
+        checks.raise_faults()
+
     def traces(self, low: FloatArray, high: FloatArray, seed: int) -> FloatArray:
         """Return the straight pieces of the lines, (n, 2, 2) [m]."""
         pieces = [np.empty((0, 2, 2))]
-        for number, line in enumerate(self.lines):
+        for line in self.lines:
             points = np.asarray(line, dtype=np.float64)
-            if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2 or not np.isfinite(points).all():
-                raise GeometryError(f"fault '{self.name}': line {number} needs two or more points (x, y)")
             pieces.append(np.stack([points[:-1], points[1:]], axis=1))
         return np.concatenate(pieces)
 
@@ -205,6 +219,13 @@ class Fault:
 def bedding(name: str, dip: float, thickness: float | Spacing, **others: object) -> JointSet:
     """Return bedding: a persistent joint set by the thickness of its layers, measured across them [m]."""
     return JointSet(name=name, dip=dip, spacing=thickness, **others)  # type: ignore[arg-type]
+
+
+def _checks_of(kind: str, name: object) -> Checks:
+    """Return checks of a named thing, of its name first."""
+    checks = Checks(f"{kind} '{name}'" if isinstance(name, str) else kind)
+    checks.group_part(name=name)
+    return checks
 
 
 def _direction(dip: float) -> FloatArray:

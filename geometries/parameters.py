@@ -1,4 +1,4 @@
-"""Checks of the parameters of a case: every fault is collected, then raised as one error."""
+"""Checks of what a geometry is made of: every fault is collected, then raised as one error."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numbers import Integral, Real
 
 from bsm_mesh.geometries.errors import GeometryError, nearest_name
 
+LONGEST = 60  # characters of a value in a message
 
-class ParameterChecks:
-    """Collects the faults of the parameters of one case: first those that it does not have.
+
+class Checks:
+    """Collects the faults of the values of one thing.
 
     Parameters
     ----------
-    build : callable
-        The case's ``build``; its module's name is the first word of each fault.
-    unknown : mapping of str to object
-        What it was given beside its own parameters; for each there is a fault, with the nearest one that it has.
+    thing : str
+        What the values belong to; the first word of each fault.
 
     Attributes
     ----------
@@ -26,23 +26,33 @@ class ParameterChecks:
         The sentences collected so far.
     """
 
-    def __init__(self, build: Callable[..., object], unknown: Mapping[str, object]) -> None:
-        self.case = build.__module__.rpartition(".")[2]
+    def __init__(self, thing: str) -> None:
+        self.thing = thing
         self.faults: list[str] = []
-        takes = inspect.signature(build).parameters.values()
-        known = [parameter.name for parameter in takes if parameter.kind is parameter.KEYWORD_ONLY]
-        for name in unknown:
-            self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
 
     def add(self, fault: str) -> None:
-        """Add the sentence `fault`, with the name of the case before it."""
-        self.faults.append(f"{self.case}: {fault}")
+        """Add the sentence `fault`, with the name of the thing before it."""
+        self.faults.append(f"{self.thing}: {fault}")
+
+    def number(self, unit: str, /, **values: object) -> bool:
+        """Return whether all `values` are finite numbers; add a fault for each that is not."""
+        bad = {name: value for name, value in values.items() if not math.isfinite(_number(value))}
+        for name, value in bad.items():
+            self.add(f"{name} = {as_given(value)} is not a finite number; give {name} in {unit}")
+        return not bad
+
+    def points(self, least: int = 1, /, **values: object) -> bool:
+        """Return whether all `values` are lines of at least `least` points; add a fault for each that is not."""
+        bad = {name: value for name, value in values.items() if not _is_line(value, least)}
+        for name, value in bad.items():
+            self.add(f"{name} = {as_given(value)} is no line of points; give [(x, y), ...] in m, {least} or more")
+        return not bad
 
     def positive(self, unit: str = "m", /, **values: object) -> bool:
         """Return whether all `values` are positive finite numbers; add a fault for each that is not."""
         bad = {name: value for name, value in values.items() if not _is_positive(value)}
         for name, value in bad.items():
-            self.add(f"{name} = {value!r} is not a positive number; give {name} in {unit}, greater than 0")
+            self.add(f"{name} = {as_given(value)} is not a positive number; give {name} in {unit}, greater than 0")
         return not bad
 
     def positive_or_none(self, unit: str = "m", /, **values: object) -> bool:
@@ -53,14 +63,16 @@ class ParameterChecks:
         """Return whether all `values` are whole numbers of at least `least`; add a fault for each that is not."""
         bad = {name: value for name, value in values.items() if not _is_count(value, least)}
         for name, value in bad.items():
-            self.add(f"{name} = {value!r} is not a whole number of at least {least}; give one")
+            self.add(f"{name} = {as_given(value)} is not a whole number of at least {least}; give one")
         return not bad
 
     def within(self, low: float, high: float, unit: str, **values: object) -> bool:
         """Return whether all `values` lie from `low` to less than `high`; add a fault for each that does not."""
         bad = {name: value for name, value in values.items() if not _is_within(value, low, high)}
         for name, value in bad.items():
-            self.add(f"{name} = {value!r} does not lie from {low:g} to less than {high:g} {unit}; give one that does")
+            self.add(
+                f"{name} = {as_given(value)} does not lie from {low:g} to less than {high:g} {unit}; give one that does"
+            )
         return not bad
 
     def one_of(self, allowed: Collection[object], **values: object) -> bool:
@@ -70,7 +82,7 @@ class ParameterChecks:
         for name, value in bad.items():
             texts = [known for known in allowed if isinstance(known, str)]
             hint = nearest_name(value, texts).partition(" (")[0] if isinstance(value, str) else ""
-            self.add(f"{name} = {value!r} is not known{hint}; give one of {choices}")
+            self.add(f"{name} = {as_given(value)} is not known{hint}; give one of {choices}")
         return not bad
 
     def true_or_false(self, **values: object) -> bool:
@@ -81,7 +93,7 @@ class ParameterChecks:
         """Return whether all `values` can name a group; add a fault for each that cannot."""
         bad = {n: v for n, v in values.items() if not isinstance(v, str) or not v.strip() or v != v.strip()}
         for name, value in bad.items():
-            self.add(f"{name} = {value!r} cannot name a group; give a text without spaces at its ends")
+            self.add(f"{name} = {as_given(value)} cannot name a group; give a text without spaces at its ends")
         return not bad
 
     def raise_faults(self) -> None:
@@ -90,11 +102,62 @@ class ParameterChecks:
             raise GeometryError(self.faults)
 
 
-def _is_positive(value: object) -> bool:
+class ParameterChecks(Checks):
+    """Collects the faults of the parameters of one case: first those that it does not have.
+
+    Parameters
+    ----------
+    build : callable
+        The case's ``build``; its module's name is the first word of each fault.
+    unknown : mapping of str to object
+        What it was given beside its own parameters; for each there is a fault, with the nearest one that it has.
+    """
+
+    def __init__(self, build: Callable[..., object], unknown: Mapping[str, object]) -> None:
+        super().__init__(build.__module__.rpartition(".")[2])
+        takes = inspect.signature(build).parameters.values()
+        known = [parameter.name for parameter in takes if parameter.kind is parameter.KEYWORD_ONLY]
+        for name in unknown:
+            self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
+
+
+def as_given(value: object) -> str:
+    """Return a value for a message: as Python writes it, on one line, cut off where it is long."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python writes no whole number of thousands of digits
+        return "a number of thousands of digits"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def _number(value: object) -> float:
+    """Return a number as a float; NaN for what is none, and for a truth value."""
     if isinstance(value, bool) or not isinstance(value, Real | Integral):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of more than 308 digits
+        return math.inf
+
+
+def _is_positive(value: object) -> bool:
+    return 0.0 < _number(value) < math.inf
+
+
+def _is_line(value: object, least: int) -> bool:
+    import numpy as np  # not before it is needed: a case's parameters are read without it
+
+    try:
+        points = np.asarray(value)
+    except ValueError:  # lines of unequal lengths
         return False
-    number = float(value)
-    return math.isfinite(number) and number > 0.0
+    return (
+        points.dtype.kind in "iuf"
+        and points.ndim == 2
+        and points.shape[1] == 2
+        and len(points) >= least
+        and bool(np.isfinite(points).all())
+    )
 
 
 def _is_count(value: object, least: int) -> bool:
@@ -102,9 +165,12 @@ def _is_count(value: object, least: int) -> bool:
 
 
 def _is_within(value: object, low: float, high: float) -> bool:
-    return isinstance(value, Real | Integral) and not isinstance(value, bool) and low <= float(value) < high
+    return low <= _number(value) < high
 
 
 def _is_one_of(value: object, allowed: Collection[object]) -> bool:
     # True == 1 in Python, yet an order of True is a slip.
-    return any(value == known and isinstance(value, bool) == isinstance(known, bool) for known in allowed)
+    return any(
+        isinstance(value, type(known)) and value == known and isinstance(value, bool) == isinstance(known, bool)
+        for known in allowed
+    )

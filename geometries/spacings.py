@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.parameters import Checks
 
 FloatArray = npt.NDArray[np.float64]
 LEAST_SHARE = 0.05  # of the mean: no random spacing is smaller, or blocks would be slivers by chance alone
 
 
+@runtime_checkable
 class Spacing(Protocol):
     """A distribution of spacings."""
 
@@ -90,6 +91,6 @@ class Exponential:
 
 
 def _check(name: str, **values: float) -> None:
-    bad = {key: value for key, value in values.items() if not (math.isfinite(value) and value > 0)}
-    if bad:
-        raise GeometryError([f"{name}: {key} = {value} must be above 0 m" for key, value in bad.items()])
+    checks = Checks(name)
+    checks.positive(**values)
+    checks.raise_faults()

@@ -15,6 +15,8 @@ from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
+from bsm_mesh.model.quantities import MERGE_TOLERANCE as MERGING
+from bsm_mesh.model.values import Rules, as_given, parts_of
 
 MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
 
@@ -69,18 +71,18 @@ class Blocks(Portable):
         raise_faults(outline_faults(self.vertices, self.offsets))
 
     def _own_arrays(self) -> None:
+        rules = Rules("Blocks")
         own_array(self, "vertices", np.float64, (None, 2))
         own_array(self, "offsets", np.int32, (None,))
         for name in ("nodes", "rock", "edge_joint"):
             own_array(self, name, np.int32, (None,))
         for name in ("boundaries", "excavations"):
-            groups = {
-                key: read_only(ids, np.int32, (None,), f"Blocks.{name}['{key}']")
-                for key, ids in getattr(self, name).items()
-            }
+            given = rules.mapping(name, getattr(self, name))
+            groups = {key: read_only(ids, np.int32, (None,), f"Blocks.{name}['{key}']") for key, ids in given.items()}
             object.__setattr__(self, name, ReadOnlyMapping(groups))
-        object.__setattr__(self, "rock_names", tuple(self.rock_names))
-        object.__setattr__(self, "joint_names", tuple(self.joint_names))
+        for name in ("rock_names", "joint_names"):
+            object.__setattr__(self, name, rules.texts(name, getattr(self, name)))
+        raise_faults(rules.faults)
         self._check_sizes()
 
     def _check_sizes(self) -> None:
@@ -137,8 +139,16 @@ class Blocks(Portable):
         >>> Blocks.from_polygons([square], rock="granite").count
         1
         """
-        corners = _as_corners(polygons)
-        names = [rock] * len(corners) if isinstance(rock, str) else list(rock)
+        rules = Rules("Blocks.from_polygons")
+        rules.number("merge_tolerance", merge_tolerance, MERGING)
+        outlines = parts_of(polygons)
+        if outlines is None:
+            rules.faults.append(f"{rules.thing}: polygons = {as_given(polygons)} must be a list of outlines")
+        names = [] if isinstance(rock, str) else list(rules.texts("rock", rock))
+        raise_faults(rules.faults)
+        corners = _as_corners(outlines or [])
+        if isinstance(rock, str):
+            names = [rock] * len(corners)
         if len(names) != len(corners):
             raise ModelError(f"rock: {len(names)} names for {len(corners)} blocks; give one name, or one a block")
         offsets = np.concatenate([[0], np.cumsum([len(c) for c in corners])]).astype(np.int32)

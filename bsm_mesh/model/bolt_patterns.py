@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray, IntArray, read_only
 from bsm_mesh.errors import ModelError, nearest, place, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, DIRECTION, DISTANCE, RADIUS
+from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, COORDINATE, DIRECTION, DISTANCE, RADIUS
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.reading import refuse_special
@@ -58,7 +58,7 @@ def radial_bolts(
     [(3.0, 0.0), (0.0, 3.0), (-3.0, 0.0)]
     """
     rules = Rules("radial bolts")
-    rules.point("centre", centre)
+    middle = rules.point("centre", centre)
     rules.number("radius", radius, RADIUS)
     rules.number("length", length, BOLT_LENGTH)
     rules.number("first", first, DIRECTION)
@@ -68,7 +68,7 @@ def radial_bolts(
     whole_turn = abs(abs(last - first) - 360) < 1e-9
     angles = np.linspace(first, last, count, endpoint=not whole_turn)
     directions = np.array([unit_vector(float(angle)) for angle in angles])
-    return _bolts(centre + radius * directions, directions, length, keys)
+    return _bolts(middle + radius * directions, directions, length, keys)
 
 
 def row_of_bolts(
@@ -106,7 +106,9 @@ def row_of_bolts(
     ModelError
         If there is no such boundary, or it has rock on both sides and neither is excavated.
     """
-    rules = Rules(f"bolts along '{boundary}'")
+    rules = Rules("bolts along", boundary)
+    rules.text("boundary", boundary)
+    rules.a_thing("blocks", blocks, Blocks)
     rules.number("length", length, BOLT_LENGTH)
     rules.number("interval", interval, BOLT_INTERVAL)
     rules.number("offset", offset, DISTANCE, optional=True)
@@ -150,6 +152,11 @@ def bolts_on_curves(pieces: FloatArray, **keys: Any) -> list[Bolt]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
+    pieces = read_only(pieces, np.float64, (None, 2, 2), "bolts on curves: pieces")
+    if not len(pieces) or not (np.abs(pieces) <= COORDINATE.most).all():
+        raise ModelError(
+            f"bolts on curves: pieces must be lines between points (x, y), whose coordinates {COORDINATE.rule}"
+        )
     points, number = np.unique(pieces.reshape(-1, 2), axis=0, return_inverse=True)
     pairs = number.reshape(-1, 2)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
@@ -242,7 +249,7 @@ def _of_row(k: int, row: Mapping[str | None, Any], read: Callable[[str, str], fl
 
 def _one(k: int, head: FloatArray, tip: FloatArray, keys: Mapping[str, Any], *, number: bool = True) -> Bolt:
     given = dict(keys)
-    if number and given.get("name"):
+    if number and isinstance(given.get("name"), str) and given["name"]:
         given["name"] = f"{given['name']} {k + 1}"
     return Bolt(start=(float(head[0]), float(head[1])), end=(float(tip[0]), float(tip[1])), **given)
 

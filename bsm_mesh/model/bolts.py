@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
-from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.quantities import (
     BEARING_STRENGTH,
     BOLT_CAPACITY,
@@ -20,7 +20,7 @@ from bsm_mesh.model.quantities import (
     HOLE_DIAMETER,
     YIELD_STRENGTH,
 )
-from bsm_mesh.model.values import Rules, plain_numbers
+from bsm_mesh.model.values import Rules, is_infinite, plain_numbers
 
 BoltKind = Literal["grouted", "end_anchored"]
 ROUNDING = 1e-9  # of the capacity: a pretension that exceeds it by less is at it
@@ -104,10 +104,13 @@ class Bolt:
     name: str = ""
 
     def __post_init__(self) -> None:
-        rules = Rules(f"bolt '{self.name}'" if self.name else "bolt")
+        rules = Rules("bolt", self.name)
+        rules.text("name", self.name)
+        rules.text("stage", self.stage, optional=True)
+        rules.choice("kind", self.kind, get_args(BoltKind))
         for name in ("start", "end"):
             object.__setattr__(self, name, rules.point(name, getattr(self, name)))
-        rules.numbers(self, without=("plate",) if self.plate == math.inf else ())
+        rules.numbers(self, without=("plate",) if is_infinite(self.plate) else ())
         raise_faults(rules.faults)
         plain_numbers(self)
         raise_faults([f"{rules.thing}: {text}" for text in self._misfits()])
@@ -115,8 +118,6 @@ class Bolt:
     def _misfits(self) -> list[str]:
         """Return what does not fit together, a sentence each."""
         found = []
-        if self.kind not in get_args(BoltKind):
-            found.append(f"kind = {self.kind!r} is unknown{nearest(str(self.kind), get_args(BoltKind))}")
         if self.length == 0:
             found.append("start and end are the same point; give the tip of the bolt as its end")
         by_diameter = [name for name in ("hole_diameter", "bond_steel_grout", "bond_grout_rock") if self._given(name)]

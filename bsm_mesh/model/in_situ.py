@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Annotated, Any, Literal, TypeAlias, get_args
@@ -13,7 +13,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.loads import LinearField, linear_field
 from bsm_mesh.model.quantities import COORDINATE, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
-from bsm_mesh.model.values import Rules, plain_numbers
+from bsm_mesh.model.values import Rules, as_given, parts_of, plain_numbers
 
 InSituMethod = Literal["direct", "gravity"]
 Points: TypeAlias = tuple[tuple[float, float], ...]
@@ -67,10 +67,7 @@ class InSitu:
 
     def __post_init__(self) -> None:
         rules = Rules("in_situ")
-        if self.method not in get_args(InSituMethod):
-            rules.faults.append(
-                f"in_situ: method = {self.method!r} is unknown{nearest(str(self.method), get_args(InSituMethod))}"
-            )
+        rules.choice("method", self.method, get_args(InSituMethod))
         rules.numbers(self)
         object.__setattr__(self, "k0", _stress_ratio(self.k0, rules))
         if isinstance(self.surface, Real):
@@ -79,19 +76,24 @@ class InSitu:
             object.__setattr__(self, "surface", line(self.surface, "surface", rules))
         if self.stress is not None:
             object.__setattr__(self, "stress", _components(self.stress, rules))
+        raise_faults(rules.faults)
+        raise_faults([f"in_situ: {text}" for text in self._misfits()])
+        plain_numbers(self)
+
+    def _misfits(self) -> list[str]:
+        """Return what does not fit together, a sentence each."""
+        found = []
         if self.surface is not None and self.stress is not None:
-            rules.faults.append("in_situ: surface and stress both describe the field; give one of them")
+            found.append("surface and stress both describe the field; give one of them")
         if self.method == "direct" and not self.describes_field:
-            rules.faults.append(
-                "in_situ: method = 'direct' needs the field: surface (level of the ground [m]) with k0, or "
-                "stress = {xx, yy, xy}"
+            found.append(
+                "method = 'direct' needs the field: surface (level of the ground [m]) with k0, or stress = {xx, yy, xy}"
             )
         for name, default in (("surcharge", 0.0), ("k0", (0.0, 1.0, 0.0))):
             if self.surface is None and getattr(self, name) != default:
                 has_it = "a given stress has it already" if self.stress is not None else "give the surface"
-                rules.faults.append(f"in_situ: {name} belongs to a surface; {has_it}, or leave {name} out")
-        raise_faults(rules.faults)
-        plain_numbers(self)
+                found.append(f"{name} belongs to a surface; {has_it}, or leave {name} out")
+        return found
 
     @property
     def describes_field(self) -> bool:
@@ -109,9 +111,11 @@ class InSitu:
 
 def line(value: Any, name: str, rules: Rules) -> Points:
     """Return the points of a line that runs from left to right; note what is wrong with it."""
-    points = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
+    points = parts_of(value)
     if not points:
-        rules.faults.append(f"{rules.thing}: {name} = {value!r} must be points [[x, y], ...] from left to right [m]")
+        rules.faults.append(
+            f"{rules.thing}: {name} = {as_given(value)} must be points [[x, y], ...] from left to right [m]"
+        )
         return ((0.0, 0.0),)
     before = len(rules.faults)
     found = tuple(rules.point(f"{name} point {k + 1}", point) for k, point in enumerate(points))
@@ -134,14 +138,18 @@ def _stress_ratio(value: object, rules: Rules) -> StressRatio:
     if isinstance(value, Mapping):
         unknown = [key for key in value if key not in ("a", "b", "c")]
         if unknown or not value:
-            rules.faults.append(f"in_situ: k0 = {dict(value)!r} needs a [m] and b (and c [1/m]): K = a / h + b + c h")
+            rules.faults.append(
+                f"in_situ: k0 = {as_given(dict(value))} needs a [m] and b (and c [1/m]): K = a / h + b + c h"
+            )
             return 0.0, 1.0, 0.0
         value = tuple(value.get(key, 0.0) for key in "abc")
     plain = isinstance(value, Real)
     if plain:
         value = (0.0, value, 0.0)
     if not isinstance(value, Sequence) or len(value) != 3:
-        rules.faults.append(f"in_situ: k0 = {value!r} must be a number, {{a, b}} or one of {', '.join(STRESS_RATIOS)}")
+        rules.faults.append(
+            f"in_situ: k0 = {as_given(value)} must be a number, {{a, b}} or one of {', '.join(STRESS_RATIOS)}"
+        )
         return 0.0, 1.0, 0.0
     before = len(rules.faults)
     for name, part, quantity in zip("abc", value, PARTS_OF_RATIO, strict=True):
@@ -154,12 +162,12 @@ def _components(value: Any, rules: Rules) -> tuple[LinearField, LinearField, Lin
         unknown = [key for key in value if key not in ("xx", "yy", "xy")]
         if unknown:
             rules.faults.append(
-                f"in_situ: stress has no component '{unknown[0]}'{nearest(unknown[0], ('xx', 'yy', 'xy'))}"
+                f"in_situ: stress has no component '{unknown[0]}'{nearest(str(unknown[0]), ('xx', 'yy', 'xy'))}"
             )
         value = tuple(value.get(key, 0.0) for key in ("xx", "yy", "xy"))
     zero = (0.0, 0.0, 0.0)
     if not isinstance(value, Sequence) or len(value) != 3:
-        rules.faults.append(f"in_situ: stress = {value!r} needs the components xx, yy, xy [Pa]")
+        rules.faults.append(f"in_situ: stress = {as_given(value)} needs the components xx, yy, xy [Pa]")
         return zero, zero, zero
     found = []
     for name, part in zip(("xx", "yy", "xy"), value, strict=True):

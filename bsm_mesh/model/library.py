@@ -19,9 +19,10 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
 from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.values import Rules
 
 CASSIAR = "Cassiar Mining Corporation and Piteau Associates (1990)"
 FRANKLIN = "Franklin and Dusseault (1989)"
@@ -176,6 +177,9 @@ def strength(name: str) -> MohrCoulomb:
 
 
 def _find(kind: str, name: str, entries: tuple[Entry, ...]) -> Entry:
+    rules = Rules("library")
+    rules.text(f"the name of a {kind}", name)
+    raise_faults(rules.faults)
     found = next((entry for entry in entries if entry.name == name.lower()), None)
     if found is None:
         raise ModelError(f"the library has no {kind} '{name}'{nearest(name.lower(), [e.name for e in entries])}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -13,7 +13,7 @@ from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import BLOCK, FORCE, STRESS, STRESS_GRADIENT
-from bsm_mesh.model.values import Rules, plain_numbers
+from bsm_mesh.model.values import Rules, as_given, parts_of, plain_numbers
 
 LinearField: TypeAlias = tuple[float, float, float]
 """Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``."""
@@ -38,7 +38,7 @@ class PointLoad:
     force: tuple[float, float]
 
     def __post_init__(self) -> None:
-        rules = Rules(f"point load on block {self.block}")
+        rules = Rules(f"point load on block {as_given(self.block)}")
         rules.number("block", self.block, BLOCK)
         object.__setattr__(self, "point", rules.point("point", self.point))
         object.__setattr__(self, "force", rules.point("force", self.force, FORCE))
@@ -62,7 +62,8 @@ class Pressure:
     pressure: LinearField
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pressure", linear_field(self.pressure, f"load on '{self.boundary}': pressure"))
+        place = _on_boundary(self.boundary)
+        object.__setattr__(self, "pressure", linear_field(self.pressure, f"{place}: pressure"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,10 +82,11 @@ class Traction:
     traction: tuple[LinearField, LinearField]
 
     def __post_init__(self) -> None:
-        name = f"load on '{self.boundary}': traction"
-        if not isinstance(self.traction, Sequence | np.ndarray) or len(self.traction) != 2:
-            raise ModelError(f"{name} = {self.traction!r} needs two components (t_x, t_y)")
-        fields = tuple(linear_field(part, f"{name} {axis}") for part, axis in zip(self.traction, "xy", strict=True))
+        name = f"{_on_boundary(self.boundary)}: traction"
+        parts = parts_of(self.traction)
+        if parts is None or len(parts) != 2:
+            raise ModelError(f"{name} = {as_given(self.traction)} needs two components (t_x, t_y)")
+        fields = tuple(linear_field(part, f"{name} {axis}") for part, axis in zip(parts, "xy", strict=True))
         object.__setattr__(self, "traction", fields)
 
 
@@ -105,12 +107,11 @@ class EdgeTractions(Portable):
     values: FloatArray
 
     def __post_init__(self) -> None:
+        place = _on_boundary(self.boundary)
         own_array(self, "values", np.float64, (None, 2, 2))
         beyond = ~(np.abs(self.values) <= STRESS.most)
         if beyond.any():
-            raise ModelError(
-                f"load on '{self.boundary}': values: {self.values[beyond][0]:g} {STRESS.unit} {STRESS.rule}"
-            )
+            raise ModelError(f"{place}: values: {self.values[beyond][0]:g} {STRESS.unit} {STRESS.rule}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +125,9 @@ class InSituTraction:
     """
 
     boundary: str
+
+    def __post_init__(self) -> None:
+        _on_boundary(self.boundary)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -147,17 +151,27 @@ class PointForces:
 
 BoundaryLoad: TypeAlias = Pressure | Traction | EdgeTractions
 ActingLoad: TypeAlias = PointLoad | BoundaryLoad | PointForces
+GIVEN_LOADS = (PointLoad, Pressure, Traction, EdgeTractions, InSituTraction)
 Load: TypeAlias = ActingLoad | InSituTraction
 """What acts on blocks: loads as they are given, or point forces that were worked out before."""
 
 
+def _on_boundary(name: object) -> str:
+    """Return where a load acts, for messages; raise for what is no name."""
+    rules = Rules("load")
+    rules.text("boundary", name)
+    raise_faults(rules.faults)
+    return f"load on '{name}'"
+
+
 def linear_field(value: float | Sequence[float], name: str) -> LinearField:
     """Return the three coefficients of a constant or linear field."""
-    parts: Sequence[float] = list(value) if isinstance(value, Iterable) else [value]
+    several = parts_of(value)
+    parts = [value] if several is None else several
     rules = Rules(name)
     if len(parts) not in (1, 3):
         rules.faults.append(f"{name}: give one number, or three [c, a_x, a_y]; has {len(parts)}")
-    for part, quantity in zip(parts, (STRESS, STRESS_GRADIENT, STRESS_GRADIENT), strict=False):
+    for part, quantity in zip(parts[:3], (STRESS, STRESS_GRADIENT, STRESS_GRADIENT), strict=False):
         rules.number("value", part, quantity)
     raise_faults(rules.faults)
     c, ax, ay = [*map(float, parts), 0.0, 0.0][:3]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
-from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.joint_laws import JointLaw, law_faults
 from bsm_mesh.model.quantities import (
     COHESION,
@@ -95,15 +95,11 @@ class Rock:
     stiffness: RockStiffness = "wang"
 
     def __post_init__(self) -> None:
-        rules = Rules(f"rock '{self.name}'")
+        rules = Rules("rock", self.name)
         rules.name(self.name)
         rules.numbers(self)
-        known = get_args(RockStiffness)
-        if self.stiffness not in known:
-            rules.faults.append(
-                f"{rules.thing}: stiffness = '{self.stiffness}' is unknown{nearest(str(self.stiffness), known)}"
-            )
-        if self.young is not None and self.poisson is None and self.stiffness != "rigid":
+        rules.choice("stiffness", self.stiffness, get_args(RockStiffness))
+        if not rules.faults and self.young is not None and self.poisson is None and self.stiffness != "rigid":
             rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
         raise_faults(rules.faults)
         plain_numbers(self)
@@ -161,9 +157,10 @@ class Joint:
     tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
 
     def __post_init__(self) -> None:
-        rules = Rules(f"joint '{self.name}'")
+        rules = Rules("joint", self.name)
         rules.name(self.name)
         rules.numbers(self)
+        rules.a_thing("filling", self.filling, Filling, optional=True)
         given = [self.normal_stiffness is not None, self.shear_stiffness is not None]
         if self.filling is not None and any(given):
             rules.faults.append(f"{rules.thing}: give normal_stiffness and shear_stiffness or filling, not both")
@@ -172,7 +169,7 @@ class Joint:
                 f"{rules.thing}: needs normal_stiffness and shear_stiffness [Pa/m], or filling = "
                 "{thickness, young, poisson}"
             )
-        tension = is_number(self.tensile_strength) and self.tensile_strength > 0
+        tension = is_number(self.tensile_strength) and bool(self.tensile_strength > 0)
         if self.law is not None:
             rules.faults.extend(f"{rules.thing}: {text}" for text in law_faults(self.law, tension=tension))
         elif tension:

@@ -6,7 +6,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import numpy as np
 
@@ -16,12 +16,21 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.loads import ActingLoad, EdgeTractions, InSituTraction, Load, PointLoad, point_forces_of
+from bsm_mesh.model.loads import (
+    GIVEN_LOADS,
+    ActingLoad,
+    EdgeTractions,
+    InSituTraction,
+    Load,
+    PointForces,
+    PointLoad,
+    point_forces_of,
+)
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.quantities import DIRECTION
 from bsm_mesh.model.stages import Stage, presence
-from bsm_mesh.model.supports import Support, bars_of, unit_vector
+from bsm_mesh.model.supports import GIVEN_SUPPORTS, Bars, Support, bars_of, unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.model.water import Water
 
@@ -30,6 +39,7 @@ if TYPE_CHECKING:
 
 DEEPEST = 1e4  # m: deeper than any mine
 ContactPoints = Literal["ends", "gauss"]
+DERIVED = (Bars, PointForces)  # what the program itself puts into a part of a model
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,9 +99,34 @@ class Model:
     title: str = field(default="", metadata={"in_hash": False})
 
     def __post_init__(self) -> None:
-        for name in ("rocks", "joints", "supports", "loads", "bolts", "stages"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+        self._own_parts()
         raise_faults(_faults(self))
+
+    def _own_parts(self) -> None:
+        """Hold every field to its kind; what belongs together is looked at only once these are right."""
+        rules = Rules("model")
+        rules.a_thing("blocks", self.blocks, Blocks)
+        lists: dict[str, tuple[type, ...]] = {
+            "rocks": (Rock,),
+            "joints": (Joint,),
+            "supports": GIVEN_SUPPORTS,
+            "loads": GIVEN_LOADS,
+            "bolts": (Bolt,),
+            "stages": (Stage,),
+        }
+        for name, kinds in lists.items():
+            object.__setattr__(self, name, rules.things(name, getattr(self, name), *kinds, derived=DERIVED))
+        rules.text("default_joint", self.default_joint, optional=True)
+        rules.text("title", self.title)
+        rules.choice("contact_points", self.contact_points, get_args(ContactPoints))
+        rules.a_thing("in_situ", self.in_situ, InSitu, optional=True)
+        rules.a_thing("water", self.water, Water, optional=True)
+        if self.options is not None:
+            from bsm_mesh.solve.options import Options
+
+            rules.a_thing("options", self.options, Options, optional=True)
+        rules.numbers(self)
+        raise_faults(rules.faults)
 
     def __eq__(self, other: object) -> bool:
         """Return whether the two models have the same content, title and options aside."""
@@ -153,11 +188,7 @@ class Model:
 def _faults(model: Model) -> list[str]:
     """Return one sentence for everything in the model that does not fit together."""
     blocks = model.blocks
-    rules = Rules("model")
-    rules.numbers(model)
-    if model.contact_points not in ("ends", "gauss"):
-        rules.faults.append(f"model: contact_points = '{model.contact_points}' must be 'ends' or 'gauss'")
-    faults = rules.faults
+    faults: list[str] = []
     rock_names = [rock.name for rock in model.rocks]
     joint_names = [joint.name for joint in model.joints]
     for kind, names in (("rock", rock_names), ("joint", joint_names)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Integral
@@ -13,9 +13,9 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.model.loads import Load
-from bsm_mesh.model.quantities import RELAXATION, STRESS
-from bsm_mesh.model.values import Rules
+from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
+from bsm_mesh.model.quantities import BLOCK, RELAXATION, STRESS
+from bsm_mesh.model.values import Rules, as_given, is_number, parts_of
 from bsm_mesh.model.water import Water
 
 Polygon: TypeAlias = tuple[tuple[float, float], ...]
@@ -59,18 +59,21 @@ class Stage:
     loads: tuple[Load, ...] = ()
 
     def __post_init__(self) -> None:
-        rules = Rules(f"stage '{self.name}'")
+        rules = Rules("stage", self.name)
         rules.name(self.name)
-        if self.name == "initial":
+        if isinstance(self.name, str) and self.name == "initial":
             rules.faults.append("stage 'initial': the name stands for the state before the first stage; choose another")
         for name in ("excavate", "fill"):
             object.__setattr__(self, name, _regions(getattr(self, name), name, rules))
-        object.__setattr__(self, "loads", tuple(self.loads))
+        loads = rules.things("loads", self.loads, *GIVEN_LOADS, derived=(PointForces,))
+        object.__setattr__(self, "loads", loads)
+        rules.a_thing("water", self.water, Water, optional=True)
         rules.numbers(self)
-        factors = tuple(self.relaxation) if isinstance(self.relaxation, Iterable) else (self.relaxation,)
+        several = parts_of(self.relaxation)
+        factors: tuple[Any, ...] = (self.relaxation,) if several is None else tuple(several)
         for factor in factors:
             rules.number("relaxation", factor, RELAXATION)
-        if self.pressure and not self.excavate:
+        if is_number(self.pressure) and self.pressure and not self.excavate:
             rules.faults.append(
                 f"{rules.thing}: pressure acts on surfaces that the stage lays bare, and it excavates none; give a load"
             )
@@ -84,20 +87,26 @@ class Stage:
 def _regions(value: Any, name: str, rules: Rules) -> tuple[Region, ...]:
     if isinstance(value, str | Integral):
         value = [value]
-    if not isinstance(value, Iterable):
-        rules.faults.append(f"{rules.thing}: {name} = {value!r} must be a list of groups, block numbers or polygons")
+    parts = parts_of(value)
+    if parts is None:
+        rules.faults.append(
+            f"{rules.thing}: {name} = {as_given(value)} must be a list of groups, block numbers or polygons"
+        )
         return ()
     found: list[Region] = []
-    for part in value:
+    for part in parts:
+        corners = parts_of(part) or []
         if isinstance(part, Integral) and not isinstance(part, bool):
+            if int(part) > BLOCK.most:
+                rules.number(name, part, BLOCK)
             found.append(int(part))
         elif isinstance(part, str):
             found.append(part)
-        elif isinstance(part, Sequence | np.ndarray) and len(part) >= 3:
-            found.append(tuple(rules.point(f"{name}: polygon point", point) for point in part))
+        elif len(corners) >= 3:
+            found.append(tuple(rules.point(f"{name}: polygon point", point) for point in corners))
         else:
             rules.faults.append(
-                f"{rules.thing}: {name}: {part!r} is no group name, block number or polygon of 3 points or more"
+                f"{rules.thing}: {name}: {as_given(part)} is no group name, block number or polygon of 3 points or more"
             )
     return tuple(found)
 

@@ -12,7 +12,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, listing, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.locate import blocks_at
-from bsm_mesh.model.quantities import DIRECTION, DISPLACEMENT
+from bsm_mesh.model.quantities import BLOCK, DIRECTION, DISPLACEMENT
 from bsm_mesh.model.values import Rules, plain_numbers
 
 Point: TypeAlias = tuple[float, float]
@@ -39,16 +39,9 @@ class Target:
     def __post_init__(self) -> None:
         given = [n for n in ("blocks", "boundary", "point") if getattr(self, n) is not None]
         rules = Rules(f"support {type(self).__name__}")
+        rules.text("boundary", self.boundary, optional=True)
         if self.blocks is not None:
-            numbers = np.atleast_1d(np.asarray(self.blocks))
-            if numbers.size == 0:
-                rules.faults.append(
-                    f"{rules.thing}: blocks is empty: it holds nothing; give block numbers, or no support"
-                )
-            elif numbers.ndim == 1 and np.issubdtype(numbers.dtype, np.integer):
-                object.__setattr__(self, "blocks", tuple(int(b) for b in numbers))
-            else:  # a mask, read as numbers, would hold the blocks 0 and 1
-                rules.faults.append(f"{rules.thing}: blocks must be block numbers; of a mask give np.flatnonzero(mask)")
+            object.__setattr__(self, "blocks", _block_numbers(self.blocks, rules))
         if self.point is not None:
             object.__setattr__(self, "point", rules.point("point", self.point))
         if len(given) != 1:
@@ -58,6 +51,24 @@ class Target:
         rules.numbers(self)
         raise_faults(rules.faults)
         plain_numbers(self)
+
+
+def _block_numbers(value: object, rules: Rules) -> tuple[int, ...]:
+    """Return block numbers; note what is wrong with them."""
+    try:
+        numbers = np.atleast_1d(np.asarray(value))
+    except ValueError:  # lists of unequal lengths
+        numbers = np.zeros((1, 0))
+    if numbers.shape == (0,):
+        rules.faults.append(f"{rules.thing}: blocks is empty: it holds nothing; give block numbers, or no support")
+        return ()
+    if numbers.ndim != 1 or not np.issubdtype(numbers.dtype, np.integer):  # a mask would hold the blocks 0 and 1
+        rules.faults.append(f"{rules.thing}: blocks must be block numbers; of a mask give np.flatnonzero(mask)")
+        return ()
+    beyond = numbers[numbers > BLOCK.most]
+    if beyond.size:
+        rules.number("blocks", int(beyond[0]), BLOCK)
+    return tuple(numbers.tolist())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,6 +149,7 @@ class Bars:
     edge: IntArray
 
 
+GIVEN_SUPPORTS = (Fixed, Roller, NormalRoller, PrescribedDisplacement)
 Support: TypeAlias = GivenSupport | Bars
 """What holds blocks: supports as they are given, or bars that were worked out before."""
 

@@ -1,21 +1,57 @@
-"""Rules for single numbers in the model, each broken rule one sentence."""
+"""Rules for single values in the model, numbers, texts and things, each broken rule one sentence."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any, SupportsFloat
 
 import numpy as np
 
+from bsm_mesh.errors import nearest
 from bsm_mesh.model.quantities import COORDINATE, Quantity, quantities_of
+
+LONGEST = 60  # characters of a value in a message
 
 
 def is_number(value: object) -> bool:
     """Return whether `value` is a finite real number; truth values are none."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number of more than 308 digits
+        return False
+
+
+def is_infinite(value: object) -> bool:
+    """Return whether `value` is infinity, which stands for no limit where a key says so."""
+    return isinstance(value, float | np.floating) and value == math.inf
+
+
+def parts_of(value: object) -> list[Any] | None:
+    """Return the parts of a list, an array or the like; None of a text, and of what has none."""
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+        return None
+    try:
+        return list(value)
+    except TypeError:  # an array of no dimension says that it can be iterated
+        return None
+
+
+def as_given(value: object) -> str:
+    """Return a value for a message: as Python writes it, on one line, cut off where it is long.
+
+    Examples
+    --------
+    >>> as_given("gneiss"), as_given(list(range(1000)))
+    ("'gneiss'", '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16,...')
+    """
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python writes no whole number of thousands of digits
+        return "a number of thousands of digits"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 def plain_numbers(owner: Any) -> None:
@@ -32,11 +68,13 @@ class Rules:
     Parameters
     ----------
     thing : str
-        What the values belong to, for example ``"rock 'gneiss'"``.
+        What the values belong to, for example ``"rock"``.
+    name : object, optional
+        Its name, which stands behind if it is a text.
     """
 
-    def __init__(self, thing: str) -> None:
-        self.thing = thing
+    def __init__(self, thing: str, name: object = "") -> None:
+        self.thing = f"{thing} '{name}'" if isinstance(name, str) and name else thing
         self.faults: list[str] = []
 
     def numbers(self, owner: Any, *, without: Collection[str] = ()) -> None:
@@ -52,25 +90,88 @@ class Rules:
             return
         if not is_number(value):
             unit = f" [{quantity.unit}]" if quantity.unit else ""
-            self.faults.append(f"{self.thing}: {name} = {value!r} is not a finite number{unit}")
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} is not a finite number{unit}")
             return
         assert isinstance(value, SupportsFloat)
         if (quantity.whole and not isinstance(value, Integral)) or not quantity.holds(float(value)):
-            shown = f"{value!r}" if quantity.whole else f"{float(value):g} {quantity.unit}".rstrip()
+            shown = as_given(value) if quantity.whole else f"{float(value):g} {quantity.unit}".rstrip()
             self.faults.append(f"{self.thing}: {name} = {shown} {quantity.rule}")
 
     def point(self, name: str, value: object, quantity: Quantity = COORDINATE) -> tuple[float, float]:
         """Demand two numbers in their range, and return them; zeros where the rule is broken."""
-        parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
+        parts = parts_of(value) or []
         if len(parts) != 2:
-            self.faults.append(f"{self.thing}: {name} = {value!r} must be two numbers (x, y) [{quantity.unit}]")
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be two numbers (x, y) [{quantity.unit}]")
             return 0.0, 0.0
         before = len(self.faults)
         for axis, part in zip("xy", parts, strict=True):
             self.number(f"{name} {axis}", part, quantity)
         return (float(parts[0]), float(parts[1])) if len(self.faults) == before else (0.0, 0.0)
 
+    def text(self, name: str, value: object, *, optional: bool = False) -> None:
+        """Demand a text; None (not given) passes where `optional`."""
+        if not (isinstance(value, str) or (optional and value is None)):
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be a text, in quotes")
+
+    def texts(self, name: str, value: object) -> tuple[str, ...]:
+        """Demand a list of texts, and return it; empty where the rule is broken."""
+        parts = parts_of(value)
+        if parts is None or not all(isinstance(part, str) for part in parts):
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be a list of texts, in brackets")
+            return ()
+        return tuple(parts)
+
+    def choice(self, name: str, value: object, known: Collection[str]) -> None:
+        """Demand one of a few texts."""
+        if isinstance(value, str) and value in known:
+            return
+        hint = nearest(value if isinstance(value, str) else "", known)
+        self.faults.append(f"{self.thing}: {name} = {as_given(value)} is unknown{hint}")
+
+    def mapping(self, name: str, value: object) -> Mapping[str, Any]:
+        """Demand a mapping by names, and return it; empty where the rule is broken."""
+        if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+            return value
+        self.faults.append(f'{self.thing}: {name} = {as_given(value)} must be a mapping by names: {{"a name": ...}}')
+        return {}
+
+    def a_thing(self, name: str, value: object, *kinds: type, optional: bool = False) -> None:
+        """Demand a thing of one of some public classes; None (not given) passes where `optional`."""
+        if not (isinstance(value, kinds) or (optional and value is None)):
+            none = ", or None" if optional else ""
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be {_named(kinds)}{none}")
+
+    def things(self, name: str, value: object, *kinds: type, derived: tuple[type, ...] = ()) -> tuple[Any, ...]:
+        """Demand a list of things of some public classes, and return it; empty where the rule is broken.
+
+        Parameters
+        ----------
+        name : str
+            Of the list.
+        value : object
+            What is given.
+        *kinds : type
+            The classes.
+        derived : tuple of type
+            Classes of what the program itself puts there; no message names them.
+        """
+        parts = parts_of(value)
+        if parts is None:
+            cure = "; put it in brackets" if isinstance(value, kinds) else ""
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be a list of {_named(kinds)}{cure}")
+            return ()
+        bad = [(k, part) for k, part in enumerate(parts) if not isinstance(part, (*kinds, *derived))]
+        self.faults.extend(
+            f"{self.thing}: {name}: number {k + 1} is {as_given(part)}; it must be {_named(kinds)}" for k, part in bad
+        )
+        return () if bad else tuple(parts)
+
     def name(self, value: object) -> None:
         """Demand a non-empty text as the thing's name."""
         if not isinstance(value, str) or not value.strip():
             self.faults.append(f"{self.thing}: the name must be a non-empty text")
+
+
+def _named(kinds: tuple[type, ...]) -> str:
+    """Return how a user writes classes: ``"bsm.Rock(...)"``."""
+    return " or ".join(f"bsm.{kind.__name__}(...)" for kind in kinds)

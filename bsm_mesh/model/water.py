@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, ReadOnlyMapping
-from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.in_situ import Points, line
 from bsm_mesh.model.quantities import PRESSURE, WATER_WEIGHT
-from bsm_mesh.model.values import Rules, is_number
+from bsm_mesh.model.values import Rules, as_given, is_number, parts_of
 
 Head = Literal["vertical", "parallel"]
 WATER = 9810.0  # N/m3
@@ -47,13 +47,13 @@ class Water:
         if len(self.table) > 1 and min(map(len, self.table)) == 1:
             rules.faults.append("water: a table of one point is level everywhere; give it alone, or two points or more")
         rules.numbers(self)
-        if self.head not in get_args(Head):
-            rules.faults.append(f"water: head = {self.head!r} is unknown{nearest(str(self.head), get_args(Head))}")
-        for name, pressure in self.joint_pressure.items():
+        rules.choice("head", self.head, get_args(Head))
+        pressures = rules.mapping("joint_pressure", self.joint_pressure)
+        for name, pressure in pressures.items():
             rules.number(f"joint_pressure of '{name}'", pressure, PRESSURE)
         raise_faults(rules.faults)
         object.__setattr__(self, "unit_weight", float(self.unit_weight))
-        given = {str(name): float(value) for name, value in self.joint_pressure.items()}
+        given = {str(name): float(value) for name, value in pressures.items()}
         object.__setattr__(self, "joint_pressure", ReadOnlyMapping(given))
 
     def surface(self) -> WaterSurface:
@@ -98,13 +98,13 @@ class WaterSurface:
 
 
 def _tables(value: Any, rules: Rules) -> tuple[Points, ...]:
-    parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else None
+    parts = parts_of(value)
     if parts is None:
-        rules.faults.append(f"water: table = {value!r} must be points [[x, y], ...] from left to right [m]")
+        rules.faults.append(f"water: table = {as_given(value)} must be points [[x, y], ...] from left to right [m]")
         return ()
     if not parts:
         return ()
-    first = list(parts[0]) if isinstance(parts[0], Iterable) and not isinstance(parts[0], str) else []
+    first = parts_of(parts[0]) or []
     one = not first or is_number(first[0]) or isinstance(first[0], str)
     return tuple(line(part, "table", rules) for part in ([parts] if one else parts))
 

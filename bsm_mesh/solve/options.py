@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
-from bsm_mesh.errors import nearest, raise_faults
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, PART, STEPS, THREADS, TOLERANCE
 from bsm_mesh.model.values import Rules
 
@@ -51,8 +51,6 @@ class Options:
     def __post_init__(self) -> None:
         rules = Rules("solver")
         rules.numbers(self)
-        for name, known in (("scheme", get_args(Scheme)), ("linear_solver", get_args(LinearSolverName))):
-            value = getattr(self, name)
-            if value not in known:
-                rules.faults.append(f"solver: {name} = {value!r} is unknown{nearest(str(value), known)}")
+        rules.choice("scheme", self.scheme, get_args(Scheme))
+        rules.choice("linear_solver", self.linear_solver, get_args(LinearSolverName))
         raise_faults(rules.faults)

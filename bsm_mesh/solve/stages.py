@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import counted, listing
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
@@ -23,6 +24,7 @@ from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 
+FAR = 0.1  # of a block's size, the root of its area
 Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
@@ -196,7 +198,19 @@ def _equilibrium(
     if state.water is not None and state.water.table and not stage.water.any():
         dry = "no block lies below the water table: check its level and unit"
         stage = replace(stage, notes=(*stage.notes, dry))
-    return stage
+    return replace(stage, notes=(*stage.notes, *_note_on_falls(model.blocks, stage)))
+
+
+def _note_on_falls(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
+    """Say which blocks at rest lie far from where the stage found them: they gave way first, and lie somewhere."""
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    far = np.flatnonzero(moved > FAR * np.sqrt(blocks.moments.area))
+    if stage.status is not Status.STABLE or not far.size:
+        return ()
+    return (
+        f"before it came to rest, {counted(far.size, 'block')} moved by more than a tenth of its size, up to "
+        f"{moved[far].max():.3g} m: block {listing(far)}; where that is a failure, give a smaller displacement_limit",
+    )
 
 
 def _confirmed(stage: StageResult, check: Checker) -> StageResult:

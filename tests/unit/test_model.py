@@ -39,7 +39,10 @@ def fault(match):
             "joint 'SZ' of 2 edges (1, 7) is not defined; define it, [joint.SZ] in a model file",
         ),
         ({"gravity_direction": np.inf}, "model: gravity_direction = inf is not a finite number [degrees]"),
-        ({"contact_points": "end"}, "model: contact_points = 'end' must be 'ends' or 'gauss'"),
+        (
+            {"contact_points": "end"},
+            "model: contact_points = 'end' is unknown; did you mean 'ends'? (known: ends, gauss)",
+        ),
         (
             {"supports": (bsm.Fixed(boundary="tp"),)},
             "support 1 (Fixed): there is no boundary 'tp'; did you mean 'top'?",

@@ -194,3 +194,21 @@ def test_fill_bears_its_weight(options):
     between = [frozenset(ids) in pair for ids in zip(contacts.block_a.tolist(), contacts.block_b.tolist(), strict=True)]
     assert_allclose(-contacts.normal_force[between].sum(), 25e3, rtol=1e-5)
     assert_allclose(results.stages[-1].total_reaction[1], 6 * 25e3, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("gap", "said"), [(0.05, False), (0.11, True)])
+def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
+    """A unit block above a floor: it falls, rests and is stable; farther than a tenth of its size, that is said."""
+    floor = [(-2, -1), (3, -1), (3, 0), (-2, 0)]
+    block = [(0, gap), (1, gap), (1, 1 + gap), (0, 1 + gap)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([floor, block], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+    stage = bsm.run(model, CONTINUATION).stages[0]
+    assert stage.status == "stable"
+    words = "before it came to rest, 1 block moved by more than a tenth of its size, up to 0.11 m: block 1"
+    assert any(words in note and "displacement_limit" in note for note in stage.notes) is said

@@ -16,9 +16,10 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.table import ContactTable
-from bsm_mesh.errors import ModelError
-from bsm_mesh.model.loads import Load
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.values import Rules
 from bsm_mesh.solve.algebra.loads import external_loads
 from bsm_mesh.solve.limit.program import LimitProgram, Optimum
 
@@ -84,6 +85,10 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
     ----------
     Livesley (1978), Limit analysis of structures formed from rigid blocks, Int. J. Num. Meth. Engng 12.
     """
+    rules = Rules("limit analysis")
+    rules.a_thing("model", model, Model)
+    chosen_loads = () if live is None else rules.things("live", live, *GIVEN_LOADS, derived=(PointForces,))
+    raise_faults(rules.faults)
     program = LimitProgram(model.replace(contact_points="ends"))
     dead = external_loads(model)
     if live is None:
@@ -95,7 +100,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
             return _result(program, program.maximise(nothing, dead, most=1.0), admissible=False)
         limit = whole if program.is_cone else program.maximise(nothing, dead)
         return _result(program, whole if math.isinf(limit.factor) else limit, admissible=True, factor=limit.factor)
-    chosen = external_loads(model.replace(loads=tuple(live))) - external_loads(model.replace(loads=()))
+    chosen = external_loads(model.replace(loads=chosen_loads)) - external_loads(model.replace(loads=()))
     if not chosen.any():
         raise ModelError("limit analysis: the chosen loads are zero")
     unloaded = program.balance(dead)
