@@ -1,0 +1,116 @@
+"""``python -m tests.campaigns``: the campaigns as commands of the checkout."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from .fuzz import again, fuzz
+from .inputs import ROOT
+from .place import place
+from .state import State
+from .targets import TARGETS
+
+STATE = ROOT / "out" / "campaigns"
+
+seed_option = click.option("--seed", type=int, default=29, show_default=True, help="The same inputs for the same seed.")
+state_option = click.option(
+    "--state", type=click.Path(path_type=Path), default=STATE, help="Folder: what was done and found."
+)
+processes_option = click.option("-p", "--processes", type=click.IntRange(1), default=1, show_default=True)
+
+
+@click.group()
+def cli() -> None:
+    """Faulty inputs, kills and full disks, by the thousand.
+
+    A command that is stopped goes on where it was; exit code 1: something was found. docs/campaigns.md.
+    """
+
+
+def report(text: str) -> None:
+    """Say how far a campaign is, on one line."""
+    click.echo(f"\r{text}  ", nl=False, err=True)
+
+
+def _end(done: State) -> None:
+    click.echo("", err=True)
+    click.echo("\n".join(done.lines()))
+    click.echo(f"state: {done.folder}")
+    sys.exit(1 if done.told["findings"] else 0)
+
+
+@cli.command("fuzz")
+@click.option("-n", "--inputs", type=click.IntRange(1), default=1_000_000, show_default=True, help="In all targets.")
+@click.option(
+    "-t", "--target", "targets", multiple=True, type=click.Choice(list(TARGETS)), help="Only these; repeatable."
+)
+@seed_option
+@state_option
+@processes_option
+def fuzz_command(inputs: int, targets: tuple[str, ...], seed: int, state: Path, processes: int) -> None:
+    """Faulty files, calls and command lines: refused in words, or taken."""
+    done = fuzz(state, inputs=inputs, seed=seed, processes=processes, targets=targets or tuple(TARGETS), report=report)
+    _end(done)
+
+
+@cli.command("verdict")
+@click.option("-n", "--runs", type=click.IntRange(1), default=3000, show_default=True)
+@seed_option
+@state_option
+def verdict_command(runs: int, seed: int, state: Path) -> None:
+    """Slips of the pen in unstable models: none may make one stable without a word."""
+    from .verdict import verdict
+
+    _end(verdict(state, runs=runs, seed=seed, report=report))
+
+
+@cli.command("kill")
+@click.option("-n", "--moments", type=click.IntRange(0), default=60, show_default=True, help="Kills at random moments.")
+@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Each n-th operation on files.")
+@seed_option
+@state_option
+def kill_command(moments: int, every: int, seed: int, state: Path) -> None:
+    """Kill runs by kill -9, at random moments and before every operation on files; end some by other signals."""
+    from .kill import kill
+
+    _end(kill(state, moments=moments, every=every, seed=seed, report=report))
+
+
+@cli.command("disk")
+@click.option("-n", "--sizes", type=click.IntRange(0), default=40, show_default=True, help="Sizes of file and of disk.")
+@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Each n-th operation on files.")
+@seed_option
+@state_option
+def disk_command(sizes: int, every: int, seed: int, state: Path) -> None:
+    """Run on a disk that is full: at every operation on files, at a file's size, in all."""
+    from .disk import disk
+
+    _end(disk(state, sizes=sizes, every=every, seed=seed, report=report))
+
+
+@cli.command("counts")
+@click.option("--date", required=True, help="Of the campaigns, as it shall stand in the page.")
+@state_option
+def counts_command(date: str, state: Path) -> None:
+    """Store what the campaigns counted and write the tables of docs/campaigns.md."""
+    from .counts import write
+
+    write(state.absolute(), date)
+
+
+@cli.command("again")
+@click.argument("target", type=click.Choice(list(TARGETS)))
+@click.argument("index", type=int)
+@seed_option
+@state_option
+def again_command(target: str, index: int, seed: int, state: Path) -> None:
+    """Do input INDEX of TARGET again and say what comes of it."""
+    with place() as there:
+        click.echo("\n".join(again(there, State(state.absolute(), "fuzz", seed).folder / "good", target, seed, index)))
+
+
+if __name__ == "__main__":
+    cli(prog_name="python -m tests.campaigns")

@@ -1,0 +1,163 @@
+"""Command lines: options doubled, missing, misspelt, with values of any kind."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import sys
+from pathlib import Path
+from random import Random
+
+from ..inputs import CONTROL, OK, REFUSED, AcceptedError, ControlError, Input
+from ..mutations import mutate, mutate_tree
+from ..small import MESH, MODELS
+from ..values import NUMBERS, TEXTS, text
+from .models import BOLT_TABLE, written
+from .results import good
+
+GOOD: tuple[tuple[str, ...], ...] = (
+    ("run", "model.toml", "-o", "new"),
+    ("run", "model.toml", "-o", "new", "--json"),
+    ("run", "-q", "model.toml", "-o", "new"),
+    ("run", "model.toml"),
+    ("check", "model.toml"),
+    ("check", "model.toml", "--json", "--threshold", "tiny=0.1"),
+    ("check", "model.toml", "--repair", "new.vtu", "--snap", "0.01"),
+    ("limit", "model.toml", "-o", "new", "--json"),
+    ("limit", "model.toml", "-o", "new", "--load", "1"),
+    ("limit", "model.toml", "-o", "new", "--tilt", "left"),
+    ("compare", "model.toml", "-o", "new", "--order", "1"),
+    ("compare", "model.toml", "-o", "new", "--joints", "--json"),
+    ("mesh", "--list"),
+    ("mesh", "column", "--list"),
+    ("mesh", "column", "-o", "new.msh", "--set", "count=2"),
+    ("new", "tunnel", "new"),
+    ("schema",),
+    ("plot", "nothing"),
+    ("--help",),
+    ("--version",),
+)
+HARMLESS = ("new", "new.msh", "new.vtu", "model.toml", "mesh.msh", "nothing")
+CODES = (0, 2, 3, 130)
+
+
+def draw(random: Random, folder: Path) -> Input:
+    """Return a command line with a few changes, on a model that is good or changed."""
+    words = list(random.choice(GOOD))
+    for _ in range(random.choice((0, 1, 1, 1, 2))):
+        _change(random, words)
+    given = random.choice(MODELS)
+    data = written(given if random.random() < 0.5 else mutate_tree(random, given))
+    if random.random() < 0.1:
+        data = mutate(random, data, binary=False)
+    mesh = MESH if random.random() < 0.8 else mutate(random, MESH, binary=False)
+    table = BOLT_TABLE if random.random() < 0.8 else mutate(random, BOLT_TABLE, binary=False)
+    files = {"model.toml": data, "mesh.msh": mesh, "bolts.csv": table}
+    if random.random() < 0.2:  # an old run is there
+        files |= {f"new/{name}": content for name, content in good(folder)[0][0].items()}
+    return Input(
+        "bsm-mesh " + " ".join(words),
+        lambda: _command(words, "--json" in words),
+        files,
+        ("new", "new.msh", "new.vtu", "out", "*"),
+    )
+
+
+def _change(random: Random, words: list[str]) -> None:
+    at, kind = random.randrange(len(words)), random.random()
+    if kind < 0.2:
+        del words[at]
+        words.extend([] if words else ["run"])
+    elif kind < 0.35:
+        words.insert(at, words[random.randrange(len(words))])
+    elif kind < 0.45:
+        random.shuffle(words)
+    elif kind < 0.6:
+        words.insert(
+            at,
+            random.choice(
+                (
+                    "--json",
+                    "-q",
+                    "--pictures=x",
+                    "--set",
+                    "radius=2",
+                    "--order",
+                    "3",
+                    "--snap",
+                    "nan",
+                    "--load",
+                    "99",
+                    "-o",
+                    "mesh.msh",
+                    "--",
+                    "-x",
+                )
+            ),
+        )
+    elif kind < 0.8:
+        words[at] = str(text(random, words[at]))
+    else:
+        words[at] = random.choice(
+            [str(random.choice(NUMBERS)), random.choice(TEXTS), f"{words[at]}={random.choice(TEXTS)}"]
+        )
+    words[:] = [_harmless(word) for word in words]
+
+
+def _harmless(word: str) -> str:
+    """Return a word that, taken as a path, stays within the folder."""
+    return word.replace("/", "_").replace("..", "_")[:3000]
+
+
+def _command(words: list[str], as_json: bool) -> str:
+    from bsm_mesh.app.cli import main
+
+    out, err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8"), io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+    code: object = 0
+    here, before = Path.cwd(), _tree()
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            main(words)
+    except SystemExit as leaving:
+        code = leaving.code or 0
+    finally:
+        os.chdir(here)
+        sys.stdout.flush()
+    said, told = (_text(stream) for stream in (out, err))
+    name = words[0] if words[0].isalpha() and len(words[0]) < 9 else "?"
+    if code not in CODES:
+        raise AcceptedError(f"{name}: exit code {code!r}\n{told[-2000:]}")
+    if "Traceback" in told:
+        raise AcceptedError(f"{name}: a traceback on stderr\n{told[-4000:]}")
+    for stream, written_there in (("stdout", said), ("stderr", told)):
+        found = CONTROL.search(written_there)
+        if found is not None:
+            raise ControlError(
+                f"{name}: on {stream}\n{found[0]!r}: {written_there[max(0, found.start() - 200) :][:600]!r}"
+            )
+    if code == 2 and _tree() != before:
+        raise AcceptedError(
+            f"{name}: exit code 2, but files are changed: {sorted(_tree().keys() ^ before.keys())}\n{told}"
+        )
+    if as_json and code in (0, 3) and words[0] in ("run", "check", "limit", "compare") and "-h" not in words:
+        try:
+            json.loads(said)
+        except ValueError:
+            if "--help" not in words:
+                raise AcceptedError(f"{name}: --json, but stdout is no JSON\n{said[:500]}") from None
+    return REFUSED if code == 2 else OK
+
+
+def _text(stream: io.TextIOWrapper) -> str:
+    stream.flush()
+    buffer = stream.buffer
+    assert isinstance(buffer, io.BytesIO)
+    return buffer.getvalue().decode("utf-8", "replace")
+
+
+def _tree() -> dict[str, bytes | None]:
+    """Return every file with its content, and every folder."""
+    found = sorted(Path().rglob("*"))
+    return {str(path): path.read_bytes() if path.is_file() else None for path in found}
