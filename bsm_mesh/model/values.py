@@ -45,7 +45,7 @@ def as_given(value: object) -> str:
     Examples
     --------
     >>> as_given("gneiss"), as_given(list(range(1000)))
-    ("'gneiss'", '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16,...')
+    ("'gneiss'", '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16...')
     """
     try:
         text = " ".join(repr(value).split())
