@@ -94,7 +94,7 @@ class Scene:
     @property
     def size(self) -> float:
         """Square root of the mean area of the blocks that may move [m]."""
-        areas = [polygon_area(self.polygons[block]) for block in self.free]
+        areas = [abs(polygon_area(self.polygons[block])) for block in self.free]
         return float(np.sqrt(np.mean(areas)))
 
     def model(self) -> bsm.Model:

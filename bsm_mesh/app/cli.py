@@ -138,13 +138,17 @@ def check(
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
+@click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
 @no_scripts_option
-def run(model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool, no_scripts: bool) -> None:
+def run(
+    model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool, verbose: bool, no_scripts: bool
+) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON."""
     from bsm_mesh.app.commands import run_model
+    from bsm_mesh.app.progress import Progress
 
-    scripts = not no_scripts
-    sys.exit(run_model(model, output, pictures=pictures, as_json=as_json, quiet=quiet, scripts=scripts))
+    progress, scripts = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose), not no_scripts
+    sys.exit(run_model(model, output, progress, pictures=pictures, as_json=as_json, scripts=scripts))
 
 
 @cli.command()

@@ -26,10 +26,16 @@ EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
 
 def run_model(
-    path: Path, output: Path | None, *, pictures: bool, as_json: bool, quiet: bool, scripts: bool = True
+    path: Path,
+    output: Path | None,
+    told: Progress,
+    *,
+    pictures: bool,
+    as_json: bool,
+    scripts: bool = True,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
-    with Progress(quiet=quiet or as_json) as progress:
+    with told as progress:
         done = run_file(path, observer=progress.step, report=progress.report, output=output, scripts=scripts)
         results, notes, folder = done.results, done.notes, done.folder
         assert folder is not None
@@ -71,7 +77,7 @@ def run_demo(folder: Path) -> None:
 
     if not all((folder / source.name).is_file() for source in starter_files("tunnel")):  # else run it as changed
         write_starter("tunnel", folder)
-    run_model(folder / "model.toml", None, pictures=True, as_json=False, quiet=False)
+    run_model(folder / "model.toml", None, Progress(), pictures=True, as_json=False)
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:

@@ -13,6 +13,7 @@ from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import Results, StepRecord
 
 HISTORY = "history.csv"
+SEPARATOR = "; "  # between the methods of a step
 
 
 def write_history(results: Results, folder: Path) -> None:
@@ -20,7 +21,15 @@ def write_history(results: Results, folder: Path) -> None:
     with whole_file(folder / HISTORY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [field.name for field in fields(StepRecord)])
         writer.writeheader()
-        writer.writerows(asdict(step) for stage in results.stages for step in stage.steps)
+        writer.writerows(_row(step) for stage in results.stages for step in stage.steps)
+
+
+def _row(step: StepRecord) -> dict[str, Any]:
+    return {**asdict(step), "tried": SEPARATOR.join(step.tried)}
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(text.split(SEPARATOR)) if text else ()
 
 
 def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:
@@ -31,7 +40,8 @@ def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:
     ModelError
         If they are not `count` steps.
     """
-    kinds: dict[str, Any] = {field.name: int if field.type == "int" else float for field in fields(StepRecord)}
+    of_type: dict[Any, Any] = {"int": int, "float": float, "str": str, "tuple[str, ...]": _names}
+    kinds = {field.name: of_type[field.type] for field in fields(StepRecord)}
     try:
         rows = list(csv.DictReader(io.StringIO(content.decode(), newline="")))
         steps = [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]

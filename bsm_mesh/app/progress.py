@@ -23,15 +23,21 @@ class Progress:
     ----------
     quiet : bool
         Say nothing.
+    verbose : bool
+        Keep a line for every step, with the methods that were tried.
     """
 
-    def __init__(self, *, quiet: bool = False) -> None:
-        self._quiet = quiet
+    def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
+        self._quiet, self._verbose = quiet, verbose
         self._bar: Bar | None = None
         self._began = time.perf_counter()
 
     def __enter__(self) -> Self:
-        if not self._quiet and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown"):
+        if (
+            not (self._quiet or self._verbose)
+            and sys.stderr.isatty()
+            and os.environ.get("TERM") not in ("dumb", "unknown")
+        ):
             from rich.console import Console
             from rich.progress import Progress as Bar
             from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -59,7 +65,11 @@ class Progress:
 
     def step(self, record: StepRecord) -> None:
         """Say how far an accepted step has come."""
-        self.report(
+        text = (
             f"stage {record.stage}, step {record.step}: residual {record.residual:.1e}, "
             f"displacement {record.max_displacement:.3g} m"
         )
+        if self._verbose:
+            vain = f" ({', '.join(record.tried)} in vain)" if record.tried else ""
+            text = f"{text}, by {record.method}{vain}"
+        self.report(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import Counter
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -52,6 +53,7 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
         "status": stage.status.value,
         "reason": stage.reason,
         "steps": len(stage.steps),
+        "methods": dict(Counter(step.method for step in stage.steps)),
         "newton_iterations": sum(step.newton_iterations for step in stage.steps),
         "factorizations": sum(step.factorizations for step in stage.steps),
         "start_residual": stage.start_residual,

@@ -135,6 +135,10 @@ class StepRecord:
         At its end.
     seconds : float
         Wall time of the step.
+    method : str
+        The method that ended it.
+    tried : tuple of str
+        Methods that were tried before, in vain, in order.
     """
 
     stage: int
@@ -146,6 +150,8 @@ class StepRecord:
     open_contacts: int
     slipping_contacts: int
     seconds: float
+    method: str
+    tried: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

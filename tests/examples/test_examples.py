@@ -91,15 +91,21 @@ def test_the_readme_names_the_file(name: str) -> None:
 
 
 def test_stratified_slope_on_its_way(tmp_path: Path) -> None:
-    """Wang Fig. 4.21: layer 2 has reached the bottom, layer 1 is sliding over it."""
+    """Wang Fig. 4.21: layer 2 has reached the bottom, layer 1 slides over it, and both end at their toes."""
     told("run", EXAMPLES / "03_stratified_slope/model.toml", "-o", tmp_path)
-    moved = [
-        np.linalg.norm(read_vtu(file).cell_data["displacement"], axis=1)
-        for _, file in read_pvd(tmp_path / "blocks.pvd")
-    ]
-    lower, upper = np.array(moved)[:, 3:9].T, np.array(moved)[:, 9:].T
-    between = (np.abs(lower - 2.0) < 1e-2).all(axis=0) & (upper > 2.2).all(axis=0) & (upper < 2.8).all(axis=0)
-    assert between.any()
+    moved = np.array(
+        [
+            np.linalg.norm(read_vtu(file).cell_data["displacement"], axis=1)
+            for _, file in read_pvd(tmp_path / "blocks.pvd")
+        ]
+    )
+    lower, upper = moved[:, 3:9], moved[:, 9:]
+    arrived = (np.abs(lower - 2.0) < 1e-2).all(axis=1) & (upper < 2.2).all(axis=1)
+    assert arrived.any(), "layer 2 reaches the bottom while layer 1 is still upon it"
+    on_its_way = ((upper > 2.2) & (upper < 2.8)).all(axis=1)
+    assert on_its_way[np.argmax(arrived) :].any()
+    np.testing.assert_allclose(lower[-1], 2.0, atol=1e-2)
+    np.testing.assert_allclose(upper[-1], 3.0, atol=1e-2)
 
 
 def test_pushed_block_factor_of_the_force(tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 from small_case import Case
 
+from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
+
 pytest.importorskip("gmsh")
 
 PUSHED = """\
@@ -71,7 +73,12 @@ def test_the_movement_as_a_gif(moved: Case) -> None:
     assert columns[-1] > columns[0] + 100  # pixels, to the right
     assert (np.diff(columns) > -2).all()
     rows = [places(frame)[:, 0].mean() for frame in frames]
-    assert rows[-1] > rows[0] + 10  # and down
+    first, *_, last = (
+        read_vtu(file).cell_data["displacement"][1] for _, file in read_pvd(moved.folder / "out/model/blocks.pvd")
+    )
+    pixels = (columns[-1] - columns[0]) / (last - first)[0]  # per metre
+    assert rows[-1] - rows[0] == pytest.approx(-pixels * (last - first)[1], abs=2)
+    assert rows[-1] > rows[0] + 5  # and down
 
 
 def test_the_position_at_a_step(moved: Case) -> None:

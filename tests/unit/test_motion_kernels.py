@@ -1,81 +1,101 @@
-"""Compiled cycles: what a contact bears while its blocks are driven, and what it keeps from one call to the next."""
+"""Explicit motion: free fall, sliding, collisions of turned blocks; forces are those of the step's equations."""
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
-from step_scenes import begun, block_on_a_base
+from jointed_scenes import model_of
+from numpy.testing import assert_allclose, assert_array_equal
+from scenes import rectangle, turned
+from step_scenes import begun, still
 
-from bsm_mesh.solve.motion.damped_motion import DampedMotion
-from bsm_mesh.solve.motion.kernels import relax_cycles
+from bsm_mesh.solve.motion.explicit import ExplicitMotion, MotionSettings
 
-
-class DrivenContact:
-    """A contact with a corner above a horizontal edge, its blocks driven in unit cycles."""
-
-    def __init__(self, pressure: float, strength: float, tension: float = 0.0) -> None:
-        self.frame = np.array([[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]], np.float32)  # n is up: out of b, which is below
-        self.spring = np.array([[10.0, 10.0, pressure, strength, strength, 0.0]], np.float32)
-        self.tension, self.shear_offset = np.full(1, tension, np.float32), np.zeros(1, np.float32)
-        self.contacted, self.slipped = np.zeros(1, bool), np.zeros(1, bool)
-
-    def drive(self, *movements: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Move a by each of some movements in a cycle; return the changes of its shear force and of forces on it."""
-        place, sides = np.zeros((2, 3)), (np.zeros(1, np.int32), np.ones(1, np.int32))
-        none, free = np.zeros((2, 3)), (np.zeros(0, np.int32), np.zeros((0, 3, 3)))
-        shears, forces = [], []
-        for u, v in movements:
-            place[0] += u, v, 0.0
-            kept = self.tension, self.shear_offset, self.contacted, self.slipped
-            given = self.frame, self.spring, *kept, none, none, np.ones((2, 3)), *free, 0.0
-            push = np.zeros((2, 3))
-            relax_cycles(np.zeros(1), 0, np.arange(2), *sides, *given, none.copy(), push, np.stack([place, place]))
-            forces.append(push[0])
-            shears.append(-push[0, 0])
-        return np.array(shears), np.array(forces)
+UNDAMPED = MotionSettings(damping=0.0, impact=0.0, real_masses=True)
+INELASTIC = MotionSettings(damping=0.0, impact=1.0, real_masses=True)
+BASE = rectangle(-20, -1, 20, 0)
 
 
-def test_slip_is_kept_in_every_cycle():
-    """Half the way there and half of it back: a contact that slipped 0.3 m unloads from its strength at once."""
-    contact = DrivenContact(pressure=5.0, strength=2.0)
-    shears, _ = contact.drive((0.1, 0.0), (0.4, 0.0), (-0.1, 0.0), (-0.4, 0.0))
-    assert_allclose(np.abs(shears), [1.0, 2.0, 1.0, 2.0], rtol=1e-6)
-    assert_allclose(np.sign(shears), np.sign(shears[0]) * np.array([1, 1, 1, -1]))
+def follow(motion: ExplicitMotion, until, windows: int = 400) -> None:
+    """Go on, with contacts searched as blocks move, until a condition holds."""
+    for _ in range(windows):
+        motion.go_on()
+        assert not motion.diverged
+        if motion.passed > 0.5 * motion.system.d:
+            motion.search()
+        if until(motion):
+            return
+    pytest.fail("it never came to that")
 
 
-def test_contacts_that_slipped_at_any_time_are_known():
-    """It slips in the second cycle, and sticks in the last."""
-    contact = DrivenContact(pressure=5.0, strength=2.0)
-    contact.drive((0.1, 0.0))
-    assert not contact.slipped.any()
-    contact.drive((0.4, 0.0), (-0.1, 0.0))
-    assert contact.slipped.all()
+@pytest.mark.parametrize("turn", [0.3, 1.7, 3.0])
+def test_a_free_block_falls_by_half_the_square_of_its_velocity(turn):
+    block = turned(rectangle(-0.5, -0.5, 0.5, 0.5), np.degrees(turn), (0.0, 8.0))
+    motion = ExplicitMotion(begun(model_of([BASE, block])), UNDAMPED)
+    follow(motion, lambda m: m.residual.position[1, 1] < -0.5)
+    assert motion.velocity[1, 1] ** 2 / 2 == pytest.approx(-motion.residual.position[1, 1], rel=1e-2)
+    assert_allclose(motion.residual.position[1, [0, 2]], 0, atol=1e-9)
 
 
-def test_a_contact_pushes_as_far_as_it_is_closed_and_pulls_until_it_breaks():
-    contact = DrivenContact(pressure=1.0, strength=0.0, tension=2.0)
-    _, forces = contact.drive((0.0, 0.2), (0.0, 0.2), (0.0, -0.15), (0.0, -0.35))
-    assert_allclose(forces[:, 1], [-2.0, -1.0, -1.0, 1.0], atol=1e-6)  # of 1 N/m at first: -1, gone, gone, 2
+@pytest.mark.parametrize(("slope", "friction"), [(30.0, 15.0), (50.0, 35.0)])
+def test_a_sliding_block_accelerates_by_what_friction_leaves(slope, friction):
+    polygons = [turned(p, slope) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
+    motion = ExplicitMotion(begun(model_of(polygons, friction=friction)), INELASTIC)
+    follow(motion, lambda m: np.hypot(*m.residual.position[1, :2]) > 0.2)
+    early = motion.velocity[1, :2], motion.residual.position[1, :2]
+    follow(motion, lambda m: np.hypot(*m.residual.position[1, :2]) > 1.0)
+    gained = (motion.velocity[1, :2] ** 2).sum() - (early[0] ** 2).sum()
+    moved = np.hypot(*(motion.residual.position[1, :2] - early[1]))
+    angle = np.radians(slope)
+    wanted = np.sin(angle) - np.cos(angle) * np.tan(np.radians(friction))
+    assert gained / 2 / moved == pytest.approx(wanted, rel=0.02)
 
 
-def test_contacts_closed_at_any_time_are_known():
-    """It opens in the second cycle; the other never closes."""
-    contact = DrivenContact(pressure=1.0, strength=0.0)
-    contact.drive((0.0, 0.05), (0.0, 0.5))
-    assert contact.contacted.all()
-    contact.contacted[:] = False
-    contact.drive((0.0, 0.1))
-    assert not contact.contacted.any()
+def test_a_block_that_friction_holds_slips_nowhere():
+    polygons = [turned(p, 30.0) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
+    motion = ExplicitMotion(
+        begun(model_of(polygons, friction=40.0)), MotionSettings(damping=0.5, impact=0.0, real_masses=False), ramp=300
+    )
+    follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-5)
+    assert motion.residual.at.sticking[motion.residual.at.closed].all()
+    assert np.abs(motion.residual.position).max() < 1e-3
 
 
-@pytest.mark.parametrize("tilt", [20.0, 40.0])
-def test_it_does_not_matter_how_many_cycles_go_by_at_once(tilt):
-    """A block that swings about its rest, and one that slides: springs that forgot a cycle would let both go on."""
-    ways = {}
-    for at_once in (1, 5, 100):
-        motion, ways[at_once] = DampedMotion(begun(block_on_a_base(tilt)), 300, 0.1), []
-        while motion.done < 600:
-            motion.advance(at_once)
-            if motion.done % 100 == 0:
-                ways[at_once].append(motion.residual.position[1, 0])
-    for at_once in (1, 5):
-        assert_allclose(ways[at_once], ways[100], atol=2e-3 * max(ways[100]))
+@pytest.mark.parametrize("turn", [0.3, 1.7, 3.0])
+def test_blocks_in_collision_keep_their_momentum(turn):
+    """Across gravity: along it both gain what falls give them."""
+    squares = [turned(rectangle(a, 0, a + 1, 1), np.degrees(turn)) for a in (0.0, 1.05)]
+    far = turned(rectangle(0, 30, 1, 31), np.degrees(turn))
+    step = begun(model_of([far, *squares]))
+    along = np.array([np.cos(turn), np.sin(turn)])
+    velocity = still(3, b1=(*(0.5 * along), 0.0))
+    motion = ExplicitMotion(step, UNDAMPED, velocity=velocity)
+    follow(motion, lambda m: (m.velocity[2, :2] @ along) - (m.velocity[1, :2] @ along) > 0.1)
+    fall = motion.velocity[1:, :2].sum(axis=0) - 0.5 * along
+    assert fall[0] == pytest.approx(0.0, abs=5e-3)  # gravity acts in y alone
+    assert motion.velocity[2, :2] @ along > 0.3
+
+
+def test_an_impact_loses_its_energy():
+    block = rectangle(-0.5, 0.05, 0.5, 1.05)
+    motion = ExplicitMotion(begun(model_of([BASE, block])), INELASTIC, velocity=still(2, b1=(0, -0.5, 0)))
+    speed = []
+    for _ in range(60):
+        motion.go_on()
+        speed.append(motion.velocity[1, 1])
+    assert min(speed) < -0.4
+    assert max(speed) < 0.05
+
+
+def test_one_thread_and_two_give_equal_digits():
+    columns = [(x + 0.5 * (y % 1), y) for y in np.arange(0, 10, 0.5) for x in np.arange(0, 20, 1.0)]
+    walls = [rectangle(x, y, x + 1, y + 0.5) for x, y in columns]
+    ends = []
+    for threads in (1, 2):
+        step = begun(model_of([BASE, *walls]), threads=threads)
+        velocity = np.random.default_rng(3).normal(scale=0.01, size=step.start.shape)
+        velocity[0] = 0.0
+        motion = ExplicitMotion(step, INELASTIC, velocity=velocity)
+        for _ in range(3):
+            motion.go_on()
+        ends.append((motion.residual.position, motion.velocity))
+    assert_array_equal(ends[0][0], ends[1][0])
+    assert_array_equal(ends[0][1], ends[1][1])

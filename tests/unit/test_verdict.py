@@ -8,9 +8,10 @@ from scenes import rectangle, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.continuation.verdict import FREE_MOVE, INSIDE, CollapseCriterion
+from bsm_mesh.solve.continuation.verdict import CollapseCriterion
 from bsm_mesh.solve.step.block_system import BlockSystem
 
+FREE_MOVE, INSIDE = 0.1, 0.05  # of a block's size, of its area
 FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
 
 
@@ -108,3 +109,25 @@ def test_a_block_that_stands_is_not_unstable_because_its_joints_are_soft(kn, sta
     stage = bsm.run(model_of(polygons, kn=kn, friction=41.0, gamma=20e3), bsm.Options(scheme=scheme)).stages[-1]
     assert stage.status == status
     assert status == "stable" or scheme == "wang" or "too soft for the forces" in stage.reason
+
+
+@pytest.mark.parametrize(("limit", "reason"), [(None, "moved by more than 3 times its size"), (20.0, "more than 20 m")])
+def test_a_block_that_runs_on_is_followed_as_far_as_asked(limit, reason):
+    """A unit square on a plane of 60 m that is steeper than its friction: nothing down there will stop it."""
+    polygons = [turned(p, 40.0) for p in (rectangle(-60, -5, 5, 0), rectangle(-0.5, 0, 0.5, 1))]
+    options = bsm.Options(scheme="continuation", displacement_limit=limit)
+    stage = bsm.run(model_of(polygons, friction=20.0), options).stages[-1]
+    assert (stage.status, list(stage.unstable_blocks)) == ("unstable", [1])
+    assert reason in stage.reason
+    assert stage.max_displacement > (limit or 3.0)
+
+
+def test_a_block_that_slides_far_and_lands_does_not_run_on():
+    """The same with a wall in its way after four sizes."""
+    polygons = [
+        turned(p, 25.0) for p in (rectangle(-10, -5, 5, 0), rectangle(-10, 0, -4.5, 2), rectangle(-0.5, 0, 0.5, 1))
+    ]
+    model = model_of(polygons, friction=20.0, fixed=(0, 1))
+    stage = bsm.run(model, bsm.Options(scheme="continuation", displacement_limit=100.0)).stages[-1]
+    assert stage.status == "stable"
+    assert stage.max_displacement == pytest.approx(4.0, abs=1e-2)

@@ -47,7 +47,7 @@ def incline(height, friction, angle, kn=10e6, *, scale=1.0, degrees=0.0, force=1
 )
 def test_block_on_an_incline(height, friction, angle, status, turns):
     """Stays; slides off; topples onto its side, where friction holds it; slides and topples."""
-    results = solve(incline(height, friction, angle))
+    results = solve(incline(height, friction, angle, base=(-150, -10, 30, 0)))  # room to slide to rest
     stage = results.stages[-1]
     assert results.status == status
     assert list(stage.unstable_blocks) == ([1] if status == "unstable" else [])

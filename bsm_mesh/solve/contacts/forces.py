@@ -101,15 +101,11 @@ def evaluate(
     contacts: ContactSet,
     laws: tuple[JointLaw, ...],
     position: FloatArray,
-    frozen_pressure: FloatArray | None = None,
 ) -> Evaluation:
-    """Return the contact forces on the blocks at a position (n, 3) and their derivatives.
-
-    With `frozen_pressure` (m,) shear strengths are those at that pressure (frozen friction).
-    """
+    """Return the contact forces on the blocks at a position (n, 3) and their derivatives."""
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
-    pressure, trial, closed, in_range = pressures_and_trial_shears(
+    pressure, trial, closed, _ = pressures_and_trial_shears(
         gap,
         tangential,
         contacts.offset,
@@ -124,12 +120,7 @@ def evaluate(
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0])
         pressure[~closed] = 0.0
-    if frozen_pressure is None:
-        answer = respond(contacts, laws, pressure, trial, closed)
-    else:
-        in_friction = in_range & (frozen_pressure > 0)
-        answer = respond(contacts, laws, frozen_pressure, trial, in_friction)
-        answer = replace(answer, by_pressure=np.zeros_like(gap))
+    answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, answer.shear, forces)
     return Evaluation(

@@ -6,13 +6,13 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.contacts.forces import Evaluation, elastic_tangent
-from bsm_mesh.solve.step.equations import Step
+from bsm_mesh.solve.step.equations import StepEquations
 
 SHIFT, NEUTRAL = 4.0, 1e-3  # shift, and negative eigenvalue that counts as none, over the block size
 ITERATIONS = 12
 
 
-def instability_rate(step: Step, position: FloatArray, at: Evaluation, tolerance: float) -> float:
+def instability_rate(step: StepEquations, position: FloatArray, at: Evaluation, tolerance: float) -> float:
     """Return the magnitude of the lowest negative eigenvalue of K x = w M x [1/m]; 0 if none, or without equilibrium.
 
     An equilibrium is stable where the elastic tangent K is positive definite. Where it is not, power iteration on the
@@ -33,12 +33,12 @@ def instability_rate(step: Step, position: FloatArray, at: Evaluation, tolerance
     return -lowest if lowest < -NEUTRAL / size else 0.0
 
 
-def _stiffest(static: Step, at: Evaluation) -> FloatArray:
+def _stiffest(static: StepEquations, at: Evaluation) -> FloatArray:
     pattern = static.pattern
     return elastic_tangent(static.contacts, at, pattern.place, len(pattern.column), static.system.outlines.size)
 
 
-def _lowest_eigenvalue(shifted: Step) -> float:
+def _lowest_eigenvalue(shifted: StepEquations) -> float:
     """Return an upper bound of the lowest eigenvalue, at most 0, of the factorized matrix without its shift."""
     mass = shifted.system.mass
     vector = np.random.default_rng(0).normal(size=mass.shape) * shifted.system.scale

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -13,9 +15,30 @@ from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.step.block_system import BlockSystem
 
-INSIDE = 0.05  # of its area: a block that lies so far inside others has contacts that are no longer found
-FREE_MOVE = 0.1  # over its size: movement of a block without contact, at which it is unstable
-RECENT_STEPS, MOVES = 5, 0.25  # unstable: moved more than a quarter of the largest over the last five steps
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CollapseSettings:
+    """What counts as collapse.
+
+    Attributes
+    ----------
+    free_move : float
+        Movement of a block without contact, over its size, at which it is unstable. In one step a block may jump.
+    runs : float
+        Sizes by which a block has moved that is no slower than a size before: it runs on.
+    moves : float
+        Part of the largest movement since the last equilibrium; blocks that moved farther are named unstable.
+    inside : float
+        Part of its area with which a block lies inside others when its contacts are no longer found.
+    """
+
+    free_move: float = 0.1
+    runs: float = 3.0
+    moves: float = 0.25
+    inside: float = 0.05
+
+
+SETTINGS = CollapseSettings()
 
 
 class CollapseCriterion:
@@ -27,46 +50,67 @@ class CollapseCriterion:
         The blocks.
     position : (n, 3) float64 [m, m, rad]
         Initial position.
-    limit : float [m]
-        A block with a larger displacement is unstable.
+    limit : float or None [m]
+        A block with a larger displacement is unstable. None: the model's extent, and what runs on is not followed.
     """
 
-    def __init__(self, system: BlockSystem, position: FloatArray, limit: float) -> None:
-        self.system, self.begin, self.limit = system, position, limit
+    def __init__(self, system: BlockSystem, position: FloatArray, limit: float | None) -> None:
+        self.system, self.begin, self._followed = system, position, limit is not None
+        self.limit = limit or float(np.ptp(system.model.blocks.vertices, axis=0).max())
         self.last_supported = position.copy()  # position of each block when it last had a contact or a support
-        self.detached = np.zeros(len(position), dtype=bool)  # blocks without either after the last step
-        self.recent: list[FloatArray] = [position]
-        self.steps = 0
+        self.detached = np.zeros(len(position), dtype=bool)  # blocks without either after the last step,
+        self.thrown = self.detached  # and not before
+        self.rest = position  # the last equilibrium
+        area = system.model.blocks.moments.area
+        free = ~system.prescribed_blocks
+        self.size = np.sqrt(np.maximum(area, area[free].mean() if free.any() else 0.0))  # small ones by the mean
+        self.sizes_moved = np.zeros(len(position), dtype=int)
+        self.speed = np.zeros(len(position))  # of every block when it had last moved by a whole number of sizes
 
-    def check(self, contacts: ContactSet, contacted: BoolArray, position: FloatArray) -> tuple[str, IntArray]:
+    def check(
+        self, contacts: ContactSet, contacted: BoolArray, position: FloatArray, velocity: FloatArray | None = None
+    ) -> tuple[str, IntArray]:
         """Return reason and unstable blocks after an accepted step; an empty reason if there is none.
 
         A reason without blocks says why there is no verdict: blocks that seem free have sunk into others.
 
         `contacted`: contacts (m,) closed at its end, or during the step.
         """
-        self.recent, self.steps = [*self.recent[-RECENT_STEPS:], position], self.steps + 1
         system, supported = self.system, self._supported(contacts, contacted, position)
         self.last_supported[supported] = position[supported]
         moved = np.hypot(*(position - self.begin)[:, :2].T)
         fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
         size = np.sqrt(system.model.blocks.moments.area)
         loaded = np.abs(system.loads).max(axis=1) > 0
-        free = ~supported & self.detached & loaded & (fallen > FREE_MOVE * size)  # in one step a block may jump
+        free = ~supported & self.detached & loaded & (fallen > SETTINGS.free_move * size)
+        self.thrown = ~supported & ~self.detached
         self.detached = ~supported
         if free.any():
             sunk = self._sunk(np.flatnonzero(free), position)
             if sunk:
                 return sunk, np.zeros(0, dtype=np.int32)
             reason = "a block has lost all contact and moves freely"
+        elif not self._followed and (runs := self._runs_on(moved, velocity)).any():
+            free = runs
+            reason = (
+                f"a block has moved by more than {SETTINGS.runs:g} times its size and is as fast as one size before"
+            )
         elif moved.max() > self.limit:
             reason = f"a block has moved more than {self.limit:.3g} m"
         else:
+            self.rest = position if velocity is None else self.rest
             return "", np.zeros(0, dtype=np.int32)
-        steps = min(RECENT_STEPS, self.steps - self.steps // 2)  # of few steps the first half is settlement
-        last = np.abs((self.recent[-1] - self.recent[-1 - steps]) / system.scale).max(axis=1)
-        lately = last * ~system.prescribed_blocks
-        return reason, np.flatnonzero(free | (lately > MOVES * lately.max())).astype(np.int32)
+        moves = np.abs((position - self.rest) / system.scale).max(axis=1) * ~system.prescribed_blocks
+        return reason, np.flatnonzero(free | (moves > SETTINGS.moves * moves.max())).astype(np.int32)
+
+    def _runs_on(self, moved: FloatArray, velocity: FloatArray | None) -> BoolArray:
+        """Return which blocks have moved several sizes (n,) [m] and are no slower than a size before, (n,)."""
+        speed = np.zeros(len(moved)) if velocity is None else np.hypot(*velocity[:, :2].T)
+        sizes = (moved / self.size).astype(int)
+        passed = sizes > self.sizes_moved
+        runs: BoolArray = passed & (sizes >= SETTINGS.runs) & (self.speed > 0) & (speed >= self.speed)
+        self.speed[passed], self.sizes_moved[passed] = speed[passed], sizes[passed]
+        return runs
 
     def _sunk(self, free: IntArray, position: FloatArray) -> str:
         """Return which of the blocks (k,) that seem free lies inside others, in words; nothing where none does."""
@@ -76,7 +120,7 @@ class CollapseCriterion:
         placed = outlines.placed(position)
         shares = shares_inside(corner_positions(outlines, placed), self.system.model.blocks.offsets, free)
         worst = int(shares.argmax())
-        if shares[worst] < INSIDE:
+        if shares[worst] < SETTINGS.inside:
             return ""
         return (
             f"the block that is now at {place(placed[free[worst], :2])} has sunk into its neighbours by "

@@ -33,9 +33,10 @@ from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.stability import instability_rate
 from bsm_mesh.solve.motion.motion import Motion
-from bsm_mesh.solve.step.equations import Step, moved_by
+from bsm_mesh.solve.step.equations import StepEquations, moved_by
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix
+NAME = "Wang's iteration"
 QUIET_CYCLES = 2  # in equilibrium without a failure, running
 
 
@@ -64,7 +65,7 @@ class WangIteration(Continuation):
             at = self.system.evaluate(contacts, position)
             closed, sliding = at.closed, np.isin(contacts.candidates.key, slid)
             residual = self.system.static_residual(contacts, position)
-            self._record(number, residual, position, ended, reset, began, count)
+            self._record(number, residual, position, ended, reset, began, count, (NAME,))
             complete = self.system.prescription_complete(position)
             at_rest = residual < self.options.tolerance and failures == 0 and complete
             quiet = quiet + 1 if at_rest else 0
@@ -80,7 +81,7 @@ class WangIteration(Continuation):
         self, contacts: ContactSet, position: FloatArray, closed: BoolArray, sliding: BoolArray
     ) -> FloatArray | None:
         """Return the position after the elastic movement under the residual; None if K is singular."""
-        step = Step(self.system, self.factors, contacts, position, self.min_lam)  # (4)
+        step = StepEquations(self.system, self.factors, contacts, position, self.min_lam)  # (4)
         at = step.evaluate(step.start)
         data = self._elastic_stiffness(step.pattern, contacts, at, closed, sliding)  # (2)
         forces = step.residual(step.start, at.forces)  # (3)
@@ -110,7 +111,7 @@ class WangIteration(Continuation):
         return data
 
     def _at_rest(self, contacts: ContactSet, position: FloatArray, at: Evaluation) -> Motion:
-        step = Step(self.system, self.factors, contacts, position, self.min_lam)
+        step = StepEquations(self.system, self.factors, contacts, position, self.min_lam)
         if instability_rate(step, position, at, self.tolerance) > 0:
             reason = "forces balance, but blocks stand on corners from which they would fall: not an answer"
             return self._end(Status.NOT_CONVERGED, reason, contacts, position)

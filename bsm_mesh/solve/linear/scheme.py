@@ -238,6 +238,7 @@ def _outcome(
         open_contacts=0,
         slipping_contacts=0,
         seconds=time.perf_counter() - began,
+        method="linear system",
     )
     stage = StageResult(
         name="",

@@ -1,77 +1,104 @@
-"""Semismooth Newton method on the exact contact laws, globalised by a line search on the 2-norm of the residual."""
+"""Semismooth Newton method on the contact laws, globalised by a line search on the 2-norm of the residual."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.contacts.forces import first_tangent
-from bsm_mesh.solve.methods.brittle import release_brittle_contacts
-from bsm_mesh.solve.step.attempt import Attempt
-from bsm_mesh.solve.step.equations import Residual, Step, moved_by
+from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.equations import Residual, StepEquations, moved_by
 
-MAX_ITERATIONS = 12
-STALLED = 0.7  # part of the 2-norm left by an iteration, above which contacts at a strength drop are released
-MAX_HALVINGS = 6
-CHORD = 0.5  # part of either norm left by a chord iteration, above which it ends
-MAX_REGULARIZATION = 0.1  # part of their stiffness that open and slipping contacts keep in a regularised tangent
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewtonSettings:
+    """How far Newton's method goes.
+
+    Attributes
+    ----------
+    max_iterations, max_halvings : int
+        Corrections, and how often one is halved.
+    decrease : float
+        Part of the predicted decrease of the 2-norm that a correction must bring (Armijo).
+    chord : float
+        Part of either norm left by a chord iteration, above which it ends.
+    regularization : float
+        Part of their stiffness that open and slipping contacts keep in a regularised tangent where the residual is
+        that of the weight.
+    near_rest : float
+        Goal of a step, over the mean weight, below which few contacts change.
+    """
+
+    max_iterations: int = 12
+    max_halvings: int = 6
+    decrease: float = 1e-3
+    chord: float = 0.5
+    regularization: float = 0.1
+    near_rest: float = 1e-3
+
+
+SETTINGS = NewtonSettings()
+
+
+class ExactNewton:
+    """Newton's method with the exact tangent, near rest, where it converges quadratically."""
+
+    name = "Newton"
+
+    def applies(self, equations: StepEquations, at: Iterate, goal: Goal) -> bool:
+        """Return whether few contacts change in the step."""
+        return goal.max_residual < SETTINGS.near_rest
+
+    def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
+        """Return the result from the step's start."""
+        return newton(equations, equations.start, goal.max_residual)
 
 
 def newton(
-    step: Step,
+    step: StepEquations,
     position: FloatArray,
     tolerance: float,
     *,
-    from_rest: bool = False,
     regularized: bool = False,
-    contraction: float = np.inf,
-    max_iterations: int = MAX_ITERATIONS,
+    max_iterations: int = SETTINGS.max_iterations,
+    weight: float | None = None,
 ) -> Attempt:
     """Return the result of Newton's method.
 
     Parameters
     ----------
-    step : Step
+    step : StepEquations
         The equations.
     position : (n, 3) float64
         Initial position.
     tolerance : float
         Maximum norm of the residual over the mean weight.
-    from_rest : bool
-        Begin with every contact within tolerance closed and sticking: without contact forces the tangent would be
-        empty.
     regularized : bool
         Use the regularised tangent (`tangent_regularization`).
-    contraction : float
-        Stop after an iteration that reduces the 2-norm by less than to this part.
     max_iterations : int
         Largest number of iterations.
+    weight : float, optional
+        Instead of the mean weight of the step [N/m].
     """
-    here = step.residual_at(position)
+    here, outcome = step.residual_at(position, weight), Outcome.STALLED
     for iteration in range(max_iterations + 1):
         if here.max_norm < tolerance and (iteration or not step.supports_move):
-            return Attempt(here.position, here.at, converged=True)
+            outcome = Outcome.SOLVED
+            break
         if iteration == max_iterations:
             break
-        if from_rest and iteration == 0:
-            data = first_tangent(step.contacts, here.at, step.pattern.place, len(step.pattern.column))
-        else:
-            data = step.tangent(here.at, tangent_regularization(here.max_norm) if regularized else 0.0)
-        if not step.factorize(data, here.position):
+        data = step.tangent(here.at, tangent_regularization(here.max_norm) if regularized else 0.0)
+        correction = step.solve(here.forces) if step.factorize(data, here.position) else None
+        if correction is None or not np.isfinite(correction).all():
+            outcome = Outcome.SINGULAR
             break
-        correction = step.solve(here.forces)
-        if not np.isfinite(correction).all():
-            break
-        before, here = here.l2_norm, _line_search(step, here, correction)
-        stalled = here.max_norm >= tolerance and here.l2_norm > STALLED * before
-        if stalled and release_brittle_contacts(step, here, correction):
-            here = step.residual_at(here.position)
-        elif here.max_norm >= tolerance and here.l2_norm > contraction * before:
-            break
-    return Attempt(here.position, here.at, converged=False)
+        here = _line_search(step, here, correction)
+    return Attempt(equations=step, position=here.position, outcome=outcome)
 
 
-def chord_method(step: Step, position: FloatArray, tolerance: float) -> FloatArray:
+def chord_method(step: StepEquations, position: FloatArray, tolerance: float) -> FloatArray:
     """Return the result of the chord method (Newton with the last factors), continued while it reduces a norm enough.
 
     Near the end the 2-norm is that of rounding in all blocks, and only the maximum norm still falls.
@@ -81,17 +108,17 @@ def chord_method(step: Step, position: FloatArray, tolerance: float) -> FloatArr
         there = step.residual_at(moved_by(here.position, step.solve(here.forces)))
         if not (there.max_norm <= here.max_norm and there.l2_norm <= here.l2_norm):
             break
-        reduces = there.max_norm < CHORD * here.max_norm or there.l2_norm < CHORD * here.l2_norm
+        reduces = there.max_norm < SETTINGS.chord * here.max_norm or there.l2_norm < SETTINGS.chord * here.l2_norm
         here = there
     return here.position
 
 
 def tangent_regularization(max_norm: float) -> float:
     """Return the part of their stiffness that open and slipping contacts keep, proportional to the residual."""
-    return MAX_REGULARIZATION * min(1.0, max_norm)
+    return SETTINGS.regularization * min(1.0, max_norm)
 
 
-def elastic_position(step: Step) -> FloatArray:
+def elastic_position(step: StepEquations) -> FloatArray:
     """Return the elastic solution of the step: every contact within tolerance closed and sticking, (n, 3).
 
     No line search: the laws may be far from satisfied there.
@@ -105,20 +132,18 @@ def elastic_position(step: Step) -> FloatArray:
     return moved_by(step.start, movement) if np.isfinite(movement).all() else step.start
 
 
-def _line_search(step: Step, here: Residual, correction: FloatArray) -> Residual:
-    """Return the best of the corrections halved until the 2-norm falls (backtracking line search).
+def _line_search(step: StepEquations, here: Residual, correction: FloatArray) -> Residual:
+    """Return the best of the corrections halved until the 2-norm falls enough (backtracking, Armijo).
 
     The maximum norm as merit function needs many times the iterations.
     """
     size = step.movement(correction)
     part = min(1.0, step.max_movement / size) if size > 0 else 1.0
-    best: Residual | None = None
-    for _ in range(MAX_HALVINGS + 1):
-        there = step.residual_at(moved_by(here.position, part * correction))
-        if best is None or there.l2_norm < best.l2_norm:
-            best = there
-        if there.l2_norm < (1 - 1e-3 * part) * here.l2_norm:
-            break
+    tried = []
+    for _ in range(SETTINGS.max_halvings + 1):
+        there = step.residual_at(moved_by(here.position, part * correction), here.weight)
+        tried.append(there)
+        if there.l2_norm < (1 - SETTINGS.decrease * part) * here.l2_norm:
+            return there
         part /= 2
-    assert best is not None
-    return best
+    return min(tried, key=lambda residual: np.nan_to_num(residual.l2_norm, nan=np.inf))

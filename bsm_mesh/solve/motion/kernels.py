@@ -1,7 +1,9 @@
-"""Kernels of explicit motion: cycles of contact forces with slip, and of the movement of blocks.
+"""Compiled cycles of explicit motion: contact forces in the moving geometry, blocks accelerated by them.
 
-Constants of contacts are in single precision, which halves the memory traffic of a cycle. They give changes of forces
-to 1e-7: the final residual is as accurate as the initial one. Positions, velocities and sums of forces are in double.
+A window of cycles starts from a reference position at which all forces are known in double precision. Within it
+only their changes are worked out, from movements since the reference by exact finite rotations. So constants of
+contacts may be in single precision, which halves what a cycle reads from memory: they give changes of forces to
+1e-7 of these, and a block comes to rest as exactly as its residual at the reference is known.
 """
 
 from __future__ import annotations
@@ -11,215 +13,371 @@ from numpy.typing import NDArray
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
+from bsm_mesh.solve.bolts.kernels import add_bolt_forces, element_lines, node_movements, solve_bolts
 
-BROKEN = np.float32(-1.0)  # instead of a tensile strength
+SingleArray = NDArray[np.float32]
+
+CHECK_EVERY = 10  # cycles between looks at how far blocks have moved
+CONTACTED, SLIPPED, BROKEN = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
 
 
 @njit()
-def frames_of(
+def frames(
     position: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray, rows: IntArray
-) -> tuple[NDArray[np.float32], FloatArray]:  # pragma: no cover - compiled
-    """Return the frames (m, 6) of contacts as `relax_cycles` takes them, and the lengths of both arms (m, 2) [m].
+) -> SingleArray:  # pragma: no cover - compiled
+    """Return the reference frames of contacts, (k, 6) [m; -].
 
-    `block_a`, `block_b` (m,) are those of the `rows` (m,) of `geometry`, which `relative_positions` describes.
+    Vectors from b's and from a's centroid to the corner, and the edge's direction. `block_a`, `block_b` (k,) are
+    those of the `rows` (k,) of `geometry` (m, 8), which `relative_positions` describes.
     """
-    frame, length = np.empty((rows.size, 6), np.float32), np.empty((rows.size, 2))
+    frame = np.empty((rows.size, 6), np.float32)
     cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
     for k in range(rows.size):
         a, b, given = block_a[k], block_b[k], geometry[rows[k]]
         ax, ay = cosine[a] * given[2] - sine[a] * given[3], sine[a] * given[2] + cosine[a] * given[3]
-        tx, ty = cosine[b] * given[6] - sine[b] * given[7], sine[b] * given[6] + cosine[b] * given[7]
-        bx = given[0] + (position[a, 0] - position[b, 0]) + ax
-        by = given[1] + (position[a, 1] - position[b, 1]) + ay
-        frame[k, 0], frame[k, 1] = tx, ty
-        frame[k, 2], frame[k, 3] = -ax * tx - ay * ty, -bx * tx - by * ty
-        frame[k, 4], frame[k, 5] = ax * ty - ay * tx, bx * ty - by * tx
-        length[k, 0], length[k, 1] = np.hypot(ax, ay), np.hypot(bx, by)
-    return frame, length
+        frame[k, 0] = given[0] + (position[a, 0] - position[b, 0]) + ax
+        frame[k, 1] = given[1] + (position[a, 1] - position[b, 1]) + ay
+        frame[k, 2], frame[k, 3] = ax, ay
+        frame[k, 4] = cosine[b] * given[6] - sine[b] * given[7]
+        frame[k, 5] = sine[b] * given[6] + cosine[b] * given[7]
+    return frame
 
 
 @njit()
-def masses(
-    block_a: IntArray, block_b: IntArray, spring: FloatArray, length: FloatArray, n: int
+def stiffness_sums(
+    block_a: IntArray, block_b: IntArray, frame: SingleArray, spring: SingleArray, n: int
 ) -> FloatArray:  # pragma: no cover - compiled
-    """Return sums over the contacts of n blocks, (n, 3): twice their stiffer spring, and that times the arm squared.
+    """Return what bounds the highest frequency of n blocks, (n, 3) [N/m2, N/m2, N]: Gershgorin sums over contacts.
 
-    Columns of `spring` (m, 6) are as `relax_cycles` takes them, `length` (m, 2) as `frames_of` returns it.
+    A cycle of unit time is stable if no mass is below them: the stiffer spring of a contact counts twice, for both
+    its blocks' movement and for translation and turn, the latter times the square of the arm.
     """
-    mass = np.zeros((n, 3))
+    sums = np.zeros((n, 3))
     for k in range(block_a.size):
         stiffness = np.float64(max(spring[k, 0], spring[k, 1]))
-        mass[block_a[k], 0] += stiffness
-        mass[block_b[k], 0] += stiffness
-        mass[block_a[k], 2] += stiffness * length[k, 0] ** 2
-        mass[block_b[k], 2] += stiffness * length[k, 1] ** 2
-    mass[:, 1] = mass[:, 0]
-    return mass
+        rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
+        sums[block_a[k], 0] += stiffness
+        sums[block_b[k], 0] += stiffness
+        sums[block_a[k], 2] += stiffness * (ax * ax + ay * ay)
+        sums[block_b[k], 2] += stiffness * (rx * rx + ry * ry)
+    sums[:, 1] = sums[:, 0]
+    return sums
 
 
 @njit(nogil=True)
-def relax_cycles(
-    unramped_fraction: FloatArray,
-    begun: int,
-    own: IntArray,
+def add_contact_forces(
+    here: FloatArray,
+    sine: SingleArray,
+    versine: SingleArray,
     block_a: IntArray,
     block_b: IntArray,
-    frame: FloatArray,
-    spring: FloatArray,
-    tension: FloatArray,
-    shear_offset: FloatArray,
-    contacted: BoolArray,
-    slipped: BoolArray,
-    residual: FloatArray,
-    ramped_load: FloatArray,
-    inverse_mass: FloatArray,
-    supported: IntArray,
-    projector: FloatArray,
-    damping: float,
+    frame: SingleArray,
+    spring: SingleArray,
+    state: SingleArray,
+    events: NDArray[np.uint8],
     forces: FloatArray,
-    velocity: FloatArray,
-    moved: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Advance some of the blocks by cycles of unit time (central differences); others are advanced elsewhere.
+    """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
 
     Parameters
     ----------
-    unramped_fraction : (cycles,) float64
-        Part of `ramped_load` that does not act yet, of every cycle.
-    begun : int
-        Number of cycles before: it decides between the two arrays of `moved`.
-    own : (l,) int64
-        The blocks to advance, without those with a support.
+    here : (n, 3) float64 [m, m, rad]
+        Movement since the reference.
+    sine, versine : (n,) float32
+        Of the turns in it.
     block_a, block_b : (m,) int32
-        Blocks of the corner and of the edge, of all their contacts.
-    frame : (m, 6) float32 [-, m]
-        Edge direction t, moments of the normal n = (t_y, -t_x) about a and b, moments of t about a and b.
-    spring : (m, 6) float32 [N/m**2, N/m, -]
-        Normal and shear stiffness; pressure before any movement, negative where open: stiffness times gap; distance of
-        the shear force from the strength, and from the negative one; slope of the strength over the pressure.
-    tension : (m,) float32 [N/m]
-        Tensile strength; set negative, in place, where it is exceeded.
-    shear_offset : (m,) float32 [N/m]
-        Change of the shear force by slip alone; it changes in place.
-    contacted, slipped : (m,) bool
-        Set true, in place, where a contact is closed, and slips, in any of the cycles.
-    residual, ramped_load : (n, 3) float64 [N/m, N/m, N]
-        Residual before any movement, and the part of the loads that is ramped.
-    inverse_mass : (n, 3) float64
-        Inverse masses times the square of a cycle.
-    supported : (k,) int32
-        Blocks with a support.
-    projector : (k, 3, 3) float64
-        Onto their free axes.
-    damping : float
-        Part of the residual that acts against the velocity.
-    forces : (n, 3) float64
-        Work array.
-    velocity : (n, 3) float64 [m, m, rad]
-        Movement in a cycle; it changes in place.
-    moved : (2, n, 3) float64 [m, m, rad]
-        Total movement after an even, and after an odd number of cycles; they change in place, alternately.
+        Blocks of the corner and of the edge.
+    frame : (m, 6) float32
+        As `frames` returns it.
+    spring : (m, 10) float32
+        Normal and shear stiffness; at the reference: pressure, below 0 what it would take to close the contact;
+        pressure and shear that the reference forces contain; shear strength at that pressure, and its slope over
+        the pressure; least and greatest movement along the edge within which the corner meets it; dashpot of the normal
+        force, over a cycle.
+    state : (m, 4) float32
+        Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
+    events : (m,) uint8
+        CONTACTED, SLIPPED, BROKEN are added, in place.
     """
-    nothing = np.float32(0.0)
-    for cycle in range(unramped_fraction.size):
-        here, there = moved[(begun + cycle) % 2], moved[(begun + cycle + 1) % 2]
-        for i in own:
-            _load(forces[i], residual[i], unramped_fraction[cycle], ramped_load[i])
-        for i in supported:
-            _load(forces[i], residual[i], unramped_fraction[cycle], ramped_load[i])
-        for k in range(block_a.size):
-            a, b = block_a[k], block_b[k]
-            tx, ty = frame[k, 0], frame[k, 1]
-            dx, dy = np.float32(here[a, 0] - here[b, 0]), np.float32(here[a, 1] - here[b, 1])
-            turn_a, turn_b = np.float32(here[a, 2]), np.float32(here[b, 2])
-            gap = ty * dx - tx * dy + frame[k, 2] * turn_a - frame[k, 3] * turn_b
-            tangential = tx * dx + ty * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
-            initial = spring[k, 2] if spring[k, 2] > nothing or tension[k] != nothing else nothing
-            pressure = spring[k, 2] - initial - spring[k, 0] * gap
-            if initial + pressure <= -max(tension[k], nothing):
-                pressure, shear = -initial, np.float32(0.5) * (spring[k, 3] - spring[k, 4])
-                if tension[k] > nothing:
-                    tension[k] = BROKEN
-            else:
-                contacted[k] = True
-                shear = shear_offset[k] + spring[k, 1] * tangential
-                most, least = spring[k, 3] + spring[k, 5] * pressure, -spring[k, 4] - spring[k, 5] * pressure
-                if most < least:
-                    most = least = np.float32(0.5) * (most + least)
-                limited = min(max(shear, least), most)
-                slipped[k] |= limited != shear
-                shear = limited
-            shear_offset[k] = shear - spring[k, 1] * tangential
-            fx, fy = pressure * ty - shear * tx, -pressure * tx - shear * ty
-            forces[a, 0] += fx
-            forces[a, 1] += fy
-            forces[a, 2] += pressure * frame[k, 2] - shear * frame[k, 4]
-            forces[b, 0] -= fx
-            forces[b, 1] -= fy
-            forces[b, 2] -= pressure * frame[k, 3] - shear * frame[k, 5]
-        for i in own:
-            _accelerate(forces[i], velocity[i], damping, inverse_mass[i])
-            _move(forces[i], velocity[i], here[i], there[i])
-        for j in range(supported.size):
-            i = supported[j]
-            _project(projector[j].T, forces[i])
-            _accelerate(forces[i], velocity[i], damping, inverse_mass[i])
-            _project(projector[j], forces[i])
-            _move(forces[i], velocity[i], here[i], there[i])
-
-
-@njit()
-def _load(
-    forces: FloatArray, residual: FloatArray, unramped_fraction: float, ramped_load: FloatArray
-) -> None:  # pragma: no cover - compiled
-    for axis in range(3):
-        forces[axis] = residual[axis] - unramped_fraction * ramped_load[axis]
-
-
-@njit()
-def _accelerate(
-    forces: FloatArray, velocity: FloatArray, damping: float, inverse_mass: FloatArray
-) -> None:  # pragma: no cover - compiled
-    for axis in range(3):
-        along_it = np.sign(forces[axis] * velocity[axis])
-        forces[axis] *= (1 - damping * along_it) * inverse_mass[axis]
-
-
-@njit()
-def _move(
-    acceleration: FloatArray, velocity: FloatArray, here: FloatArray, there: FloatArray
-) -> None:  # pragma: no cover - compiled
-    for axis in range(3):
-        velocity[axis] += acceleration[axis]
-        there[axis] = here[axis] + velocity[axis]
+    zero = np.float32(0.0)
+    for k in range(block_a.size):
+        a, b = block_a[k], block_b[k]
+        rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
+        tx, ty = frame[k, 4], frame[k, 5]
+        sa, va, sb, vb = sine[a], versine[a], sine[b], versine[b]
+        dax, day = -va * ax - sa * ay, sa * ax - va * ay  # by which a's turn moves the corner
+        ex = np.float32(here[a, 0] - here[b, 0]) + dax
+        ey = np.float32(here[a, 1] - here[b, 1]) + day
+        qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
+        qy = ey - sb * (rx + ex) - vb * (ry + ey)
+        gap = qx * ty - qy * tx
+        along = qx * tx + qy * ty
+        kn, ks = spring[k, 0], spring[k, 1]
+        borne, held = spring[k, 3], spring[k, 4]
+        pressure = spring[k, 2] - kn * gap
+        tension = state[k, 3]
+        closed = pressure > zero or (tension > zero and pressure >= -tension)
+        closed = closed and along >= spring[k, 7] and along <= spring[k, 8]
+        shear = zero
+        if closed:
+            events[k] |= CONTACTED
+            pressure = max(pressure - spring[k, 9] * (gap - state[k, 2]), -tension)
+            shear = state[k, 0] + ks * (along - state[k, 1])
+            strength = max(spring[k, 5] + spring[k, 6] * (pressure - borne), zero)
+            if shear > strength:
+                shear = strength
+                events[k] |= SLIPPED
+            elif shear < -strength:
+                shear = -strength
+                events[k] |= SLIPPED
+        else:
+            pressure = zero
+            if tension > zero:
+                state[k, 3] = zero
+                events[k] |= BROKEN
+        state[k, 0], state[k, 1], state[k, 2] = shear, along, gap
+        if pressure == zero and shear == zero and borne == zero and held == zero:
+            continue
+        dtx, dty = -vb * tx - sb * ty, sb * tx - vb * ty  # by which b's turn changes the edge's direction
+        more, sheared = pressure - borne, shear - held
+        fx = more * (ty + dty) + borne * dty - sheared * (tx + dtx) - held * dtx
+        fy = -more * (tx + dtx) - borne * dtx - sheared * (ty + dty) - held * dty
+        fx0, fy0 = borne * ty - held * tx, -borne * tx - held * ty
+        forces[a, 0] += fx
+        forces[a, 1] += fy
+        forces[a, 2] += (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0
+        forces[b, 0] -= fx
+        forces[b, 1] -= fy
+        forces[b, 2] -= (rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0
 
 
 @njit(nogil=True)
-def changed_shears(
-    block_a: IntArray,
-    block_b: IntArray,
-    frame: FloatArray,
-    spring: FloatArray,
-    shear_offset: FloatArray,
-    moved: FloatArray,
-) -> FloatArray:  # pragma: no cover - compiled
-    """Return the change of shear forces after cycles, (m,) float32 [N/m]; arrays as in `relax_cycles`.
+def add_bolts(
+    here: FloatArray,
+    reference: FloatArray,
+    node: IntArray,
+    node_start: IntArray,
+    block: IntArray,
+    arm: FloatArray,
+    point: FloatArray,
+    first: IntArray,
+    alive: BoolArray,
+    stiffness: FloatArray,
+    rest: FloatArray,
+    yield_force: FloatArray,
+    capacity: FloatArray,
+    bond_stiffness: FloatArray,
+    anchor: FloatArray,
+    spacing: FloatArray,
+    sides: IntArray,
+    dowel_arm: FloatArray,
+    across: FloatArray,
+    dowel: FloatArray,
+    forces: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Add the forces of bolts and dowels at the reference (n, 3) moved by `here` (n, 3) to forces (n, 3).
 
-    The movement `moved` (n, 3) of the last cycle counts too: without it springs would do work on the blocks. Shears may
-    exceed the strength in the end: the law limits them at the next evaluation.
+    Parameters
+    ----------
+    node : (n_nodes,) int
+        Their numbers, 0, 1, 2 ...
+    node_start, block, arm, point, first, alive, stiffness, rest, yield_force, capacity, bond_stiffness, anchor, spacing
+        As in `InstalledBolts` and its layout.
+    sides : (k, 2) int32
+        Near and far block of every dowel that acts.
+    dowel_arm : (k, 4) float64 [m]
+        From their centroids to the crossing, in the blocks' own axes.
+    across : (k, 2) float64
+        Unit vector across the bolt, in the near block's axes.
+    dowel : (k, 3) float64 [N/m2, N/m, m]
+        Stiffness and strength over the spacing; coordinate at which the dowel bears nothing.
     """
-    changed = np.empty_like(shear_offset)
-    for k in range(block_a.size):
-        a, b = block_a[k], block_b[k]
-        dx, dy = np.float32(moved[a, 0] - moved[b, 0]), np.float32(moved[a, 1] - moved[b, 1])
-        turn_a, turn_b = np.float32(moved[a, 2]), np.float32(moved[b, 2])
-        tangential = frame[k, 0] * dx + frame[k, 1] * dy + frame[k, 4] * turn_a - frame[k, 5] * turn_b
-        changed[k] = shear_offset[k] + spring[k, 1] * tangential
-    return changed
+    if node.size == 0:
+        return
+    where = np.empty((node.size, 3))
+    for k in range(node.size):
+        for axis in range(3):
+            where[k, axis] = reference[block[k], axis] + here[block[k], axis]
+    moved, turned = node_movements(where, node, arm)
+    length, direction = element_lines(point, moved, first)
+    tension, _ = solve_bolts(node_start, alive, stiffness, length - rest, yield_force, capacity, bond_stiffness, anchor)
+    add_bolt_forces(node_start, block, spacing, turned, direction, tension, forces)
+    for k in range(sides.shape[0]):
+        _add_dowel(reference, here, sides[k, 0], sides[k, 1], dowel_arm[k], across[k], dowel[k], forces)
 
 
-@njit()
-def _project(projector: FloatArray, vector: FloatArray) -> None:  # pragma: no cover - compiled
-    x, y, z = vector[0], vector[1], vector[2]
+@njit(nogil=True)
+def _add_dowel(
+    reference: FloatArray,
+    here: FloatArray,
+    near: int,
+    far: int,
+    arm: FloatArray,
+    across: FloatArray,
+    dowel: FloatArray,
+    forces: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    turn_near, turn_far = reference[near, 2] + here[near, 2], reference[far, 2] + here[far, 2]
+    cn, sn, cf, sf = np.cos(turn_near), np.sin(turn_near), np.cos(turn_far), np.sin(turn_far)
+    ox, oy = cn * across[0] - sn * across[1], sn * across[0] + cn * across[1]
+    nx, ny = cn * arm[0] - sn * arm[1], sn * arm[0] + cn * arm[1]  # to where the near block has the crossing
+    fx, fy = cf * arm[2] - sf * arm[3], sf * arm[2] + cf * arm[3]
+    rx = arm[0] + (fx - arm[2]) + reference[far, 0] + here[far, 0] - reference[near, 0] - here[near, 0]
+    ry = arm[1] + (fy - arm[3]) + reference[far, 1] + here[far, 1] - reference[near, 1] - here[near, 1]
+    shear = (rx - nx) * ox + (ry - ny) * oy - dowel[2]
+    size = min(max(dowel[0] * shear, -dowel[1]), dowel[1])
+    forces[near, 0] += size * ox
+    forces[near, 1] += size * oy
+    forces[near, 2] += rx * size * oy - ry * size * ox
+    forces[far, 0] -= size * ox
+    forces[far, 1] -= size * oy
+    forces[far, 2] -= fx * size * oy - fy * size * ox
+
+
+@njit(nogil=True)
+def go_on(
+    cycles: int,
+    begun: int,
+    farthest: float,
+    own: IntArray,
+    supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    contacts: tuple[IntArray, IntArray, SingleArray, SingleArray, SingleArray, NDArray[np.uint8]],
+    bolts: tuple[FloatArray, ...],
+    loads: tuple[FloatArray, FloatArray, FloatArray],
+    constants: tuple[FloatArray, FloatArray, float],
+    velocity: FloatArray,
+    moved: FloatArray,
+    turns: SingleArray,
+    forces: FloatArray,
+) -> int:  # pragma: no cover - compiled
+    """Go through cycles of unit time, and return how many: fewer where a block has moved too far.
+
+    Parameters
+    ----------
+    cycles, begun : int
+        How many, and how many there were in this window.
+    farthest : float [m]
+        A block that has moved farther since the reference ends it.
+    own : (k,) int64
+        Blocks without a support that are moved here; others are where `moved` has them.
+    supports : rows, blocks (l,), projectors (l, 3, 3), drift (n, 3)
+        Which of the supported blocks are moved here; all of them; onto their free axes; movement of their supports
+        in a cycle.
+    contacts : block_a, block_b, frame, spring, state, events
+        As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
+    bolts : tuple of arrays
+        As `add_bolts` takes them; empty arrays where there are none.
+    loads : acting (n, 3), missing (n, 3), unramped (cycles,)
+        Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
+        does not act yet, in every cycle.
+    constants : inverse_mass (n, 3), scale (n, 3), damping
+        Masses over the square of a cycle; as in `BlockSystem`; as `accelerate` takes it.
+    velocity : (n, 3) float64 [m, m, rad]
+        Movement in a cycle; it changes in place.
+    moved : (2, n, 3) float64, turns : (2, 2, n) float32
+        Movement since the reference and the sine and versine of its turns, after an even and an odd number of
+        cycles; they change in turns, so that threads may each move a part of the blocks.
+    forces : (n, 3) float64
+        Room to work in.
+    """
+    rows, supported, projector, drift = supports
+    acting, missing, unramped = loads
+    inverse_mass, scale, damping = constants
+    for cycle in range(cycles):
+        here, there = moved[(begun + cycle) % 2], moved[(begun + cycle + 1) % 2]
+        now, then = turns[(begun + cycle) % 2], turns[(begun + cycle + 1) % 2]
+        left = unramped[cycle]
+        for i in own:
+            for axis in range(3):
+                forces[i, axis] = acting[i, axis] - left * missing[i, axis]
+        for j in rows:
+            for axis in range(3):
+                forces[supported[j], axis] = acting[supported[j], axis] - left * missing[supported[j], axis]
+        add_contact_forces(here, now[0], now[1], *contacts, forces)
+        add_bolts(here, *bolts, forces)
+        accelerate(own, forces, inverse_mass, damping, velocity, here, there)
+        accelerate_supported(rows, supported, projector, forces, inverse_mass, damping, drift, velocity, here, there)
+        set_turns(there, own, then[0], then[1])
+        set_turns(there, supported[rows], then[0], then[1])
+        if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, scale, farthest):
+            return cycle + 1
+    return cycles
+
+
+@njit(nogil=True)
+def set_turns(
+    here: FloatArray, own: IntArray, sine: SingleArray, versine: SingleArray
+) -> None:  # pragma: no cover - compiled
+    """Set sine and versine (1 - cosine) of the turns of blocks `own` in a movement (n, 3), by their series.
+
+    Turns within a window are below 0.1; what the series leave out is below 1e-9 of them.
+    """
+    for i in own:
+        turn = here[i, 2]
+        square = turn * turn
+        sine[i] = turn * (1.0 - square / 6.0 * (1.0 - square / 20.0))
+        versine[i] = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0))
+
+
+@njit(nogil=True)
+def accelerate(
+    own: IntArray,
+    forces: FloatArray,
+    inverse_mass: FloatArray,
+    damping: float,
+    velocity: FloatArray,
+    here: FloatArray,
+    there: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Move the blocks `own` for a cycle; a part `damping` of each force acts against the velocity (Cundall 1987)."""
+    for i in own:
+        for axis in range(3):
+            force = forces[i, axis]
+            damped = damping if force * velocity[i, axis] > 0.0 else -damping
+            velocity[i, axis] += (1.0 - damped) * force * inverse_mass[i, axis]
+            there[i, axis] = here[i, axis] + velocity[i, axis]
+
+
+@njit(nogil=True)
+def accelerate_supported(
+    rows: IntArray,
+    supported: IntArray,
+    projector: FloatArray,
+    forces: FloatArray,
+    inverse_mass: FloatArray,
+    damping: float,
+    drift: FloatArray,
+    velocity: FloatArray,
+    here: FloatArray,
+    there: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Move blocks with supports along their free axes for a cycle, and by `drift` (n, 3) with their supports.
+
+    `rows` (k,) are those of `supported` (l,) and of the `projector` (l, 3, 3) onto the free axes.
+    """
+    pushed, along = np.empty(3), np.empty(3)
+    for j in rows:
+        i = supported[j]
+        _project(projector[j].T, forces[i], pushed)
+        for axis in range(3):
+            damped = damping if pushed[axis] * velocity[i, axis] > 0.0 else -damping
+            along[axis] = velocity[i, axis] + (1.0 - damped) * pushed[axis] * inverse_mass[i, axis]
+        _project(projector[j], along, velocity[i])
+        for axis in range(3):
+            there[i, axis] = here[i, axis] + velocity[i, axis] + drift[i, axis]
+
+
+@njit(nogil=True)
+def _project(projector: FloatArray, vector: FloatArray, out: FloatArray) -> None:  # pragma: no cover - compiled
     for axis in range(3):
-        vector[axis] = projector[axis, 0] * x + projector[axis, 1] * y + projector[axis, 2] * z
+        out[axis] = projector[axis, 0] * vector[0] + projector[axis, 1] * vector[1] + projector[axis, 2] * vector[2]
+
+
+@njit(nogil=True)
+def _is_beyond(here: FloatArray, scale: FloatArray, most: float) -> bool:  # pragma: no cover - compiled
+    """Return whether a block has moved farther than `most` [m], or is nowhere any more."""
+    for i in range(here.shape[0]):
+        for axis in range(3):
+            if not abs(here[i, axis]) <= most * scale[i, axis]:
+                return True
+    return False

@@ -1,96 +1,102 @@
-"""Dynamic relaxation: explicit damped motion to rest, with path-dependent slip.
+"""Dynamic relaxation: the loads brought on in a ramp, blocks damped to rest by explicit motion.
 
-Where thousands of contacts slip, the implicit equations of a step are hard to solve: strength follows pressure, and the
-tangent is nearly singular. Incremental slip dissipates energy and converges. So the residual is applied in a ramp, in
-explicit cycles of unit time with the smallest stable masses (Underwood 1983) and local damping (Cundall 1987). Time has
-no meaning; a slow ramp leads where small static load steps would.
-
-A cycle costs some thousandths of a factorization. Numbers of cycles are in wave transits: a wave crosses a model of n
-blocks in about sqrt(n) cycles.
+Where thousands of contacts slip, Coulomb's coupling of pressure and friction leaves the equations of a whole step next
+to singular. Slip that happens little by little loses energy, and finds its end. So the residual at the start is brought
+on in a ramp, with masses as small as stability allows (Underwood 1983), damped by a part of the force against the
+velocity (Cundall 1987). Waves cross a model of n blocks in about the square root of n cycles: ramp and patience are
+counted in those.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.motion.damped_motion import DampedMotion, cycles_at_once, wave_transit_cycles
-from bsm_mesh.solve.step.attempt import Attempt
-from bsm_mesh.solve.step.equations import Step
+from bsm_mesh.solve.motion.explicit import ExplicitMotion, MotionSettings
+from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.equations import StepEquations
 
-DAMPING, DAMPING_NEAR_REST = 0.5, 0.95  # part of the residual against the velocity: on the way, and near rest
-RAMP_TRANSITS = 20.0  # wave transits over which the residual is applied
-WINDOW_TRANSITS, HALVED = 10.0, 0.5  # after which the residual is compared, and the part to which it must have fallen
-REFINED = (3e-2, 1e-3, 1e-5)  # rms residual over the weight: contacts are searched again at each; the last ends it
-FALLING = 1.0  # the same, above which blocks may have been thrown: the motion is rejected
-PASSED = 0.5  # relative movement over the step length, after which contacts are searched again
-MAX_SEARCHES = 12
-DAMPING_TRANSITS, CHECK_TRANSITS = 2.0, 0.25  # wave transits of damping near rest, and between checks of the residual;
-PATIENT_TRANSITS = 20.0  # the same with patience: continued while so many halve the residual
+LIGHTEST = MotionSettings(damping=0.5, impact=0.0, real_masses=False)
 
 
-def can_relax(step: Step) -> bool:
-    """Return whether explicit motion is possible: it has no forces of bolts."""
-    return not len(step.system.bolts.alive)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RelaxationSettings:
+    """How loads are brought on, and what ends it. A transit is the time in cycles in which a wave crosses the model.
 
-
-def relax(step: Step, tolerance: float) -> Step | None:
-    """Return the step from the position of rest (of all but few blocks), or from the last position, with its velocity.
-
-    Slip and failures on the way are committed, and contacts updated there. None where explicit motion is not possible,
-    or the residual is so large that waves or overlaps may have thrown blocks.
-
-    Parameters
+    Attributes
     ----------
-    step : Step
-        The equations at the start; not changed.
-    tolerance : float
-        Maximum norm of the residual over the mean weight, at which it ends.
+    motion : MotionSettings
+        How blocks are moved.
+    ramp : float [transits]
+        Of the loads. With 20, slopes near their limit come down that stand with 60.
+    patience, halved : float
+        Transits in which the rms residual must fall to this part, or it has stalled.
+    levels : tuple of float
+        Rms residuals over the mean weight: contacts are searched for at each, the last ends it.
+    at_rest : float
+        The same, of blocks at rest but for few.
+    passed : float
+        Of the step length, by which blocks pass each other before contacts are searched for again.
+    max_searches : int
+        How often.
+    min_cycles : int
+        In a window: fewer than a transit in small models.
     """
-    if not can_relax(step):
-        return None
-    transit, at_once = wave_transit_cycles(step), cycles_at_once(step)
-    ramp, window = int(RAMP_TRANSITS * transit), int(WINDOW_TRANSITS * transit)
-    motion, refined = DampedMotion(step, ramp, DAMPING), list(REFINED)
-    before, until = np.inf, ramp + window
-    while refined and motion.searches < MAX_SEARCHES:
-        motion.advance(at_once)
-        left = motion.residual.l2_norm
-        if not np.isfinite(left) or (motion.done >= until and left > HALVED * before):
-            break
-        if motion.done >= until:
-            before, until = left, until + window
-        if motion.is_at_rest(refined[0], tolerance):
-            motion.search()
-            if motion.is_at_rest(refined[0], tolerance):
-                del refined[0]
-        elif motion.passed > PASSED * step.system.d:
-            motion.search()
-    here = motion.residual
-    return motion.accepted(at_rest=step.is_localized(here)) if step.is_localized(here, FALLING) else None
+
+    motion: MotionSettings = LIGHTEST
+    ramp: float = 60.0
+    patience: float = 10.0
+    halved: float = 0.5
+    levels: tuple[float, ...] = (3e-2, 1e-3, 1e-5)
+    at_rest: float = 3e-2
+    passed: float = 0.5
+    max_searches: int = 12
+    min_cycles: int = 100
 
 
-def damp_to_rest(step: Step, position: FloatArray, tolerance: float, *, patient: bool = False) -> Attempt | None:
-    """Return the state of rest, to a tolerance, near a position (n, 3) almost at rest; None if not within few cycles.
+SETTINGS = RelaxationSettings()
 
-    Where thousands of contacts are at their strength, the active set of Newton's method may cycle between sticking and
-    slipping. The step keeps slip and failures. `patient`: continue while the residual falls.
-    """
-    if step.supports_move or not can_relax(step):
-        return None
-    transit = wave_transit_cycles(step)
-    motion = DampedMotion(step, 1, DAMPING_NEAR_REST, position)
-    window = (PATIENT_TRANSITS if patient else DAMPING_TRANSITS) * transit
-    before, until = motion.residual.l2_norm, window
-    while True:
-        motion.advance(max(1, int(CHECK_TRANSITS * transit)))
-        residual = motion.residual
-        if residual.max_norm < tolerance:
-            step.contacts = motion.contacts
-            return Attempt(residual.position, residual.at, converged=True)
-        if not np.isfinite(residual.l2_norm):
-            return None
-        if motion.done >= until:
-            if not patient or residual.l2_norm > HALVED * before:
-                return None
-            before, until = residual.l2_norm, until + window
+
+class RelaxToRest:
+    """Explicit motion with ramped loads, damped to rest."""
+
+    name = "dynamic relaxation"
+
+    def applies(self, equations: StepEquations, at: Iterate, goal: Goal) -> bool:
+        """Return whether blocks are at rest where the step begins."""
+        return at.velocity is None
+
+    def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
+        """Return where blocks come to rest, all but few of them."""
+        transit = float(np.sqrt(len(equations.start)))
+        ramp, window = int(SETTINGS.ramp * transit), int(SETTINGS.patience * transit)
+        motion, levels = ExplicitMotion(equations, SETTINGS.motion, ramp=ramp), list(SETTINGS.levels)
+        before, until = np.inf, ramp + window
+        while levels and motion.searches < SETTINGS.max_searches:
+            motion.go_on(max(SETTINGS.min_cycles, int(transit)))
+            rms = motion.residual.rms
+            if motion.diverged or (motion.cycles >= until and rms > SETTINGS.halved * before):
+                break
+            if motion.cycles >= until:
+                before, until = rms, until + window
+            if _is_calm(motion, levels[0], goal.max_residual):
+                motion.search()
+                if _is_calm(motion, levels[0], goal.max_residual):
+                    del levels[0]
+            elif motion.passed > SETTINGS.passed * equations.system.d:
+                motion.search()
+        if motion.diverged or motion.residual.rms > SETTINGS.at_rest:
+            return Attempt(equations=equations, position=equations.start, outcome=Outcome.STALLED)
+        motion.search()
+        return Attempt(
+            equations=motion.equations,
+            position=motion.residual.position,
+            outcome=Outcome.ACCEPTABLE,
+            contacted=motion.contacted,
+        )
+
+
+def _is_calm(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
+    """Return whether all loads act and the residual is below either norm."""
+    return motion.is_loaded and (motion.residual.rms < rms or motion.residual.max_norm < max_residual)

@@ -1,23 +1,107 @@
-"""The result of a method applied to a step."""
+"""What a method is asked and what it returns: a trial solution that owns its contacts, so nothing is rolled back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.solve.contacts.forces import Evaluation
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
+from bsm_mesh.solve.step.equations import StepEquations
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Attempt:
-    """A trial solution of a step: position, contact forces, and whether the step may end with it.
+class Outcome(StrEnum):
+    """How a method ended."""
 
-    After explicit motion, `velocity` (n, 3) [m, m, rad] is the movement in a cycle, and `contacted_during_step` (m,)
-    tells which contacts were closed at any time of the step.
+    SOLVED = "solved"  # the residual is below the goal
+    ACCEPTABLE = "acceptable"  # few blocks exceed it, or blocks move on: the step may end here
+    STALLED = "stalled"
+    SINGULAR = "singular"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """What a step is to reach.
+
+    Attributes
+    ----------
+    max_residual : float
+        Maximum norm of the residual, over the mean weight.
+    rest : float
+        The same, of a model at rest.
     """
 
-    position: FloatArray
-    at: Evaluation
-    converged: bool
+    max_residual: float
+    rest: float
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Iterate:
+    """Where a step begins, beside its equations.
+
+    Attributes
+    ----------
+    residual : float
+        Maximum norm of the static residual, over the reference weight.
+    velocity : (n, 3) float64 or None [sqrt(m), sqrt(m), rad / sqrt(m)]
+        Of blocks that are followed: its square is twice the height of a free fall to it. None: at rest.
+    moving_steps : int
+        Steps of explicit motion since blocks were last in equilibrium.
+    """
+
+    residual: float
     velocity: FloatArray | None = None
-    contacted_during_step: BoolArray | None = None
+    moving_steps: int = 0
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Attempt:
+    """A trial solution of a step.
+
+    Attributes
+    ----------
+    equations : StepEquations
+        With the contacts as the method left them.
+    position : (n, 3) float64 [m, m, rad]
+        Where it ended.
+    outcome : Outcome
+        How.
+    velocity : (n, 3) float64 or None
+        As in `Iterate`, after explicit motion.
+    contacted : (m,) bool or None
+        Which contacts were closed at any time of the step; None: those closed at its end.
+    """
+
+    equations: StepEquations
+    position: FloatArray
+    outcome: Outcome
+    velocity: FloatArray | None = None
+    contacted: BoolArray | None = None
+
+    @property
+    def may_end(self) -> bool:
+        """Whether the step may end with it."""
+        return self.outcome in (Outcome.SOLVED, Outcome.ACCEPTABLE)
+
+    @property
+    def contacts(self) -> ContactSet:
+        """The contacts at its end."""
+        return self.equations.contacts
+
+    @property
+    def at(self) -> Evaluation:
+        """The contact forces at its end."""
+        return self.equations.evaluate(self.position)
+
+
+class Method(Protocol):
+    """A way to end a step."""
+
+    name: str
+
+    def applies(self, equations: StepEquations, at: Iterate, goal: Goal) -> bool:
+        """Return whether it is worth trying: the only place where such a condition may stand."""
+
+    def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
+        """Return a trial solution."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
@@ -17,7 +19,6 @@ from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate, turned
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.contacts.smoothed_forces import evaluate_smoothed
 
 STEP = 0.05  # step length d over the block size
 BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates
@@ -86,7 +87,13 @@ class BlockSystem:
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
         self.scale = np.column_stack([np.ones((model.blocks.count, 2)), 1 / moments.gyration])
         self.d = STEP * self.outlines.size
-        self._answered: list[tuple[tuple[object, ...], Evaluation]] = []
+        self._answered: list[tuple[tuple[ContactSet, FloatArray], Evaluation]] = []
+
+    def copy(self) -> BlockSystem:
+        """Return the same system with bolts of its own."""
+        other = copy(self)
+        other._answered = []
+        return other
 
     def _dead_forces(self) -> FloatArray:
         """Return weights and the forces of loads, which keep their direction, (n, 2)."""
@@ -160,29 +167,14 @@ class BlockSystem:
         self._answered.clear()  # of other contacts: their memory is needed
         return gather_contacts(self.model, self.outlines, self.catalogue, history, position, BAND * self.d, first=first)
 
-    def evaluate(
-        self,
-        contacts: ContactSet,
-        position: FloatArray,
-        frozen_pressure: FloatArray | None = None,
-        mu: float = 0.0,
-    ) -> Evaluation:
-        """Return the contact forces at a position, by laws smoothed by `mu` [N]; `frozen_pressure` as in `evaluate`.
-
-        The last two evaluations are kept: one method passes its position to the next, and the smoothing path
-        alternates between both laws.
-        """
-        asked = contacts, position, frozen_pressure, mu
+    def evaluate(self, contacts: ContactSet, position: FloatArray) -> Evaluation:
+        """Return the contact forces at a position; the last two are kept, for one method passes its end to the next."""
         for known, answer in self._answered:
-            if all(now is then for now, then in zip(asked, known, strict=True)):
+            if known[0] is contacts and known[1] is position:
                 return answer
         del self._answered[1:]  # before the new one is made
-        laws = self.catalogue.laws
-        if mu:
-            found: Evaluation = evaluate_smoothed(contacts, laws, position, mu)
-        else:
-            found = evaluate(contacts, laws, position, frozen_pressure)
-        self._answered.insert(0, (asked, found))
+        found = evaluate(contacts, self.catalogue.laws, position)
+        self._answered.insert(0, ((contacts, position), found))
         return found
 
     def set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:

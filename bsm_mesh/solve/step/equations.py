@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.algebra.block_matrix import constrain
 from bsm_mesh.solve.contacts.force_kernels import max_relative_movement
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, tangent_stiffness
-from bsm_mesh.solve.contacts.smoothed_forces import Smoothed, smoothed_tangent
 from bsm_mesh.solve.step.block_system import BAND, BlockSystem
 from bsm_mesh.solve.step.factorization import Factors
 
-LOCALIZED_RMS = 0.03  # rms residual over the weight, below which few blocks are the cause
 MAX_RELATIVE_MOVEMENT = BAND  # of neighbouring blocks, over the step length: the range of the contact search
 MAX_MOVEMENT = 2.0  # of a block in one correction, and in a step, over the step length
 
@@ -58,17 +56,22 @@ class Residual:
         """
         return self.evaluate()
 
+    @property
+    def rms(self) -> float:
+        """Root mean square over the blocks, over the mean weight: small where few blocks cause the maximum norm."""
+        return self.l2_norm / self.weight / float(np.sqrt(max(1, len(self.position))))
 
-class Step:
-    """A step from an accepted position with given contacts and regularisation.
+
+class StepEquations:
+    """The equations of a step from an accepted position: a value, whose changes are copies.
 
     Parameters
     ----------
-    system : MovingModel
+    system : BlockSystem
         The blocks.
     factors : Factors
         The linear solver.
-    contacts : MovingContacts
+    contacts : ContactSet
         Contacts at the accepted position.
     anchor : (n, 3) float64 [m, m, rad]
         The accepted position q_n.
@@ -87,25 +90,12 @@ class Step:
         Movement that this step allows beyond `MAX_MOVEMENT`, for settlement of all blocks together.
     regularization_reference : (n, 3) float64
         Position at which the regularisation is zero: the accepted one, unless contacts were updated within the step.
-    frozen_pressure : (m,) float64 or None [N/m]
-        Pressures at which the shear strengths are frozen; None: they follow the current pressures.
-    mu : float [N]
-        Smoothing of the contact laws; 0: exact laws.
-    velocity : (n, 3) float64 or None [m, m, rad]
-        Velocity at the start of the step in explicit motion; None: none.
-    interior_point_stalled : bool
-        Whether the interior point method stalled on the subdomain of this step: it is not tried again until the
-        residual is small.
     """
 
     def __init__(
         self, system: BlockSystem, factors: Factors, contacts: ContactSet, anchor: FloatArray, lam: float
     ) -> None:
         self.system, self.factors, self.contacts, self.anchor, self.lam = system, factors, contacts, anchor, lam
-        self.frozen_pressure: FloatArray | None = None
-        self.mu = 0.0
-        self.velocity: FloatArray | None = None
-        self.interior_point_stalled = False
         self.regularization_reference = anchor
         self.settlement_allowance, self.mass, self.scale = 0.0, system.mass, system.scale
         self.supports = system.constraints_at(anchor)
@@ -114,45 +104,50 @@ class Step:
         self.start = anchor + increment if self.supports_move else anchor
         self.pattern = factors.pattern_of(contacts)
 
-    def with_frozen_friction(self, pressure: FloatArray) -> Step:
-        """Return the same step with shear strengths frozen at those of a pressure (m,)."""
-        frozen = copy(self)
-        frozen.frozen_pressure = pressure
-        return frozen
+    def with_regularization(self, lam: float) -> StepEquations:
+        """Return the same step with another regularisation [1/m]."""
+        other = copy(self)
+        other.lam = lam
+        return other
 
-    def smoothed(self, mu: float) -> Step:
-        """Return the same step with contact laws smoothed by mu [N]."""
-        smoothed = copy(self)
-        smoothed.mu = mu
-        return smoothed
+    def with_system_of_its_own(self) -> StepEquations:
+        """Return the same step with a copy of the system, whose bolts a method may commit on its way."""
+        other = copy(self)
+        other.system = self.system.copy()
+        return other
 
-    def static_problem_at(self, position: FloatArray, lam: float) -> Step:
-        """Return the static equations at another position, with another regularisation and without frozen friction."""
+    def with_contacts(self, contacts: ContactSet) -> StepEquations:
+        """Return the same step with other states of the same contacts."""
+        other = copy(self)
+        other.contacts = contacts
+        return other
+
+    def updated(self, contacts: ContactSet, position: FloatArray) -> StepEquations:
+        """Return the step with contacts searched at a position, which becomes the reference of the regularisation."""
+        other = copy(self)
+        other.contacts, other.regularization_reference = contacts, position
+        other.pattern = self.factors.pattern_of(contacts)
+        return other
+
+    def static_problem_at(self, position: FloatArray, lam: float) -> StepEquations:
+        """Return the static equations at another position, with another regularisation."""
         there = copy(self)
         there.anchor = there.regularization_reference = position
-        there.lam, there.frozen_pressure = lam, None
+        there.lam = lam
         there.supports = self.system.constraints_at(position)
         there.pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
         return there
 
-    def rebase(self, contacts: ContactSet, position: FloatArray) -> None:
-        """Continue with updated contacts from a position, which becomes the reference of the regularisation."""
-        self.contacts, self.regularization_reference, self.interior_point_stalled = contacts, position, False
-        self.pattern = self.factors.pattern_of(contacts)
-
-    def fail_contacts(self, rows: IntArray) -> None:
-        """Set contacts (k,) to failed: without cohesion and tensile strength, as if opened by an earlier step."""
-        if not rows.size:
-            return
-        failed, tension = self.contacts.failed.copy(), self.contacts.tension.copy()
-        failed[rows], tension[rows] = True, 0.0
-        self.contacts = replace(self.contacts, failed=failed, tension=tension)
-
-    def allow_elastic_settlement(self, elastic: FloatArray) -> None:
-        """Allow movements up to the elastic position, where neighbouring blocks hardly move against each other."""
+    def allowing_settlement(self, elastic: FloatArray) -> StepEquations:
+        """Return the step that allows movements up to the elastic position, if neighbours hardly move apart by them."""
         size = self.movement(elastic - self.start)
-        if size > MAX_MOVEMENT * self.system.d and self._is_within_band(elastic - self.start):
-            self.settlement_allowance = size
+        if size <= max(MAX_MOVEMENT * self.system.d, self.settlement_allowance):
+            return self
+        if not self._is_within_band(elastic - self.start):
+            return self
+        other = copy(self)
+        other.settlement_allowance = size
+        return other
 
     @property
     def max_movement(self) -> float:
@@ -178,14 +173,11 @@ class Step:
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
-        return self.system.evaluate(self.contacts, position, self.frozen_pressure, self.mu)
+        return self.system.evaluate(self.contacts, position)
 
     def tangent(self, at: Evaluation, regularization: float = 0.0) -> FloatArray:
         """Return the 3 x 3 blocks of the contacts' tangent; `regularization` as in `tangent_stiffness`."""
-        places = self.pattern.place, len(self.pattern.column)
-        if isinstance(at, Smoothed):
-            return smoothed_tangent(self.contacts, at, *places)
-        return tangent_stiffness(self.contacts, at, *places, regularization)
+        return tangent_stiffness(self.contacts, at, self.pattern.place, len(self.pattern.column), regularization)
 
     def residual(self, position: FloatArray, contact_forces: FloatArray) -> FloatArray:
         """Return the residual at a position, (n, 3) [N/m, N/m, N]."""
@@ -205,7 +197,7 @@ class Step:
         """Return maximum norm and 2-norm of a residual (n, 3) over a weight."""
         free = self.project(forces)
         square = np.einsum("ij,ij", free, free)  # not BLAS: its threads would wait beside the linear solver's
-        return float(np.abs(free).max()) / weight, float(np.sqrt(square)) / weight
+        return float(np.abs(free).max(initial=0.0)) / weight, float(np.sqrt(square)) / weight
 
     def residual_at(self, position: FloatArray, weight: float | None = None) -> Residual:
         """Return the residual at a position, with its norms over the mean weight or another."""
@@ -213,17 +205,12 @@ class Step:
         weight = weight or self.system.weight(at)
         forces = self.residual(position, at.forces)
         max_norm, l2_norm = self.residual_norms(forces, weight)
-        asked = self.contacts, position, self.frozen_pressure, self.mu
-        return Residual(position, partial(self.system.evaluate, *asked), forces, max_norm, l2_norm * weight, weight)
-
-    def is_localized(self, residual: Residual, max_rms: float = LOCALIZED_RMS) -> bool:
-        """Return whether the rms residual is below a part of the weight: few blocks cause the maximum norm."""
-        blocks = max(1, len(residual.position))
-        return residual.l2_norm < max_rms * residual.weight * float(np.sqrt(blocks))
+        evaluate = partial(self.system.evaluate, self.contacts, position)
+        return Residual(position, evaluate, forces, max_norm, l2_norm * weight, weight)
 
     def movement(self, step: FloatArray) -> float:
         """Return the largest component of a movement (n, 3), rotations times radii of gyration [m]."""
-        return float(np.abs(step / self.scale).max())
+        return float(np.abs(step / self.scale).max(initial=0.0))
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
         """Return the tangent of contacts, bolts and regularisation at a position, constrained axes eliminated."""

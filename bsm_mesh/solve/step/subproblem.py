@@ -7,17 +7,16 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, constrain
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
-from bsm_mesh.solve.step.equations import Step
+from bsm_mesh.solve.step.equations import StepEquations
 
 
-class LocalStep(Step):
+class SubdomainEquations(StepEquations):
     """The equations of a step restricted to some blocks, the others fixed.
 
     Positions, movements and forces (q, 3) are those of the blocks in these equations: the moving ones and their
@@ -25,7 +24,7 @@ class LocalStep(Step):
 
     Parameters
     ----------
-    step : Step
+    step : StepEquations
         The equations of all.
     moves : (n,) bool
         The blocks that move.
@@ -40,15 +39,9 @@ class LocalStep(Step):
         Which of them move.
     rows : (l,) int64
         The step's contacts of moving blocks.
-    clusters : int
-        Number of clusters: groups of moving blocks without a contact between them.
-    cluster : (k,) int32
-        Cluster of each moving block.
-    cluster_of_row : (l,) int64
-        Cluster of each contact.
     """
 
-    def __init__(self, step: Step, moves: BoolArray, position: FloatArray) -> None:
+    def __init__(self, step: StepEquations, moves: BoolArray, position: FloatArray) -> None:
         candidates, self._position = step.contacts.candidates, position
         self.rows = np.flatnonzero(moves[candidates.block_a] | moves[candidates.block_b])
         involved = moves.copy()
@@ -62,9 +55,6 @@ class LocalStep(Step):
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
         self.supports = step.supports.of(self.blocks)
         self.contacts = _chosen(step.contacts, self.rows, np.cumsum(involved, dtype=np.int32) - 1)
-        frozen = step.frozen_pressure
-        self.frozen_pressure = None if frozen is None else frozen[self.rows]
-        self.mu = step.mu
         self._set_pattern(step.pattern, self.blocks[self.block])
         options, centroid = self.factors.options, step.system.outlines.centroid[self.blocks[self.block]]
         self._solver: LinearSolver = make_linear_solver(
@@ -89,23 +79,6 @@ class LocalStep(Step):
         )
         self.pattern = replace(self._solved, column=np.append(column, np.int32(0)))
         self._bolt_places = local[self.factors.bolt_places]
-        self.clusters, self.cluster = connected_components(part, directed=False)
-        self._set_clusters()
-
-    def _set_clusters(self) -> None:
-        """Set the cluster of every contact and block: a fixed block belongs to one of its neighbours' clusters."""
-        c, of_block = self.contacts.candidates, np.full(len(self.blocks), -1, np.int64)
-        of_block[self.block] = self.cluster
-        self.cluster_of_row = np.maximum(of_block[c.block_a], of_block[c.block_b])
-        for side in (c.block_a, c.block_b):
-            fixed = of_block[side] < 0
-            of_block[side[fixed]] = self.cluster_of_row[fixed]
-        self._cluster_of_block = of_block
-
-    def by_cluster(self, values: FloatArray) -> FloatArray:
-        """Return the sums of blocks' values (n,) over every cluster and the fixed blocks around it, (clusters,)."""
-        sums: FloatArray = np.bincount(self._cluster_of_block, values[self.blocks], self.clusters).astype(float)
-        return sums
 
     def whole(self, position: FloatArray) -> FloatArray:
         """Return the position of all blocks (n, 3), with those of the subproblem at theirs (q, 3)."""

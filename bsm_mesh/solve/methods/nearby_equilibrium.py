@@ -1,0 +1,116 @@
+"""The equilibrium near the start of a stage: regularised Newton, with contacts updated to where it leads.
+
+Contacts change with the movement: corners pass edges' ends, shared lengths grow and shrink. So they are searched again
+where Newton's method ended, and it goes on from there, until an update changes nothing any more. Nothing is committed
+in between: what slides still remembers where it began to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from bsm_mesh.solve.contacts.history import commit, restore_history
+from bsm_mesh.solve.methods.newton import chord_method, elastic_position
+from bsm_mesh.solve.methods.regularized_newton import SETTINGS as NEWTON
+from bsm_mesh.solve.methods.regularized_newton import regularized_newton
+from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.equations import StepEquations
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearbySettings:
+    """When contacts are updated, and what ends it. Residuals are over the mean weight.
+
+    Attributes
+    ----------
+    max_updates : int
+        Of the contacts.
+    first : float
+        Maximum norm or rms residual before an update.
+    updated : float
+        Part of the residual after an update that is solved for before the next, which leaves about as much.
+    confirmed : float
+        Part of the tolerance of rest: a smaller residual has only to be confirmed.
+    localized_rms : float
+        Rms residual of which few blocks are the cause; steps to come take it up.
+    """
+
+    max_updates: int = 6
+    first: float = 1e-3
+    updated: float = 0.03
+    confirmed: float = 0.99
+    localized_rms: float = 0.03
+
+
+SETTINGS = NearbySettings()
+
+
+class NearbyEquilibrium:
+    """Regularised Newton from the elastic solution, its contacts updated up to six times.
+
+    Parameters
+    ----------
+    localized : bool
+        As `regularized_newton` takes it: after an excavation, where few of many blocks are set free.
+    """
+
+    def __init__(self, *, localized: bool = False) -> None:
+        self.name = "nearby equilibrium by subdomains" if localized else "nearby equilibrium"
+        self._localized = localized
+
+    def applies(self, equations: StepEquations, at: Iterate, goal: Goal) -> bool:
+        """Return whether blocks are at rest where the step begins."""
+        return at.velocity is None
+
+    def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
+        """Return the equilibrium, or the last state before contacts were updated in vain."""
+        step, inner = equations, goal.max_residual
+        if step.residual_at(step.start).max_norm < inner and not step.supports_move:
+            return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
+        shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
+        position = elastic_position(step)
+        step = step.allowing_settlement(position)
+        wanted = max(SETTINGS.first, inner)
+        for update in range(SETTINGS.max_updates + 1):
+            rms = SETTINGS.first if wanted >= SETTINGS.first else 0.0
+            attempt = regularized_newton(
+                step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized
+            )
+            step, position = attempt.equations.allowing_settlement(attempt.position), attempt.position
+            attempt = replace(attempt, equations=step)
+            if not attempt.may_end or update == SETTINGS.max_updates or not step.within_search_range(position):
+                break
+            step = _updated(attempt)
+            left = step.residual_at(position).max_norm
+            if left < SETTINGS.confirmed * goal.rest:
+                attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
+                break
+            loosest = SETTINGS.first if update < SETTINGS.max_updates - 1 else inner
+            wanted = max(inner, min(loosest, SETTINGS.updated * left))
+        return _ended(attempt)
+
+
+def _ended(attempt: Attempt) -> Attempt:
+    """Return an attempt polished by the last factors, so that closed forms hold to rounding; or accepted, or not."""
+    step = attempt.equations
+    if attempt.outcome is Outcome.SOLVED:
+        if not step.factors.ready:
+            return attempt
+        return replace(attempt, position=chord_method(step, attempt.position, 0.0))
+    if step.residual_at(attempt.position).rms < SETTINGS.localized_rms:  # steps to come take it up
+        return replace(attempt, outcome=Outcome.ACCEPTABLE)
+    return replace(attempt, outcome=Outcome.STALLED)
+
+
+def _updated(attempt: Attempt) -> StepEquations:
+    """Return the step with its contacts searched where an attempt led, before anything is committed."""
+    system, position = attempt.equations.system, attempt.position
+    size = system.outlines.size
+    history, _ = commit(attempt.contacts, attempt.at, position, size)
+    contacts = system.gather(history, position, first=False)
+    return attempt.equations.updated(restore_history(contacts, attempt.contacts, attempt.at, size), position)
+
+
+def _has_forces(step: StepEquations) -> bool:
+    """Return whether any contact carried a force before the step: a path of loading to keep to."""
+    return bool((step.contacts.candidates.history >= 0).any())

@@ -1,0 +1,397 @@
+"""Explicit motion: blocks accelerated cycle by cycle by what their equilibrium lacks.
+
+The one method that needs no solution nearby and no factorization. A cycle has unit time; masses are the real ones in
+a time that suits the stiffest of them (`real_masses`), or as small as stability allows (Underwood 1983). A part of each
+force acts against the velocity (Cundall 1987): it takes nothing from what stands still. Contacts keep what slips and
+breaks, bolts what yields, as it comes.
+
+A *window* of cycles has one reference: forces and laws are worked out exactly there, their changes within (see
+`kernels`). It ends when a block has moved by an eighth of a step length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.solve.algebra.constraints import Constraints
+from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
+from bsm_mesh.solve.contacts.history import commit
+from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, SLIPPED, frames, stiffness_sums
+from bsm_mesh.solve.motion.threads import Share, go_through, strips
+from bsm_mesh.solve.step.block_system import BlockSystem
+from bsm_mesh.solve.step.equations import Residual, StepEquations
+
+UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionSettings:
+    """How blocks are moved.
+
+    Attributes
+    ----------
+    damping : float
+        Part of a force that acts against the velocity.
+    impact : float
+        Damping of impacts, over the critical one.
+    real_masses : bool
+        Weights over gravity, in a time in which nine of ten blocks are stable; else the least that are.
+    window : float
+        Movement that ends a window, over the step length.
+    cycles : int
+        Cycles in a window at most.
+    min_cycles : int
+        In which a block falls freely by a step length, or crosses it with the velocity it has.
+    min_dashpot : float [cycles]
+        Least dashpot of a contact, over its normal stiffness, that masses leave room for.
+    light, stiff : float
+        Blocks lighter than this part of the mean do not count for the time; the quantile of the others that does.
+    heavier_bolts : float
+        Times the stiffness of bolts: what a chain and its turning add to the highest frequency.
+    """
+
+    damping: float
+    impact: float
+    real_masses: bool
+    window: float = 0.125
+    cycles: int = 500
+    min_cycles: int = 200
+    min_dashpot: float = 1.0
+    light: float = 0.1
+    stiff: float = 0.9
+    heavier_bolts: float = 1.2
+
+    @property
+    def heavier(self) -> float:
+        """Masses over stiffness sums with which no wave grows."""
+        return 1 + self.damping + 2 * self.min_dashpot * (self.impact > 0)
+
+
+class ExplicitMotion:
+    """Blocks in explicit motion from where a step starts.
+
+    Parameters
+    ----------
+    step : StepEquations
+        The equations; their regularisation plays no part.
+    settings : MotionSettings
+        How blocks are moved.
+    velocity : (n, 3) float64 [sqrt(m), sqrt(m), rad / sqrt(m)], optional
+        Where it begins: the root of twice the height of a fall to it.
+    ramp : int
+        Cycles in which the residual at the start is brought on; 0: it acts at once.
+
+    Attributes
+    ----------
+    residual : Residual
+        Where blocks are, and their residual there.
+    contacts : ContactSet
+        With what slipped and broke on the way.
+    contacted : (m,) bool
+        Contacts that bore at any time since they were searched for.
+    cycles, searches : int
+        So far.
+    diverged : bool
+        Whether the last window ended nowhere; where blocks are is from before it.
+    """
+
+    def __init__(
+        self, step: StepEquations, settings: MotionSettings, *, velocity: FloatArray | None = None, ramp: int = 0
+    ) -> None:
+        self._settings, self._ramp = settings, ramp
+        self._step = step.with_regularization(0.0).with_system_of_its_own()
+        self.system: BlockSystem = self._step.system
+        self.cycles, self.searches, self.diverged = 0, 0, False
+        self.residual: Residual = self._step.residual_at(step.anchor)
+        self._searched = self.residual.position
+        self.contacted = self.residual.at.closed.copy()
+        self._missing = self.residual.forces if ramp else np.zeros_like(step.start)
+        self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
+        self._inverse_rate = 0.0
+        self._floor = np.zeros_like(step.start)
+        self._rows, self._frame, self._spring = self._near()
+        self._given = np.zeros_like(step.start) if velocity is None else velocity
+        self._set_masses()
+        self._velocity = self._given / np.sqrt(self._inverse_rate)
+        self._drift, self._drifting = self._drift_of(step)
+
+    @property
+    def equations(self) -> StepEquations:
+        """The step's equations, regularisation apart, with the contacts as they are."""
+        return self._step
+
+    @property
+    def contacts(self) -> ContactSet:
+        """The contacts, with what slipped and broke so far."""
+        return self._step.contacts
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Velocity (n, 3), its square half the height of a free fall to it [sqrt(m), sqrt(m), rad / sqrt(m)]."""
+        velocity: FloatArray = self._velocity * np.sqrt(self._inverse_rate)
+        return velocity
+
+    @property
+    def fall_cycles(self) -> float:
+        """In how many cycles a block falls freely by a step length."""
+        return float(np.sqrt(2 * self.system.d * self._inverse_rate))
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether the ramp is over, and supports have arrived."""
+        return self.cycles >= max(self._ramp, self._drifting)
+
+    @property
+    def passed(self) -> float:
+        """How far blocks have passed each other, or moved, since contacts were searched for [m]."""
+        moved = self.residual.position - self._searched
+        return max(self._step.max_relative_movement(moved), self._step.movement(moved))
+
+    def search(self) -> None:
+        """Accept what slipped and broke, and search for contacts again."""
+        step, position = self._step, self.residual.position
+        history, _ = commit(step.contacts, self.residual.at, position, self.system.outlines.size)
+        self._step = step.updated(self.system.gather(history, position, first=False), position)
+        self.residual, self._searched = self._step.residual_at(position), position
+        self.searches += 1
+        self.contacted = self.residual.at.closed.copy()
+        self._rows, self._frame, self._spring = self._near()
+
+    def go_on(self, most: int | None = None) -> None:
+        """Go on by a window of cycles, `most` of them at most, and keep what slips, breaks and yields in it."""
+        self._set_masses()
+        contacts, at, rows = self.contacts, self.residual.at, self._rows
+        state = np.column_stack(
+            [np.where(at.closed, at.shear, 0.0)[rows], np.zeros((len(rows), 2)), contacts.tension[rows]]
+        ).astype(np.float32)
+        events = np.zeros(len(rows), np.uint8)
+        candidates = contacts.candidates
+        share = Share(
+            block_a=candidates.block_a[rows],
+            block_b=candidates.block_b[rows],
+            frame=self._frame,
+            spring=np.column_stack([self._spring, self._dashpots()]),
+            state=state,
+            events=events,
+        )
+        cycles = min(self._settings.cycles, most or self._settings.cycles)
+        if self.cycles < self._drifting:  # a window may end early: what its supports have not moved would be lost
+            cycles = min(cycles, self._drifting - self.cycles)
+        went, moved, self._velocity = go_through(
+            share,
+            self._strips,
+            cycles,
+            self._settings.window * self.system.d,
+            supports=(self._supported, self._projector(), self._drift_in(cycles)),
+            bolts=self._bolts(),
+            loads=(self._acting(), self._missing, self._unramped(cycles)),
+            constants=(1 / self._mass, self.system.scale, self._settings.damping),
+            velocity=self._velocity,
+        )
+        self.cycles += went
+        self.diverged = not np.isfinite(moved).all()
+        if self.diverged:
+            return
+        self._keep(self.residual.position + moved, share)
+        self._rows, self._frame, self._spring = self._near()
+
+    def _near(self) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return the contacts (k,) that may close within a window, their frames and springs as kernels take them."""
+        contacts, at = self.contacts, self.residual.at
+        margin = 3 * self._settings.window * self.system.d
+        gap = at.gap - contacts.offset
+        low, high = (
+            -contacts.edge_overhang - at.tangential,
+            contacts.candidates.edge_length + contacts.edge_overhang - at.tangential,
+        )
+        near = (gap < margin) & (low < margin) & (high > -margin) & (contacts.normal_stiffness > 0)
+        if len(contacts.opposing) or len(contacts.entering):
+            tangent = contacts.frames(at.position)[0]
+            near &= resolve_corner_corner(contacts, at.position, at.gap, tangent)
+        rows = np.flatnonzero(at.closed | near)
+        candidates = contacts.candidates
+        frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
+        pressure = np.where(at.closed, at.pressure, 0.0)
+        answer = slipping(contacts, self.system.catalogue.laws, np.maximum(pressure, np.finfo(float).tiny))
+        self._fails = answer.failed
+        columns = (
+            contacts.normal_stiffness,
+            contacts.shear_stiffness,
+            np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
+            pressure,
+            np.where(at.closed, at.shear, 0.0),
+            np.minimum(answer.strength, UNLIMITED),
+            answer.by_pressure,
+            low,
+            high,
+        )
+        return rows, frame, np.column_stack([column[rows] for column in columns]).astype(np.float32)
+
+    def _set_masses(self) -> None:
+        """Set masses (n, 3) over the square of a cycle, with which no wave grows; the time scale when it begins."""
+        system, candidates, rows = self.system, self.contacts.candidates, self._rows
+        sums = stiffness_sums(
+            candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring, len(self.residual.position)
+        )
+        sums += bolt_sums(system, self._settings.heavier_bolts)
+        least, self._sums = self._settings.heavier * sums, sums
+        if not self._inverse_rate:
+            self._inverse_rate = self._time_scale(least)
+        if not self._floor.any():  # masses of blocks that touch nothing, and may not weigh anything
+            typical = least.min(axis=0, where=least > 0, initial=np.inf)
+            self._floor = np.where(least > 0, least, np.where(np.isfinite(typical), typical, 1.0))
+        real = self._inverse_rate * system.mass if self._settings.real_masses else self._floor
+        self._mass = np.maximum(np.where(real > 0, real, self._floor), least)
+
+    def _dashpots(self) -> FloatArray:
+        """Return the dashpots of contacts (k,): a part of the critical ones, or the most with which no wave grows."""
+        settings, candidates, rows = self._settings, self.contacts.candidates, self._rows
+        with np.errstate(divide="ignore"):
+            slack = ((self._mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
+            inverse = np.where(self.system.prescribed_blocks, 0.0, 1 / self._mass[:, 0])
+        a, b, stiffness = candidates.block_a[rows], candidates.block_b[rows], self._spring[:, 0].astype(float)
+        critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
+        stable = stiffness * np.minimum(slack[a], slack[b])
+        dashpots: FloatArray = np.minimum(settings.impact * critical, stable).astype(np.float32)
+        return dashpots
+
+    def _time_scale(self, least: FloatArray) -> float:
+        """Return masses over weights [1/m]: nine of ten blocks are stable, and none crosses a step length in a jump.
+
+        `least` (n, 3): masses with which every block is stable.
+        """
+        system, d = self.system, self.system.d
+        rate = (1 + self._step.movement(self._given) ** 2 / d) * self._settings.min_cycles**2 / d
+        heavy = ~system.prescribed_blocks & (least[:, 0] > 0)
+        if heavy.any():
+            heavy &= system.mass[:, 0] >= self._settings.light * system.mass[heavy, 0].mean()
+            rate = max(rate, float(np.quantile((least / system.mass)[heavy].max(axis=1), self._settings.stiff)))
+        return rate
+
+    @property
+    def _supported(self) -> IntArray:
+        block: IntArray = self._step.supports.block
+        return block
+
+    def _projector(self) -> FloatArray:
+        return projectors(self._step.supports, self._mass)
+
+    def _acting(self) -> FloatArray:
+        """Return the forces at the reference without the bolts', (n, 3)."""
+        acting: FloatArray = self.system.loads_at(self.residual.position) + self.residual.at.forces
+        return acting
+
+    def _unramped(self, cycles: int) -> FloatArray:
+        """Return the part of the residual at the start that does not act yet in every cycle, (cycles,)."""
+        if self.cycles >= self._ramp:
+            return np.zeros(cycles)
+        time = np.minimum(np.arange(self.cycles + 1, self.cycles + cycles + 1) / self._ramp, 1.0)
+        unramped: FloatArray = 0.5 + 0.5 * np.cos(np.pi * time)
+        return unramped
+
+    def _drift_of(self, step: StepEquations) -> tuple[FloatArray, int]:
+        """Return by what supports move their blocks in a cycle, (n, 3), and in how many: as fast as blocks fall."""
+        drift = step.start - step.anchor
+        size = step.movement(drift)
+        if not step.supports_move or size == 0:
+            return np.zeros_like(drift), 0
+        cycles = max(1, int(2 * self.fall_cycles * size / self.system.d))
+        return drift / cycles, cycles
+
+    def _drift_in(self, cycles: int) -> FloatArray:
+        left = min(cycles, max(self._drifting - self.cycles, 0))
+        return self._drift * (left / cycles)
+
+    def _bolts(self) -> tuple[Any, ...]:
+        return bolt_arrays(self.system, self.residual.position)
+
+    def _keep(self, position: FloatArray, share: Share) -> None:
+        """Keep where blocks are, and what slipped, broke, failed and yielded on the way."""
+        step, contacts, rows, events = self._step, self.contacts, self._rows, share.events
+        before = self.residual.at
+        self.contacted[rows] |= (events & CONTACTED) > 0
+        slipped = np.zeros(contacts.count, bool)
+        slipped[rows] = (events & SLIPPED) > 0
+        failed = contacts.failed | (slipped & self._fails)
+        failed[rows] |= (events & BROKEN) > 0
+        shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
+        shear[rows] = share.state[:, 0]
+        along[rows] = before.tangential[rows] + share.state[:, 1]
+        touched = ~np.isnan(contacts.old_tangential)
+        touched[rows] |= (events & CONTACTED) > 0
+        here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
+        at = step.system.evaluate(here, position)
+        # What is open has no shear to come back to, and is anchored where it closes.
+        contacts = replace(
+            here,
+            old_shear=np.where(at.closed, shear, 0.0),
+            old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
+            failed=failed,
+            tension=np.where(failed, 0.0, contacts.tension),
+        )
+        bolts = self.system.bolts
+        if len(bolts.alive):
+            self.system.bolts = bolts.commit(bolts.evaluate(position))
+        self._step = step.with_contacts(contacts)
+        self.residual = self._step.residual_at(position)
+
+
+def bolt_sums(system: BlockSystem, heavier: float) -> FloatArray:
+    """Return what bolts and dowels add to `stiffness_sums`, (n, 3), their stiffness times `heavier`."""
+    bolts, sums = system.bolts, np.zeros_like(system.mass)
+    if not len(bolts.alive):
+        return sums
+    layout, dowels = bolts.layout, bolts.dowels
+    first = layout.first_node
+    axial = heavier * bolts.stiffness * bolts.alive / layout.spacing[layout.bolt_of_element]
+    parts = [(layout.block[node], axial, bolts.arm[node]) for node in (first, first + 1)]
+    sheared = heavier * dowels.stiffness * bolts.alive[dowels.element] / dowels.spacing
+    parts += [(dowels.near, sheared, dowels.arm_near), (dowels.far, sheared, dowels.arm_far)]
+    for block, stiffness, arm in parts:
+        sums[:, :2] += np.bincount(block, stiffness, len(sums))[:, None]
+        sums[:, 2] += np.bincount(block, stiffness * (arm**2).sum(axis=1), len(sums))
+    return sums
+
+
+def bolt_arrays(system: BlockSystem, reference: FloatArray) -> tuple[Any, ...]:
+    """Return the bolts as `add_bolts` takes them."""
+    bolts = system.bolts
+    layout, dowels = bolts.layout, bolts.dowels
+    acts = bolts.alive[dowels.element]
+    nodes = len(layout.block) if bolts.alive.any() else 0
+    return (
+        reference,
+        np.arange(nodes),
+        layout.node_start,
+        layout.block,
+        bolts.arm,
+        layout.point,
+        layout.first_node,
+        bolts.alive,
+        bolts.stiffness,
+        bolts.rest,
+        layout.yield_force,
+        layout.capacity,
+        layout.bond_stiffness,
+        bolts.anchor,
+        layout.spacing,
+        np.column_stack([dowels.near, dowels.far])[acts],
+        np.column_stack([dowels.arm_near, dowels.arm_far])[acts],
+        dowels.across[acts],
+        np.column_stack([dowels.stiffness / dowels.spacing, dowels.strength / dowels.spacing, dowels.rest])[acts],
+    )
+
+
+def projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
+    """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
+    projector = np.zeros((len(supports.block), 3, 3))
+    moves = np.flatnonzero(supports.constrained < 3)  # of the others it is zero
+    own, held = mass[supports.block[moves]], np.arange(3) < supports.constrained[moves, None]
+    free = np.where(held, 0.0, 1.0)[:, None, :] * supports.basis[moves]
+    inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
+    projector[moves] = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
+    return projector

@@ -1,0 +1,117 @@
+"""Cycles of explicit motion shared by threads: a strip of the model each.
+
+A thread moves its own blocks by all contacts that they have; contacts between two strips are worked out by both. So
+every block's forces are added up in the same order whatever the number of threads: it changes no digit.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.solve.motion.kernels import CHECK_EVERY, go_on
+
+WORTH_A_THREAD = 15_000  # contacts: with fewer, threads wait more than they work
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Share:
+    """Contacts as `add_contact_forces` takes them; the last two change in place."""
+
+    block_a: IntArray
+    block_b: IntArray
+    frame: Any
+    spring: Any
+    state: Any
+    events: Any
+
+    def of(self, rows: IntArray) -> Share:
+        """Return some of the contacts."""
+        return Share(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+    @property
+    def columns(self) -> tuple[Any, ...]:
+        """The arrays, in the order in which kernels take them."""
+        return tuple(getattr(self, field.name) for field in fields(self))
+
+
+def strips(centroid: FloatArray, threads: int) -> list[IntArray]:
+    """Return the blocks (n, 2) in as many strips along the model's longer side as there are threads; 0: cores."""
+    order = np.argsort(centroid[:, int(np.ptp(centroid, axis=0).argmax())], kind="stable")
+    return np.array_split(order, max(1, threads or os.cpu_count() or 1))
+
+
+def go_through(
+    share: Share,
+    strips: list[IntArray],
+    cycles: int,
+    farthest: float,
+    *,
+    supports: tuple[IntArray, FloatArray, FloatArray],
+    bolts: tuple[Any, ...],
+    loads: tuple[FloatArray, FloatArray, FloatArray],
+    constants: tuple[FloatArray, FloatArray, float],
+    velocity: FloatArray,
+) -> tuple[int, FloatArray, FloatArray]:
+    """Return how many cycles went by, by what they moved blocks, and their velocities, (n, 3) each.
+
+    `share` changes in place; the rest as `kernels.go_on` takes it.
+    """
+    velocity = velocity.copy()
+    moved, turns = np.zeros((2, *velocity.shape)), np.zeros((2, 2, len(velocity)), np.float32)
+    count = min(len(strips), len(share.block_a) // WORTH_A_THREAD)
+    common = bolts, loads, constants, velocity, moved, turns
+    if count <= 1:
+        part = _Part(share, np.arange(len(velocity)), supports, common)
+        went = part.go_on(cycles, 0, farthest)
+    else:
+        went = _by_threads(share, np.array_split(np.concatenate(strips), count), cycles, farthest, supports, common)
+    return went, moved[went % 2], velocity
+
+
+class _Part:
+    """Some of the blocks, with all contacts that they have."""
+
+    def __init__(self, share: Share, own: IntArray, supports: Any, common: Any) -> None:
+        supported, projector, drift = supports
+        self.share = share
+        self._own = np.sort(own[~np.isin(own, supported)])
+        self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, drift
+        self._common, self._forces = common, np.empty_like(common[3])
+
+    def go_on(self, cycles: int, begun: int, farthest: float) -> int:
+        bolts, (acting, missing, unramped), constants, velocity, moved, turns = self._common
+        loads = acting, missing, unramped[begun : begun + cycles]
+        went: int = go_on(
+            cycles, begun, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
+            velocity, moved, turns, self._forces,
+        )  # fmt: skip
+        return went
+
+
+def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: float, supports: Any, common: Any) -> int:
+    """Go through cycles one by one, a thread for every strip; one begins when all have ended that before."""
+    parts = []
+    for own in strips:
+        mine = np.zeros(len(common[3]), dtype=bool)
+        mine[own] = True
+        rows = np.flatnonzero(mine[share.block_a] | mine[share.block_b])
+        parts.append((rows, _Part(share.of(rows), own, supports, common)))
+    scale, moved = common[2][1], common[4]
+    with ThreadPoolExecutor(len(parts) - 1) as threads:
+        for cycle in range(cycles):
+            others = [threads.submit(part.go_on, 1, cycle, np.inf) for _, part in parts[1:]]
+            parts[0][1].go_on(1, cycle, np.inf)
+            for other in others:
+                other.result()
+            went = cycle + 1
+            if went % CHECK_EVERY == 0 and not (np.abs(moved[went % 2]) <= farthest * scale).all():
+                break
+    for rows, part in parts:
+        share.state[rows], share.events[rows] = part.share.state, part.share.events
+    return went
