@@ -46,7 +46,7 @@ class CollapseCriterion:
 
     Parameters
     ----------
-    system : MovingModel
+    system : BlockSystem
         The blocks.
     position : (n, 3) float64 [m, m, rad]
         Initial position.

@@ -23,7 +23,7 @@ class Factors:
 
     Parameters
     ----------
-    system : MovingModel
+    system : BlockSystem
         The blocks.
     options : Options
         Name and threads of the linear solver.
