@@ -75,7 +75,8 @@ def sample(last: int, every: int) -> list[int]:
 
 def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
     """Run the program; it does not come back from operation `number`."""
-    from bsm_mesh.app import cli, progress
+    from bsm_mesh.__main__ import main as program
+    from bsm_mesh.app import progress
 
     stages: set[int] = set()
     step = progress.Progress.step
@@ -95,7 +96,8 @@ def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
 
     os.write(log, b"begins\n")
     with watched(root, strike):
-        cli.main(arguments)
+        sys.argv[1:] = arguments
+        program()
 
 
 if __name__ == "__main__":
