@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from bsm_mesh.errors import MeshWarning, ModelError, ResultsWarning
+from bsm_mesh.reading import as_path
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
@@ -81,11 +82,9 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     ModelError
         With every fault found in the file, its mesh or the model as a whole.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise ModelError(f"load: path = {path!r} must be the path of a model file")
     from bsm_mesh.app.build import load as load_model
 
-    return load_model(path, scripts=scripts)
+    return load_model(as_path("load: path", path), scripts=scripts)
 
 
 __all__ = [

@@ -20,6 +20,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 EVENT = "bsm_mesh.files"
 LONGEST = 80  # characters of a name that are kept in its draft's
@@ -82,16 +83,35 @@ def is_draft(name: str) -> bool:
     return name.startswith(".") and ".draft" in name and _OWNER.search(name) is not None
 
 
+def temporary_place() -> Path:
+    """Return the folder for temporary files.
+
+    Python finds it by writing a file of another name there (`tempfile.gettempdir`), which a process that is killed
+    meanwhile leaves for ever; where it can be asked for, nothing is written.
+    """
+    if tempfile.tempdir is None and os.name != "nt":  # on Windows the system does not say what may be written to
+        told = (os.environ.get(name) for name in ("TMPDIR", "TEMP", "TMP"))
+        for place in filter(None, (*told, "/tmp", "/var/tmp", "/usr/tmp")):  # Python's own order
+            if os.path.isdir(place) and os.access(place, os.W_OK | os.X_OK) and shutil.disk_usage(place).free:
+                return Path(place).absolute()
+    return Path(tempfile.gettempdir())
+
+
+def unnamed_file() -> IO[bytes]:
+    """Return a temporary file that is gone with the process, killed or not: it has no name."""
+    return tempfile.TemporaryFile(dir=temporary_place())
+
+
 @contextmanager
 def scratch_folder() -> Iterator[Path]:
     """Give a temporary folder that is removed when the block ends; those that killed processes left are removed."""
-    place = Path(tempfile.gettempdir())
+    place = temporary_place()
     for left in place.glob(f"bsm-mesh.{_HERE}-*"):
         if _is_abandoned(left.name):
             with suppress(OSError):  # another user's
                 remove_tree(left)
     tell("make", place)
-    with tempfile.TemporaryDirectory(prefix=f"bsm-mesh.{_HERE}-{os.getpid()}-") as folder:
+    with tempfile.TemporaryDirectory(prefix=f"bsm-mesh.{_HERE}-{os.getpid()}-", dir=place) as folder:
         yield Path(folder)
 
 
@@ -101,9 +121,9 @@ def private_folder() -> Path | None:
     It stays: what is kept there may hold code.
     """
     if not hasattr(os, "getuid"):  # on Windows temporary files are the user's own
-        return Path(tempfile.gettempdir()) / "bsm-mesh"
+        return temporary_place() / "bsm-mesh"
     try:
-        folder = Path(tempfile.gettempdir()) / f"bsm-mesh-{os.getuid()}"
+        folder = temporary_place() / f"bsm-mesh-{os.getuid()}"
         tell("make", folder)
         with suppress(FileExistsError):
             folder.mkdir(mode=0o700)

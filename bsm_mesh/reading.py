@@ -1,9 +1,10 @@
-"""Files that are read are regular ones: a pipe or a device may never end, or never begin."""
+"""Paths as they are given. Files that are read are regular ones: a pipe or a device may never end, or never begin."""
 
 from __future__ import annotations
 
 import os
 import stat
+from pathlib import Path
 
 from bsm_mesh.errors import ModelError
 
@@ -13,6 +14,24 @@ SPECIAL = {
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
 }
+
+
+def as_path(name: str, value: object) -> Path:
+    """Return what is given as a path; raise `ModelError` for what is none, by its name."""
+    if fault := path_fault(name, value):
+        raise ModelError(fault)
+    assert isinstance(value, str | os.PathLike)
+    return Path(value)
+
+
+def path_fault(name: str, value: object) -> str | None:
+    """Return why what is given is no path, or None."""
+    try:
+        if isinstance(value, str | os.PathLike) and isinstance(os.fspath(value), str):
+            return None
+    except TypeError:  # a class that only says that it is a path
+        pass
+    return f"{name} is of the kind {type(value).__name__}; it must be a path, for example a text in quotes"
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:

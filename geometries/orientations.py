@@ -17,6 +17,7 @@ import numpy.typing as npt
 from bsm_mesh.files import whole_file
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray, JointSet
+from bsm_mesh.geometries.reading import as_path
 from bsm_mesh.geometries.spacings import Lognormal
 
 LEAST_SINE = 0.05  # of the angle between joint and section: nearer to parallel, a joint leaves no trace worth a line
@@ -182,7 +183,7 @@ def draw_stereonet(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    target = Path(path)
+    target = as_path("path", path)
     if target.suffix.lower() != ".png":
         raise GeometryError(f"{target}: the picture is a PNG; give a name that ends in .png")
     figure = Figure(figsize=(7, 7.4), layout="constrained")

@@ -1,4 +1,4 @@
-"""Files that are read are regular ones, and text in UTF-8."""
+"""Paths as they are given. Files that are read are regular ones, and text in UTF-8."""
 
 from __future__ import annotations
 
@@ -6,7 +6,15 @@ import os
 from pathlib import Path
 
 from bsm_mesh.geometries.errors import GeometryError
-from bsm_mesh.reading import special_fault
+from bsm_mesh.reading import path_fault, special_fault
+
+
+def as_path(name: str, value: object) -> Path:
+    """Return what is given as a path; raise `GeometryError` for what is none, by its name."""
+    if fault := path_fault(name, value):
+        raise GeometryError(fault)
+    assert isinstance(value, str | os.PathLike)
+    return Path(value)
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:

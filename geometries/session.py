@@ -18,6 +18,7 @@ from typing import Any
 from bsm_mesh.files import whole_file
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.physical_groups import parse_group_name
+from bsm_mesh.geometries.reading import as_path
 
 SYSTEM_LIBRARIES = ("libglu1-mesa", "libgl1", "libgomp1", "libxcursor1", "libxft2", "libxinerama1")
 
@@ -192,7 +193,7 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
         surface is in no group: Gmsh would leave its elements out without a word.
     """
     gmsh = load_gmsh()
-    target = Path(path)
+    target = as_path("path", path)
     if target.suffix != ".msh":
         raise GeometryError(f"{target}: a mesh is written as .msh; give a name that ends in .msh")
     if target.is_dir():

@@ -16,7 +16,7 @@ import numpy as np
 
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import Fault, FloatArray
-from bsm_mesh.geometries.reading import read_text, refuse_special
+from bsm_mesh.geometries.reading import as_path, read_text, refuse_special
 
 Lines = dict[str, list[FloatArray]]
 ENDS = ("x1", "y1", "x2", "y2")
@@ -54,7 +54,7 @@ def read_traces(
     GeometryError
         If the file cannot be read, or holds no traces.
     """
-    file = Path(path)
+    file = as_path("path", path)
     reader = _READERS.get(file.suffix.lower())
     if reader is None:
         raise GeometryError(f"{file}: traces are read from {', '.join(_READERS)}")
@@ -82,7 +82,7 @@ def read_scan_line(path: str | os.PathLike[str]) -> list[dict[str, float | str]]
     GeometryError
         With every row that is wrong.
     """
-    file = Path(path)
+    file = as_path("path", path)
     rows: list[dict[str, float | str]] = []
     faults: list[str] = []
     for line, row in _csv_rows(file, SCAN_COLUMNS):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
@@ -16,7 +15,7 @@ from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.units import convert
 from bsm_mesh.errors import ModelError, placed
-from bsm_mesh.files import scratch_folder
+from bsm_mesh.files import scratch_folder, unnamed_file
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import UNIT_OF_LENGTH
 
@@ -84,7 +83,7 @@ def stdout_to_stderr() -> Iterator[None]:
     """Lead what is printed on stdout to stderr, also what Gmsh prints past Python, its hundreds of Info lines aside."""
     if sys.stdout is not None:
         sys.stdout.flush()
-    with tempfile.TemporaryFile() as printed:
+    with unnamed_file() as printed:
         try:
             kept = os.dup(1)
         except OSError:  # no such thing as stdout

@@ -27,6 +27,8 @@ class _Path(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return it as a `Path`."""
+        if isinstance(value, str) and value.startswith("--"):  # an option's missing word takes the next option
+            self.fail(f"{value!a} is an option, not a path; a file of that name is ./{one_line(value)}", param, ctx)
         try:
             if b"\0" not in os.fsencode(value):
                 return super().convert(value, param, ctx)

@@ -22,6 +22,8 @@ OF_A_RUN = re.compile(
     r"(blocks|contacts|supports|water|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(bolts|history)\.csv|summary\.json|model\.toml"
 )
 
+OF_A_STEP = re.compile(r"(blocks|contacts|supports)_\d{4,}_\d{5,}\.vtu")
+
 
 def read_json(path: Path) -> dict[str, Any]:
     """Return the content of a JSON file; nothing where it is none."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
-from bsm_mesh.app.own_files import OF_A_RUN, SUMMARY, run_number
+from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
 from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.app.summary import finished_stages, read_summary
@@ -113,7 +113,8 @@ class SavedResults:
         for name, listed in self.told["files"].items():
             path = self.folder / name
             if not path.is_file():
-                faults.append(f"{path}: there is no such file; run the model again")
+                if self.finished or not OF_A_STEP.fullmatch(name):  # a run under way gives up steps that it listed
+                    faults.append(f"{path}: there is no such file; run the model again")
             elif name.endswith(".vtu") and OF_A_RUN.fullmatch(name):
                 if path.stat().st_size != listed["bytes"]:
                     faults.append(_damaged(path))

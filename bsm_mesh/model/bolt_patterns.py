@@ -8,7 +8,6 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, COORDINATE, DIRECTION, DISTANCE, RADIUS
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
-from bsm_mesh.reading import refuse_special
+from bsm_mesh.reading import as_path, refuse_special
 
 STRAIGHT = 1e-3  # of a curve's length: how far its points may be off a straight line
 ENDS = ("start_x", "start_y", "end_x", "end_y")
@@ -205,7 +204,7 @@ def bolts_from_table(
     ModelError
         If the file cannot be read, with every row that is wrong.
     """
-    file = Path(path)
+    file = as_path("bolt table", path)
     refuse_special(file)
     try:
         with file.open(newline="", encoding="utf-8-sig") as opened:

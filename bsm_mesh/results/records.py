@@ -12,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.reading import as_path
 from bsm_mesh.results.bolts import BoltForces
 
 if TYPE_CHECKING:
@@ -335,7 +336,7 @@ class Results:
         """
         from bsm_mesh.app.storage import save_results
 
-        return save_results(self, Path(folder))
+        return save_results(self, as_path("Results.save: folder", folder))
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Results:
@@ -348,4 +349,4 @@ class Results:
         """
         from bsm_mesh.app.storage import load_results
 
-        return load_results(Path(folder))
+        return load_results(as_path("Results.load: folder", folder))

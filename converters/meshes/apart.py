@@ -12,7 +12,6 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +23,7 @@ import numpy.typing as npt
 from bsm_mesh.converters.meshes.cells import CellGroup, MeshCells
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
+from bsm_mesh.files import unnamed_file
 from bsm_mesh.processes import python_command
 
 # Ten times what the slowest reader needs (a megabyte a second), and what small files take at most.
@@ -51,7 +51,7 @@ def read_apart(read: Callable[[Path], MeshCells], path: Path) -> MeshCells:
     """
     seconds = math.ceil(SECONDS + SECONDS_A_MEGABYTE * path.stat().st_size / 1e6)
     command = python_command(__name__, read.__module__, read.__name__, os.fspath(path), str(seconds))
-    with tempfile.TemporaryFile() as found, tempfile.TemporaryFile() as said:
+    with unnamed_file() as found, unnamed_file() as said:
         try:
             code = subprocess.run(
                 command, stdin=subprocess.DEVNULL, stdout=found, stderr=said, timeout=WAITING + 4 * seconds, check=False

@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.converters.vtk_files import Grid, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.reading import as_path
 
 LINE, POLYGON = 3, 7  # VTK's numbers of cell types
 
@@ -25,7 +26,7 @@ def write_polygons(blocks: Blocks, path: str | os.PathLike[str]) -> Path:
     ModelError
         If the name does not end in ``.vtu``.
     """
-    target = Path(path)
+    target = as_path("write_polygons: path", path)
     if target.suffix != ".vtu":
         raise ModelError(f"{target}: polygons are written as VTU; give a name that ends in .vtu")
     _, first, number = np.unique(blocks.nodes, return_index=True, return_inverse=True)

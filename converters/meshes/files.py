@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.errors import ModelError
-from bsm_mesh.reading import refuse_special
+from bsm_mesh.reading import as_path, refuse_special
 
 SELF_CONTAINED = {
     *(".msh", ".vtu", ".vtp", ".vtk", ".bdf", ".fem", ".nas", ".tec", ".dat", ".ply", ".su2", ".avs", ".off", ".mdpa"),
@@ -30,7 +30,7 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     ModelError
         If the file is missing, empty, unreadable, damaged or of no known format, or holds no plane mesh.
     """
-    file = Path(path)
+    file = as_path("mesh", path)
     _refuse_unreadable(file)
     from bsm_mesh.converters.meshes.from_msh import is_msh41, read_msh41
     from bsm_mesh.converters.meshes.from_vtk import SUFFIXES, read_vtk

@@ -69,7 +69,13 @@ def verdict_command(runs: int, seed: int, state: Path) -> None:
 
 @cli.command("kill")
 @click.option("-n", "--moments", type=click.IntRange(0), default=60, show_default=True, help="Kills at random moments.")
-@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Each n-th operation on files.")
+@click.option(
+    "--every",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Each n-th operation on files, and all where a run begins and ends.",
+)
 @seed_option
 @state_option
 def kill_command(moments: int, every: int, seed: int, state: Path) -> None:
@@ -81,7 +87,13 @@ def kill_command(moments: int, every: int, seed: int, state: Path) -> None:
 
 @cli.command("disk")
 @click.option("-n", "--sizes", type=click.IntRange(0), default=40, show_default=True, help="Sizes of file and of disk.")
-@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Each n-th operation on files.")
+@click.option(
+    "--every",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Each n-th operation on files, and all where a run begins and ends.",
+)
 @seed_option
 @state_option
 def disk_command(sizes: int, every: int, seed: int, state: Path) -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 from .inputs import random_of
 from .scenes import NAMES, OUT, Report, Scene, silent, workshop
 from .state import State
-from .struck import watched
+from .struck import sample, watched
 
 NEEDS_NO_ROOM = (
     "os.remove",
@@ -138,7 +138,7 @@ def disk(
     sizes : int
         Sizes of file and of disk, each, a model.
     every : int
-        1: the disk is full at every operation; n: at each n-th.
+        1: the disk is full at every operation; n: at each n-th, and all where a run begins and ends.
     seed : int
         Of the sizes.
     names : tuple of str
@@ -153,7 +153,7 @@ def disk(
             scene = Scene(name, root / name)
             last = count_operations(scene)
             blows: list[tuple[str, Scene, Full]] = []
-            for number in range(1, last + 1, every):
+            for number in sample(last, every):
                 blows += [("at an operation", scene, at_operation(number, stays)) for stays in (False, True)]
             blows += [
                 ("at a file's size", scene, at_size(int(random.uniform(0, 1) ** 3 * 60_000))) for _ in range(sizes)

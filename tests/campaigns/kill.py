@@ -17,6 +17,7 @@ import psutil
 from .inputs import ROOT, random_of
 from .scenes import NAMES, Report, Scene, silent, workshop
 from .state import State
+from .struck import sample
 
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 LONGEST = 600.0  # seconds of a run that is not struck
@@ -107,7 +108,7 @@ def strikes(scene: Scene, whole: Struck, random: Random, moments: int, every: in
     """Return the strikes of a scene: every (or each second, third ...) operation, random moments, other signals."""
     wait = [line.split()[0] for line in whole.log].index("1") if whole.operations else 0
     late = wait / max(1, len(whole.log))
-    blows = [Strike("SIGKILL", operation=n) for n in range(1, whole.operations + 1, every)]
+    blows = [Strike("SIGKILL", operation=n) for n in sample(whole.operations, every)]
     for k in range(moments):
         low = 0.0 if k % 2 else min(late, 0.9)  # half of them while something is written
         blows.append(Strike("SIGKILL", part=max(1e-3, random.uniform(low, 1.02))))
@@ -134,7 +135,7 @@ def kill(
     moments : int
         Kills at random moments, of all models together.
     every : int
-        1: before every operation; n: before each n-th.
+        1: before every operation; n: before each n-th, and all where a run begins and ends.
     seed : int
         Of the moments.
     names : tuple of str

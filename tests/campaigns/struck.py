@@ -17,6 +17,7 @@ from typing import Any
 OURS = "bsm_mesh.files"  # told by the project's one writer, before each operation
 CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod")
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+ENDS = 8  # operations where a run begins and where it ends, which no sample leaves out
 _hooks: list[Callable[[str, str], None]] = []
 _told_by_ours = False
 
@@ -67,9 +68,15 @@ def watched(root: Path, act: Callable[[int, str], None]) -> Iterator[None]:
         _hooks.remove(hook)
 
 
+def sample(last: int, every: int) -> list[int]:
+    """Return each n-th of so many operations, and all at both ends: the folders are set up and exchanged there."""
+    return [n for n in range(1, last + 1) if n % every == 0 or n <= ENDS or n > last - ENDS]
+
+
 def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
     """Run the program; it does not come back from operation `number`."""
-    from bsm_mesh.app import cli, progress
+    from bsm_mesh.__main__ import main as program
+    from bsm_mesh.app import progress
 
     stages: set[int] = set()
     step = progress.Progress.step
@@ -89,7 +96,8 @@ def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
 
     os.write(log, b"begins\n")
     with watched(root, strike):
-        cli.main(arguments)
+        sys.argv[1:] = arguments
+        program()
 
 
 if __name__ == "__main__":

@@ -6,10 +6,12 @@ import errno
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from campaigns import struck
 from file_operations import names, watched
 
 from bsm_mesh import files
@@ -166,3 +168,30 @@ def test_made_folders_are_told_and_go_only_while_empty(tmp_path: Path) -> None:
     (tmp_path / "a/b/kept.txt").touch()
     files.remove_empty(made)
     assert names(tmp_path / "a/b") == ["kept.txt"]
+
+
+def test_the_folder_for_temporary_files_is_found_without_writing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed between the two, Python's own search leaves the file that it writes to try the folder."""
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    done: list[str] = []
+    with struck.watched(tmp_path, lambda _, told: done.append(told)):
+        assert files.temporary_place() == tmp_path
+        with files.unnamed_file() as file:
+            file.write(b"text")
+            assert names(tmp_path) == []
+        with files.scratch_folder():
+            pass
+    assert tempfile.tempdir is None
+    assert {told.split()[0] for told in done} <= {"os.mkdir", "os.rmdir"}, done  # the scratch folder alone
+
+
+def test_a_folder_for_temporary_files_that_is_not_there_is_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "none"))
+    monkeypatch.setenv("TEMP", str(tmp_path))
+    assert files.temporary_place() == Path(tempfile.gettempdir()) == tmp_path

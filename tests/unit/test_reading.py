@@ -6,7 +6,9 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from small_case import FILE, MODEL, Case
 
@@ -14,6 +16,7 @@ import bsm_mesh as bsm
 from bsm_mesh.converters import read_mesh
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries import GeometryError, read_scan_line, read_traces
+from bsm_mesh.model.bolt_patterns import bolts_from_table
 from bsm_mesh.reading import refuse_special
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system knows no pipes with a name")
@@ -77,6 +80,30 @@ def test_pipes_are_refused_from_python(
 ) -> None:
     with pytest.raises(error, match="is a pipe"):
         read(pipe(tmp_path, name))
+
+
+class Odd:
+    """What says that it is a path, of bytes."""
+
+    def __fspath__(self) -> bytes:
+        return b"a"
+
+
+@pytest.mark.parametrize("given", [5, None, b"a.csv", np.array([]), Odd()])
+@pytest.mark.parametrize(
+    ("read", "error"),
+    [
+        (bsm.load, ModelError),
+        (bsm.Results.load, ModelError),
+        (read_mesh, ModelError),
+        (bolts_from_table, ModelError),
+        (read_traces, GeometryError),
+        (read_scan_line, GeometryError),
+    ],
+)
+def test_what_is_no_path(given: object, read: Callable[[Any], object], error: type[Exception]) -> None:
+    with pytest.raises(error, match="must be a path"):
+        read(given)
 
 
 def test_pipes_among_results_are_refused(tmp_path: Path) -> None:

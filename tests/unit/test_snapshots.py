@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from file_operations import watched
 from scenes import rectangle
 
 import bsm_mesh as bsm
@@ -144,6 +145,31 @@ def test_a_run_can_be_followed_beside_its_folder(tmp_path: Path) -> None:
         writer.finish(results)
     assert seen == list(range(1, len(results.stages[0].steps)))
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_finished_stages_can_be_read_at_every_operation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also while snapshots go that the summary on disk still lists: to bound their number, and at the end."""
+    monkeypatch.setattr("bsm_mesh.app.snapshots.MOST_SNAPSHOTS", 4)
+    wall = replace(pushed().blocks, excavations={"wall": np.array([2], np.int32)})
+    model = pushed().replace(blocks=wall, stages=(bsm.Stage(name="taken away", excavate=("wall",)),))
+    place, finished, gone = tmp_path / "out.running", 0, 0
+
+    def look(operation: str, path: str, *_: str) -> None:
+        nonlocal gone
+        if finished and place.is_dir():
+            gone += operation == "remove" and Path(path).name.startswith("blocks_0000_")
+            assert len(Results.load(place).stages) >= finished
+
+    def finish(results: Results) -> None:
+        nonlocal finished
+        writer.stage(results)
+        finished = len(results.stages)
+
+    with watched(look), RunWriter(tmp_path / "out", steps=True) as writer:
+        writer.finish(bsm.run(model, MOVING, snapshot=writer.step, finished=finish))
+    assert finished == 2
+    assert gone >= 2
+    assert len(Results.load(tmp_path / "out").stages) == 2
 
 
 def test_stages_follow_each_other_in_time(tmp_path: Path) -> None:

@@ -73,6 +73,13 @@ def test_what_is_no_path(case: Case, path: str) -> None:
     assert "is no path" in outcome.err
 
 
+def test_an_option_that_lost_its_word_takes_no_other(case: Case) -> None:
+    outcome = case.run("run", "model.toml", "-o", "--json")
+    assert outcome.code == 2
+    assert "'--json' is an option, not a path; a file of that name is ./--json" in outcome.err
+    assert not outcome.out
+
+
 def test_a_name_of_bytes_that_are_no_text(case: Case) -> None:
     (case.folder / os.fsdecode(b"gr\xf6sse.toml")).write_text(MODEL)
     outcome = case.run("check", os.fsdecode(b"gr\xf6sse.toml"))
