@@ -17,7 +17,7 @@ from campaigns.verdict import BROKEN, FALSE, demand_unstable, judge_slip
 from campaigns.watch import watch
 
 SEED = 29
-SLICE = {"calls": 800, "traces": 400, "meshes": 60, "models": 40, "bolts": 30, "results": 30, "commands": 10}
+SLICE = {"calls": 800, "traces": 400, "meshes": 16, "models": 40, "bolts": 10, "results": 30, "commands": 10}
 
 
 def _found(state: State) -> set[tuple[str, str, str]]:
