@@ -88,7 +88,7 @@ def _model() -> bsm.Model:
             "limit analysis: live: number 1 is 5; it must be bsm.PointLoad(...)",
         ),
         (lambda: bsm.Stage(name="s", excavate=[10**40]), "stage 's': excavate = 1000"),
-        (lambda: bsm.load(True), "load: path = True must be the path of a model file"),
+        (lambda: bsm.load(True), "load: path is of the kind bool; it must be a path"),
         (
             lambda: bsm.Blocks(**{**next(g for n, _, g, _ in good_calls() if n == "bsm.Blocks"), "rock": [2**40] * 4}),
             "Blocks.rock: not an array of int32 numbers",
