@@ -18,7 +18,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.compiled import njit
 
-AT_LIMIT = 1e-12  # of a capacity or yield force: nearer than this is there
+AT_LIMIT = 1e-12  # of a capacity or yield force, or of the forces in the chain: nearer than this is there
 
 
 @njit()
@@ -81,20 +81,20 @@ def solve_chain(
             slip[i] = max(min(anchor[i], high, elastic), min(low, elastic))
         else:
             slip[i] = elastic
-    _reset_rounding(tension, slip, capacity, bond_stiffness, anchor)
+    _reset_rounding(tension, slip, capacity - AT_LIMIT * bound, bond_stiffness, anchor)
     return tension, slip
 
 
 @njit()
 def _reset_rounding(
-    tension: FloatArray, slip: FloatArray, capacity: FloatArray, bond_stiffness: FloatArray, anchor: FloatArray
+    tension: FloatArray, slip: FloatArray, below: FloatArray, bond_stiffness: FloatArray, anchor: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Reset the slip of nodes with an intact rigid bond: rounding is no slip."""
+    """Reset the slip of nodes with an intact rigid bond, whose force is `below` that: rounding is no slip."""
     n = slip.size
     for i in range(n):
         before = tension[i - 1] if i > 0 else 0.0
         after = tension[i] if i < n - 1 else 0.0
-        if bond_stiffness[i] == np.inf and abs(after - before) < capacity[i] * (1 - AT_LIMIT):
+        if bond_stiffness[i] == np.inf and abs(after - before) < below[i]:
             slip[i] = anchor[i]
 
 
