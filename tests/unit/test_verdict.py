@@ -131,3 +131,12 @@ def test_a_block_that_slides_far_and_lands_does_not_run_on():
     stage = bsm.run(model, bsm.Options(scheme="continuation", displacement_limit=100.0)).stages[-1]
     assert stage.status == "stable"
     assert stage.max_displacement == pytest.approx(4.0, abs=1e-2)
+
+
+@pytest.mark.parametrize("half", [10.0, 1000.0, 3000.0])
+def test_a_base_of_kilometres_hides_no_slide(half):
+    """Residuals are over the weight of what may move: a block of 1 m2 slides on a base of millions as on a small one."""
+    polygons = [turned(p, 45.0) for p in (rectangle(-half, -half, half, 0), rectangle(-0.5, 0, 0.5, 1))]
+    results = bsm.run(model_of(polygons, friction=20.0), bsm.Options(scheme="continuation"))
+    assert (results.status, list(results.unstable_blocks)) == ("unstable", [1])
+    assert results.stages[-1].reference_weight == pytest.approx(25e3, rel=0.1)

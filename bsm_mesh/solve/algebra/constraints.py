@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
@@ -53,6 +53,13 @@ class Constraints:
     prescribed: FloatArray
     slot: IntArray
     share: FloatArray
+
+    @property
+    def fixed(self) -> BoolArray:
+        """Blocks (n,) with all axes constrained."""
+        fixed: BoolArray = self.number >= 0
+        fixed[self.block] = self.constrained == 3
+        return fixed
 
     def of(self, blocks: IntArray) -> Constraints:
         """Return what `free_part`, `scaled` and `expand` need of some of the blocks (q,), in their numbers."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water_pressure import WaterLoad
@@ -22,13 +22,19 @@ def external_loads(model: Model) -> FloatArray:
     return total
 
 
-def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray) -> float:
+def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray, among: BoolArray | None = None) -> float:
     """Return the reference of residuals [N/m]: the mean weight, or mean load of a loaded block, if greater.
 
-    Without weight and load it is the mean force of the bolts' pretension on a bolted block.
+    `among` (n,): blocks that count, all by default. Where nothing acts on them it is that of all, else the mean force
+    of the bolts' pretension on a bolted block.
     """
-    reference = max(float(model.weights.mean()), mean_force(*loads[:, :2].T))
-    return reference if reference > 0 else mean_force(*bolt_forces[:, :2].T)
+    everywhere = np.ones(len(loads), dtype=bool)
+    for blocks in (everywhere,) if among is None else (among, everywhere):
+        weight = float(model.weights[blocks].mean()) if blocks.any() else 0.0
+        reference = max(weight, mean_force(*loads[blocks, :2].T))
+        if reference > 0:
+            return reference
+    return mean_force(*bolt_forces[:, :2].T)
 
 
 def mean_force(first: FloatArray, second: FloatArray) -> float:

@@ -40,7 +40,7 @@ def free_parts(
     count = int(part.max()) + 1
     bars = constraints.bars
     settled = np.zeros(count, dtype=bool)
-    settled[part[constraints.block[constraints.constrained == 3]]] = True
+    settled[part[constraints.fixed]] = True
     with_bars = np.zeros(count, dtype=bool)
     with_bars[part[bars.block]] = True
     found = []

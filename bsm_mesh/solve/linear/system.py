@@ -100,7 +100,8 @@ class LinearSystem:
         self.pattern = replace(pattern, place=pattern.place[: contacts.count])
         self.constraints = build_constraints(model)
         self.loads = external_loads(model)
-        self.reference = max(reference_weight(model, self.loads, self.bolts_at_start.forces), mean_force(*self.start))
+        weight = reference_weight(model, self.loads, self.bolts_at_start.forces)
+        self.reference = max(weight, mean_force(*self.start))
 
     def free_parts(self, names: IntArray | None = None) -> list[FreePart]:
         """Return the parts that their supports leave free; `names` (n,) number blocks in sentences."""

@@ -57,8 +57,10 @@ class BlockSystem:
         The bolts in their last accepted state.
     mean_weight : float [N/m]
         Mean weight of a block, or mean load of a loaded one, if greater: the unit of residuals within a step.
+    moving_weight : float [N/m]
+        The same of the blocks that are not prescribed.
     residual_scale : float
-        Reference weight of reported residuals over `mean_weight`: 1, or more in stressed rock.
+        Reference weight of reported residuals over `mean_weight`: that of the moving blocks, more in stressed rock.
     """
 
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
@@ -69,9 +71,8 @@ class BlockSystem:
         self.bars = bars_of(model.supports, model.blocks)
         self.bar_arm = self.bars.point - moments.centroid[self.bars.block]
         at_start = self.constraints_at(self.start, conflicts=True)
-        fixed = np.zeros(model.blocks.count, dtype=bool)
-        fixed[at_start.block[at_start.constrained == 3]] = True
-        self.prescribed_blocks = fixed.copy()
+        self.prescribed_blocks = at_start.fixed
+        fixed = at_start.fixed
         fixed[np.unique(self.bars.block[self.bars.value != 0])] = False
         self.outlines = Outlines.of(model.blocks, fixed)
         self.catalogue = JointCatalogue(model)
@@ -82,6 +83,8 @@ class BlockSystem:
         self.dead = self._dead_forces()
         pretension = self.bolts.evaluate(self.start if position is None else position).forces
         self.mean_weight = reference_weight(model, self.loads, pretension)
+        # Beside a base of kilometres, which is fixed, no block would weigh anything: its weight is no part of it.
+        self.moving_weight = reference_weight(model, self.loads, pretension, among=~self.prescribed_blocks)
         self.residual_scale = 1.0
         weight = np.maximum(model.weights, 1e-3 * self.mean_weight)
         self.mass = np.column_stack([weight, weight, weight * moments.polar / moments.area])
@@ -178,9 +181,10 @@ class BlockSystem:
         return found
 
     def set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
-        """Set `residual_scale` from the mean contact force at the start."""
+        """Set `residual_scale` from the moving blocks' weight and the mean contact force at the start."""
         if self.mean_weight > 0:
-            self.residual_scale = max(1.0, _mean_contact_force(self.evaluate(contacts, position)) / self.mean_weight)
+            reference = max(self.moving_weight, _mean_contact_force(self.evaluate(contacts, position)))
+            self.residual_scale = reference / self.mean_weight
 
     def static_residual(self, contacts: ContactSet, position: FloatArray) -> float:
         """Return the maximum norm of the static residual over the reference weight."""
