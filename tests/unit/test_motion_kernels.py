@@ -7,7 +7,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scenes import rectangle, turned
 from step_scenes import begun, still
 
-from bsm_mesh.solve.motion.explicit import ExplicitMotion, MotionSettings
+from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.masses import MotionSettings
 
 UNDAMPED = MotionSettings(damping=0.0, impact=0.0, real_masses=True)
 INELASTIC = MotionSettings(damping=0.0, impact=1.0, real_masses=True)

@@ -135,7 +135,7 @@ def test_a_block_that_slides_far_and_lands_does_not_run_on():
 
 @pytest.mark.parametrize("half", [10.0, 1000.0, 3000.0])
 def test_a_base_of_kilometres_hides_no_slide(half):
-    """Residuals are over the weight of what may move: a block of 1 m2 slides on a base of millions as on a small one."""
+    """Residuals are over the weight of what may move: on a base of millions of m2 a block of one slides too."""
     polygons = [turned(p, 45.0) for p in (rectangle(-half, -half, half, 0), rectangle(-0.5, 0, 0.5, 1))]
     results = bsm.run(model_of(polygons, friction=20.0), bsm.Options(scheme="continuation"))
     assert (results.status, list(results.unstable_blocks)) == ("unstable", [1])

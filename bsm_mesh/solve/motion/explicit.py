@@ -11,64 +11,21 @@ A *window* of cycles has one reference: forces and laws are worked out exactly t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.solve.algebra.constraints import Constraints
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit
-from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, SLIPPED, frames, stiffness_sums
+from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
+from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, SLIPPED, frames
+from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
 from bsm_mesh.solve.motion.threads import Share, go_through, strips
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotionSettings:
-    """How blocks are moved.
-
-    Attributes
-    ----------
-    damping : float
-        Part of a force that acts against the velocity.
-    impact : float
-        Damping of impacts, over the critical one.
-    real_masses : bool
-        Weights over gravity, in a time in which nine of ten blocks are stable; else the least that are.
-    window : float
-        Movement that ends a window, over the step length.
-    cycles : int
-        Cycles in a window at most.
-    min_cycles : int
-        In which a block falls freely by a step length, or crosses it with the velocity it has.
-    min_dashpot : float [cycles]
-        Least dashpot of a contact, over its normal stiffness, that masses leave room for.
-    light, stiff : float
-        Blocks lighter than this part of the mean do not count for the time; the quantile of the others that does.
-    heavier_bolts : float
-        Times the stiffness of bolts: what a chain and its turning add to the highest frequency.
-    """
-
-    damping: float
-    impact: float
-    real_masses: bool
-    window: float = 0.125
-    cycles: int = 500
-    min_cycles: int = 200
-    min_dashpot: float = 1.0
-    light: float = 0.1
-    stiff: float = 0.9
-    heavier_bolts: float = 1.2
-
-    @property
-    def heavier(self) -> float:
-        """Masses over stiffness sums with which no wave grows."""
-        return 1 + self.damping + 2 * self.min_dashpot * (self.impact > 0)
 
 
 class ExplicitMotion:
@@ -111,12 +68,10 @@ class ExplicitMotion:
         self.contacted = self.residual.at.closed.copy()
         self._missing = self.residual.forces if ramp else np.zeros_like(step.start)
         self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
-        self._inverse_rate = 0.0
-        self._floor = np.zeros_like(step.start)
         self._rows, self._frame, self._spring = self._near()
-        self._given = np.zeros_like(step.start) if velocity is None else velocity
-        self._set_masses()
-        self._velocity = self._given / np.sqrt(self._inverse_rate)
+        given = np.zeros_like(step.start) if velocity is None else velocity
+        self._masses = Masses(self._step, settings, self._weighed(), given)
+        self._velocity = given / np.sqrt(self._masses.inverse_rate)
         self._drift, self._drifting = self._drift_of(step)
 
     @property
@@ -131,14 +86,14 @@ class ExplicitMotion:
 
     @property
     def velocity(self) -> FloatArray:
-        """Velocity (n, 3), its square half the height of a free fall to it [sqrt(m), sqrt(m), rad / sqrt(m)]."""
-        velocity: FloatArray = self._velocity * np.sqrt(self._inverse_rate)
+        """Velocity (n, 3), its square twice the height of a free fall to it [sqrt(m), sqrt(m), rad / sqrt(m)]."""
+        velocity: FloatArray = self._velocity * np.sqrt(self._masses.inverse_rate)
         return velocity
 
     @property
     def fall_cycles(self) -> float:
         """In how many cycles a block falls freely by a step length."""
-        return float(np.sqrt(2 * self.system.d * self._inverse_rate))
+        return float(np.sqrt(2 * self.system.d * self._masses.inverse_rate))
 
     @property
     def is_loaded(self) -> bool:
@@ -163,8 +118,8 @@ class ExplicitMotion:
 
     def go_on(self, most: int | None = None) -> None:
         """Go on by a window of cycles, `most` of them at most, and keep what slips, breaks and yields in it."""
-        self._set_masses()
-        contacts, at, rows = self.contacts, self.residual.at, self._rows
+        self._masses.update(self._weighed())
+        contacts, at, rows, supports = self.contacts, self.residual.at, self._rows, self._step.supports
         state = np.column_stack(
             [np.where(at.closed, at.shear, 0.0)[rows], np.zeros((len(rows), 2)), contacts.tension[rows]]
         ).astype(np.float32)
@@ -174,7 +129,7 @@ class ExplicitMotion:
             block_a=candidates.block_a[rows],
             block_b=candidates.block_b[rows],
             frame=self._frame,
-            spring=np.column_stack([self._spring, self._dashpots()]),
+            spring=np.column_stack([self._spring, self._masses.dashpots(self._weighed())]),
             state=state,
             events=events,
         )
@@ -186,10 +141,10 @@ class ExplicitMotion:
             self._strips,
             cycles,
             self._settings.window * self.system.d,
-            supports=(self._supported, self._projector(), self._drift_in(cycles)),
-            bolts=self._bolts(),
+            supports=(supports.block, projectors(supports, self._masses.mass), self._drift_in(cycles)),
+            bolts=bolt_arrays(self.system, self.residual.position),
             loads=(self._acting(), self._missing, self._unramped(cycles)),
-            constants=(1 / self._mass, self.system.scale, self._settings.damping),
+            constants=(1 / self._masses.mass, self.system.scale, self._settings.damping),
             velocity=self._velocity,
         )
         self.cycles += went
@@ -198,6 +153,10 @@ class ExplicitMotion:
             return
         self._keep(self.residual.position + moved, share)
         self._rows, self._frame, self._spring = self._near()
+
+    def _weighed(self) -> Weighed:
+        candidates, rows = self.contacts.candidates, self._rows
+        return candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring
 
     def _near(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return the contacts (k,) that may close within a window, their frames and springs as kernels take them."""
@@ -231,55 +190,6 @@ class ExplicitMotion:
         )
         return rows, frame, np.column_stack([column[rows] for column in columns]).astype(np.float32)
 
-    def _set_masses(self) -> None:
-        """Set masses (n, 3) over the square of a cycle, with which no wave grows; the time scale when it begins."""
-        system, candidates, rows = self.system, self.contacts.candidates, self._rows
-        sums = stiffness_sums(
-            candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring, len(self.residual.position)
-        )
-        sums += bolt_sums(system, self._settings.heavier_bolts)
-        least, self._sums = self._settings.heavier * sums, sums
-        if not self._inverse_rate:
-            self._inverse_rate = self._time_scale(least)
-        if not self._floor.any():  # masses of blocks that touch nothing, and may not weigh anything
-            typical = least.min(axis=0, where=least > 0, initial=np.inf)
-            self._floor = np.where(least > 0, least, np.where(np.isfinite(typical), typical, 1.0))
-        real = self._inverse_rate * system.mass if self._settings.real_masses else self._floor
-        self._mass = np.maximum(np.where(real > 0, real, self._floor), least)
-
-    def _dashpots(self) -> FloatArray:
-        """Return the dashpots of contacts (k,): a part of the critical ones, or the most with which no wave grows."""
-        settings, candidates, rows = self._settings, self.contacts.candidates, self._rows
-        with np.errstate(divide="ignore"):
-            slack = ((self._mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
-            inverse = np.where(self.system.prescribed_blocks, 0.0, 1 / self._mass[:, 0])
-        a, b, stiffness = candidates.block_a[rows], candidates.block_b[rows], self._spring[:, 0].astype(float)
-        critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
-        stable = stiffness * np.minimum(slack[a], slack[b])
-        dashpots: FloatArray = np.minimum(settings.impact * critical, stable).astype(np.float32)
-        return dashpots
-
-    def _time_scale(self, least: FloatArray) -> float:
-        """Return masses over weights [1/m]: nine of ten blocks are stable, and none crosses a step length in a jump.
-
-        `least` (n, 3): masses with which every block is stable.
-        """
-        system, d = self.system, self.system.d
-        rate = (1 + self._step.movement(self._given) ** 2 / d) * self._settings.min_cycles**2 / d
-        heavy = ~system.prescribed_blocks & (least[:, 0] > 0)
-        if heavy.any():
-            heavy &= system.mass[:, 0] >= self._settings.light * system.mass[heavy, 0].mean()
-            rate = max(rate, float(np.quantile((least / system.mass)[heavy].max(axis=1), self._settings.stiff)))
-        return rate
-
-    @property
-    def _supported(self) -> IntArray:
-        block: IntArray = self._step.supports.block
-        return block
-
-    def _projector(self) -> FloatArray:
-        return projectors(self._step.supports, self._mass)
-
     def _acting(self) -> FloatArray:
         """Return the forces at the reference without the bolts', (n, 3)."""
         acting: FloatArray = self.system.loads_at(self.residual.position) + self.residual.at.forces
@@ -305,9 +215,6 @@ class ExplicitMotion:
     def _drift_in(self, cycles: int) -> FloatArray:
         left = min(cycles, max(self._drifting - self.cycles, 0))
         return self._drift * (left / cycles)
-
-    def _bolts(self) -> tuple[Any, ...]:
-        return bolt_arrays(self.system, self.residual.position)
 
     def _keep(self, position: FloatArray, share: Share) -> None:
         """Keep where blocks are, and what slipped, broke, failed and yielded on the way."""
@@ -338,60 +245,3 @@ class ExplicitMotion:
             self.system.bolts = bolts.commit(bolts.evaluate(position))
         self._step = step.with_contacts(contacts)
         self.residual = self._step.residual_at(position)
-
-
-def bolt_sums(system: BlockSystem, heavier: float) -> FloatArray:
-    """Return what bolts and dowels add to `stiffness_sums`, (n, 3), their stiffness times `heavier`."""
-    bolts, sums = system.bolts, np.zeros_like(system.mass)
-    if not len(bolts.alive):
-        return sums
-    layout, dowels = bolts.layout, bolts.dowels
-    first = layout.first_node
-    axial = heavier * bolts.stiffness * bolts.alive / layout.spacing[layout.bolt_of_element]
-    parts = [(layout.block[node], axial, bolts.arm[node]) for node in (first, first + 1)]
-    sheared = heavier * dowels.stiffness * bolts.alive[dowels.element] / dowels.spacing
-    parts += [(dowels.near, sheared, dowels.arm_near), (dowels.far, sheared, dowels.arm_far)]
-    for block, stiffness, arm in parts:
-        sums[:, :2] += np.bincount(block, stiffness, len(sums))[:, None]
-        sums[:, 2] += np.bincount(block, stiffness * (arm**2).sum(axis=1), len(sums))
-    return sums
-
-
-def bolt_arrays(system: BlockSystem, reference: FloatArray) -> tuple[Any, ...]:
-    """Return the bolts as `add_bolts` takes them."""
-    bolts = system.bolts
-    layout, dowels = bolts.layout, bolts.dowels
-    acts = bolts.alive[dowels.element]
-    nodes = len(layout.block) if bolts.alive.any() else 0
-    return (
-        reference,
-        np.arange(nodes),
-        layout.node_start,
-        layout.block,
-        bolts.arm,
-        layout.point,
-        layout.first_node,
-        bolts.alive,
-        bolts.stiffness,
-        bolts.rest,
-        layout.yield_force,
-        layout.capacity,
-        layout.bond_stiffness,
-        bolts.anchor,
-        layout.spacing,
-        np.column_stack([dowels.near, dowels.far])[acts],
-        np.column_stack([dowels.arm_near, dowels.arm_far])[acts],
-        dowels.across[acts],
-        np.column_stack([dowels.stiffness / dowels.spacing, dowels.strength / dowels.spacing, dowels.rest])[acts],
-    )
-
-
-def projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
-    """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
-    projector = np.zeros((len(supports.block), 3, 3))
-    moves = np.flatnonzero(supports.constrained < 3)  # of the others it is zero
-    own, held = mass[supports.block[moves]], np.arange(3) < supports.constrained[moves, None]
-    free = np.where(held, 0.0, 1.0)[:, None, :] * supports.basis[moves]
-    inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
-    projector[moves] = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
-    return projector

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.solve.motion.explicit import ExplicitMotion, MotionSettings
+from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 

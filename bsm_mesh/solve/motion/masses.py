@@ -1,0 +1,153 @@
+"""Masses of explicit motion: real ones, or as small as stability allows; dashpots that leave them stable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.solve.algebra.constraints import Constraints
+from bsm_mesh.solve.motion.kernels import stiffness_sums
+from bsm_mesh.solve.step.block_system import BlockSystem
+from bsm_mesh.solve.step.equations import StepEquations
+
+Weighed = tuple[IntArray, IntArray, FloatArray, FloatArray]  # contacts: both blocks, frames and springs as kernels take
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionSettings:
+    """How blocks are moved.
+
+    Attributes
+    ----------
+    damping : float
+        Part of a force that acts against the velocity.
+    impact : float
+        Damping of impacts, over the critical one.
+    real_masses : bool
+        Weights over gravity, in a time in which nine of ten blocks are stable; else the least that are.
+    window : float
+        Movement that ends a window, over the step length.
+    cycles : int
+        Cycles in a window at most.
+    min_cycles : int
+        In which a block falls freely by a step length, or crosses it with the velocity it has.
+    min_dashpot : float [cycles]
+        Least dashpot of a contact, over its normal stiffness, that masses leave room for.
+    light, stiff : float
+        Blocks lighter than this part of the mean do not count for the time; the quantile of the others that does.
+    heavier_bolts : float
+        Times the stiffness of bolts: what a chain and its turning add to the highest frequency.
+    """
+
+    damping: float
+    impact: float
+    real_masses: bool
+    window: float = 0.125
+    cycles: int = 500
+    min_cycles: int = 200
+    min_dashpot: float = 1.0
+    light: float = 0.1
+    stiff: float = 0.9
+    heavier_bolts: float = 1.2
+
+    @property
+    def heavier(self) -> float:
+        """Masses over stiffness sums with which no wave grows."""
+        return 1 + self.damping + 2 * self.min_dashpot * (self.impact > 0)
+
+
+class Masses:
+    """Masses over the square of a cycle, with which no wave grows.
+
+    Parameters
+    ----------
+    step : StepEquations
+        The equations.
+    settings : MotionSettings
+        How blocks are moved.
+    weighed : tuple of arrays
+        The contacts, as `update` takes them.
+    velocity : (n, 3) float64 [sqrt(m), sqrt(m), rad / sqrt(m)]
+        Where it begins.
+
+    Attributes
+    ----------
+    mass : (n, 3) float64 [N/m2, N/m2, N]
+        The masses.
+    inverse_rate : float [1/m]
+        Masses over weights: the square of the cycles in which a block falls freely by half a metre.
+    """
+
+    def __init__(self, step: StepEquations, settings: MotionSettings, weighed: Weighed, velocity: FloatArray) -> None:
+        self._system, self._settings = step.system, settings
+        least = self._least(weighed)
+        self.inverse_rate = self._time_scale(step, least, velocity)
+        # Masses of blocks that touch nothing, and may not weigh anything.
+        typical = least.min(axis=0, where=least > 0, initial=np.inf)
+        self._floor = np.where(least > 0, least, np.where(np.isfinite(typical), typical, 1.0))
+        self.update(weighed)
+
+    def update(self, weighed: Weighed) -> None:
+        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k, 9)."""
+        least, settings = self._least(weighed), self._settings
+        real = self.inverse_rate * self._system.mass if settings.real_masses else self._floor
+        self.mass = np.maximum(np.where(real > 0, real, self._floor), least)
+
+    def dashpots(self, weighed: Weighed) -> FloatArray:
+        """Return the dashpots of contacts (k,): a part of the critical ones, or the most with which no wave grows."""
+        (a, b, _, spring), settings = weighed, self._settings
+        with np.errstate(divide="ignore"):
+            slack = ((self.mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
+            inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
+        stiffness = spring[:, 0].astype(float)
+        critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
+        stable = stiffness * np.minimum(slack[a], slack[b])
+        dashpots: FloatArray = np.minimum(settings.impact * critical, stable).astype(np.float32)
+        return dashpots
+
+    def _least(self, weighed: Weighed) -> FloatArray:
+        """Return the masses (n, 3) with which every block is stable, and keep the sums that they come from."""
+        self._sums = stiffness_sums(*weighed, len(self._system.mass))
+        self._sums += bolt_sums(self._system, self._settings.heavier_bolts)
+        least: FloatArray = self._settings.heavier * self._sums
+        return least
+
+    def _time_scale(self, step: StepEquations, least: FloatArray, velocity: FloatArray) -> float:
+        """Return masses over weights [1/m]: nine of ten blocks are stable, and none crosses a step length in a jump."""
+        system, settings, d = self._system, self._settings, self._system.d
+        rate = (1 + step.movement(velocity) ** 2 / d) * settings.min_cycles**2 / d
+        heavy = ~system.prescribed_blocks & (least[:, 0] > 0)
+        if heavy.any():
+            heavy &= system.mass[:, 0] >= settings.light * system.mass[heavy, 0].mean()
+            rate = max(rate, float(np.quantile((least / system.mass)[heavy].max(axis=1), settings.stiff)))
+        return rate
+
+
+def bolt_sums(system: BlockSystem, heavier: float) -> FloatArray:
+    """Return what bolts and dowels add to `stiffness_sums`, (n, 3), their stiffness times `heavier`."""
+    bolts, sums = system.bolts, np.zeros_like(system.mass)
+    if not len(bolts.alive):
+        return sums
+    layout, dowels = bolts.layout, bolts.dowels
+    first = layout.first_node
+    axial = heavier * bolts.stiffness * bolts.alive / layout.spacing[layout.bolt_of_element]
+    parts = [(layout.block[node], axial, bolts.arm[node]) for node in (first, first + 1)]
+    sheared = heavier * dowels.stiffness * bolts.alive[dowels.element] / dowels.spacing
+    parts += [(dowels.near, sheared, dowels.arm_near), (dowels.far, sheared, dowels.arm_far)]
+    for block, stiffness, arm in parts:
+        sums[:, :2] += np.bincount(block, stiffness, len(sums))[:, None]
+        sums[:, 2] += np.bincount(block, stiffness * (arm**2).sum(axis=1), len(sums))
+    return sums
+
+
+def projectors(supports: Constraints, mass: FloatArray) -> FloatArray:
+    """Return the projectors (k, 3, 3) of supported blocks onto their free axes, orthogonal over masses (n, 3)."""
+    projector = np.zeros((len(supports.block), 3, 3))
+    moves = np.flatnonzero(supports.constrained < 3)  # of the others it is zero
+    own, held = mass[supports.block[moves]], np.arange(3) < supports.constrained[moves, None]
+    free = np.where(held, 0.0, 1.0)[:, None, :] * supports.basis[moves]
+    inverse = np.linalg.pinv(np.einsum("kri,kr,krj->kij", free, own, free), hermitian=True)
+    projector[moves] = np.einsum("kri,kij,ksj,ks->krs", free, inverse, free, own)
+    return projector
