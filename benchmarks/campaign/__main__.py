@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.campaign import comparison, outcome, runner, sizes, store, tables
+from benchmarks.campaign.ablation import Ablation
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
 from benchmarks.campaign.outcome import Record
@@ -50,6 +51,8 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument("--sample", type=int, metavar="N", help="of all these, N at random; always the same ones")
     run.add_argument("--processes", type=int, default=1)
     run.add_argument("--time-limit", type=float, metavar="SECONDS", help=f"processor time a model (default {LIMIT:g})")
+    run.add_argument("--without", nargs="+", default=[], metavar="METHOD", help="methods that no plan shall have")
+    run.add_argument("--set", nargs="+", default=[], metavar="MODULE.FIELD=VALUE", help="settings of the engine")
     run.add_argument("--no-oracles", action="store_true", help="run only: for times")
     _against(run)
     table = kinds.add_parser("table", help="print the tables of stored campaigns")
@@ -79,7 +82,9 @@ def run_campaign(given: argparse.Namespace) -> int:
         order = np.random.default_rng(0).permutation(len(tasks))[: given.sample]
         tasks = [tasks[k] for k in np.sort(order)]
     limit = given.time_limit or sizes.LIMITS.get(given.size, LIMIT)
-    log = runner.Log(given.file, store.head_of(limit))
+    ablation = Ablation(without=tuple(given.without), settings=tuple(given.set))
+    ablation.apply()  # here too: a slip of the pen is told at once
+    log = runner.Log(given.file, store.head_of(limit) | {"ablation": str(ablation)})
     left = [task for task in tasks if task not in log.done]
     print(f"{len(tasks)} models, {len(tasks) - len(left)} of them done; records in {given.file}", file=sys.stderr)
     tell = runner.progress(len(left))
@@ -88,7 +93,7 @@ def run_campaign(given: argparse.Namespace) -> int:
         log.keep(record)
         tell(record)
 
-    runner.run_all(left, given.processes, limit, keep, judged=not given.no_oracles)
+    runner.run_all(left, given.processes, limit, keep, judged=not given.no_oracles, ablation=ablation)
     given.files = [given.file]
     given.into = given.pack = None
     return print_tables(given)
@@ -125,7 +130,8 @@ def print_tables(given: argparse.Namespace) -> int:
         parts += compared(given.against, records, limit)
     if given.pack:
         store.pack(head, records, given.pack)
-    said = f"Commit {head['commit']}, bsm_mesh {head['engine']}; at most {limit:g} processor seconds a model."
+    changed = f"; {head['ablation']}" if head.get("ablation") else ""
+    said = f"Commit {head['commit']}, bsm_mesh {head['engine']}{changed}; at most {limit:g} processor seconds a model."
     if given.into:
         _write_into(given.into, said, parts)
         return 0

@@ -15,11 +15,13 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, TextIO
 
+from benchmarks.campaign.ablation import Ablation
 from benchmarks.campaign.outcome import ERROR, TIMEOUT, Record
 
 Task = tuple[str, int]
 UNSEEN = 10**6  # seeds from here on are in no campaign
 WARM_UP = {"slope+bolts": UNSEEN, "tunnel+water": UNSEEN + 1, "layers": UNSEEN + 1, "pile+stages": UNSEEN}
+COMPLETE = Ablation()
 JUDGING = 3  # limits of a run that judging may take: it runs twins
 
 
@@ -35,7 +37,13 @@ class Worker:
 
 
 def run_all(
-    tasks: Sequence[Task], processes: int, limit: float, keep: Callable[[Record], None], *, judged: bool = True
+    tasks: Sequence[Task],
+    processes: int,
+    limit: float,
+    keep: Callable[[Record], None],
+    *,
+    judged: bool = True,
+    ablation: Ablation = COMPLETE,
 ) -> None:
     """Run models and hand over a record of each as it comes.
 
@@ -51,9 +59,11 @@ def run_all(
         Gets every record.
     judged : bool
         Whether oracles look at it.
+    ablation : Ablation
+        What the engine is to be without.
     """
     left = list(reversed(tasks))
-    workers = [_start(limit, judged) for _ in range(min(processes, len(tasks)))]
+    workers = [_start(limit, judged, ablation) for _ in range(min(processes, len(tasks)))]
     try:
         for worker in workers:
             _give(worker, left)
@@ -61,7 +71,7 @@ def run_all(
             ready = wait([worker.pipe for worker in workers if worker.task])
             for number, worker in enumerate(workers):
                 if worker.pipe in ready:
-                    workers[number] = _hear(worker, keep, lambda: _start(limit, judged))
+                    workers[number] = _hear(worker, keep, lambda: _start(limit, judged, ablation))
                     if workers[number].task is None:
                         _give(workers[number], left)
     finally:
@@ -69,10 +79,10 @@ def run_all(
             worker.process.terminate()
 
 
-def _start(limit: float, judged: bool) -> Worker:
+def _start(limit: float, judged: bool, ablation: Ablation) -> Worker:
     context = mp.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_work, args=(theirs, limit, judged), daemon=True)
+    process = context.Process(target=_work, args=(theirs, limit, judged, ablation), daemon=True)
     process.start()
     theirs.close()
     return Worker(process=process, pipe=ours)
@@ -109,12 +119,13 @@ def _hear(worker: Worker, keep: Callable[[Record], None], renew: Callable[[], Wo
     return worker
 
 
-def _work(pipe: Connection, limit: float, judged: bool) -> None:
+def _work(pipe: Connection, limit: float, judged: bool, ablation: Ablation) -> None:
     """Run models as they are asked for, until the pipe is closed."""
     from benchmarks.campaign.families import FAMILIES
     from benchmarks.campaign.trial import trial_of
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent sees to that
+    ablation.apply()
     for family, seed in WARM_UP.items():  # compiled code
         _model(lambda record: None, trial_of(FAMILIES[family], seed), limit=None, judged=judged)
     from benchmarks.campaign.sizes import every_family
@@ -200,7 +211,7 @@ class Log:
             if whole != text:
                 path.write_text(whole, encoding="utf-8")
             first, *lines = (json.loads(line) for line in whole.splitlines())
-            different = [key for key in ("engine", "limit") if first.get(key) != head[key]]
+            different = [key for key in ("engine", "limit", "ablation") if first.get(key, "") != head.get(key, "")]
             if different:
                 raise ValueError(f"{path} is of another {' and '.join(different)}; give another --file, or remove it")
             self.done = {(line["family"], line["seed"]) for line in lines}

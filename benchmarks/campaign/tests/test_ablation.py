@@ -1,0 +1,48 @@
+"""Ablation: plans without a method, settings with other values; slips of the pen are told."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.campaign.ablation import Ablation
+from bsm_mesh.solve.continuation import loop
+from bsm_mesh.solve.continuation.plan import PLANS
+from bsm_mesh.solve.methods import nearby_equilibrium
+from bsm_mesh.solve.motion import following
+
+
+@pytest.fixture(autouse=True)
+def restored(monkeypatch):
+    for phase, plan in PLANS.items():
+        monkeypatch.setitem(PLANS, phase, plan)
+    for module in (nearby_equilibrium, following, loop):
+        monkeypatch.setattr(module, "SETTINGS", module.SETTINGS)
+    monkeypatch.setattr(loop, "NEARBY", loop.NEARBY)
+
+
+def test_a_method_is_in_no_plan_any_more():
+    Ablation(without=("dynamic relaxation",)).apply()
+    names = {method.name for plan in PLANS.values() for method in plan}
+    assert "dynamic relaxation" not in names
+    assert "explicit motion" in names
+
+
+def test_settings_are_changed_wherever_they_are_known():
+    ablation = Ablation(settings=("nearby_equilibrium.confirmed=0.5", "following.going_on.damping=0.3"))
+    ablation.apply()
+    assert nearby_equilibrium.SETTINGS.confirmed == loop.NEARBY.confirmed == 0.5
+    assert (following.SETTINGS.going_on.damping, following.SETTINGS.beginning.damping) == (0.3, 0.5)
+    assert str(ablation) == "nearby_equilibrium.confirmed=0.5; following.going_on.damping=0.3"
+
+
+@pytest.mark.parametrize(
+    ("ablation", "said"),
+    [
+        (Ablation(without=("interior point",)), "there is no method 'interior point'; there are Newton, dynamic"),
+        (Ablation(settings=("relaxation=20",)), "sets nothing; write module.field=value, of "),
+        (Ablation(settings=("relaxation.lamp=20",)), "RelaxationSettings has no field 'lamp'"),
+    ],
+)
+def test_what_there_is_not_is_told(ablation, said):
+    with pytest.raises(ValueError, match=said):
+        ablation.apply()
