@@ -62,7 +62,7 @@ def draw_pictures(folder: Path) -> list[Path]:
 
 def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) -> Path:
     """Add what `draw` draws to the pictures of a results folder, and return its path."""
-    with added.file(f"pictures/{name}") as draft:
+    with added.file(f"{PICTURES_FOLDER}/{name}") as draft:
         draw(draft)
     return added.folder.path / PICTURES_FOLDER / name
 

@@ -16,6 +16,13 @@ from .targets import TARGETS
 STATE = ROOT / "out" / "campaigns"
 
 seed_option = click.option("--seed", type=int, default=29, show_default=True, help="The same inputs for the same seed.")
+every_option = click.option(
+    "--every",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Each n-th operation on files, and all where a run begins and ends.",
+)
 state_option = click.option(
     "--state", type=click.Path(path_type=Path), default=STATE, help="Folder: what was done and found."
 )
@@ -69,13 +76,7 @@ def verdict_command(runs: int, seed: int, state: Path) -> None:
 
 @cli.command("kill")
 @click.option("-n", "--moments", type=click.IntRange(0), default=60, show_default=True, help="Kills at random moments.")
-@click.option(
-    "--every",
-    type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="Each n-th operation on files, and all where a run begins and ends.",
-)
+@every_option
 @seed_option
 @state_option
 def kill_command(moments: int, every: int, seed: int, state: Path) -> None:
@@ -87,13 +88,7 @@ def kill_command(moments: int, every: int, seed: int, state: Path) -> None:
 
 @cli.command("disk")
 @click.option("-n", "--sizes", type=click.IntRange(0), default=40, show_default=True, help="Sizes of file and of disk.")
-@click.option(
-    "--every",
-    type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="Each n-th operation on files, and all where a run begins and ends.",
-)
+@every_option
 @seed_option
 @state_option
 def disk_command(sizes: int, every: int, seed: int, state: Path) -> None:

@@ -276,15 +276,14 @@ def test_ctrl_c(case: Case, where: str) -> None:
 
 
 SLOW_SOLUTION = """\
-import pathlib, time
-import pathlib, time
+import pathlib, sys, time
 import bsm_mesh.__main__
 from bsm_mesh.app import run_file
 def wait(*_):
     pathlib.Path("started").touch()
     time.sleep(60)
 run_file.run = wait
-import sys; sys.argv[1:] = ["run", "model.toml"]
+sys.argv[1:] = ["run", "model.toml"]
 bsm_mesh.__main__.main()
 """
 

@@ -7,6 +7,7 @@ from scenes import rectangle, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.plan import PLANS, Phase
+from bsm_mesh.solve.methods.newton import ExactNewton
 from bsm_mesh.solve.motion.following import FollowMotion
 
 BASE = rectangle(-4, -1, 8, 0)
@@ -43,12 +44,11 @@ def test_a_run_that_has_no_steps_left_says_so():
 
 
 @pytest.mark.parametrize("slope", [30.0, 40.0])
-def test_explicit_motion_alone_gives_the_same_verdict(monkeypatch, slope):
+def test_explicit_motion_to_the_end_gives_the_same_verdict(monkeypatch, slope):
     wanted = ended(on_a_slope(), turn=slope)
-    near_rest = PLANS[Phase.NEAR_REST]
     for phase in (Phase.START, Phase.AFTER_CHANGE):
         monkeypatch.setitem(PLANS, phase, (FollowMotion(),))
-    monkeypatch.setitem(PLANS, Phase.NEAR_REST, near_rest)
+    monkeypatch.setitem(PLANS, Phase.NEAR_REST, (ExactNewton(), FollowMotion()))  # which confirms that blocks rest
     found = ended(on_a_slope(), turn=slope)
     assert found.status == wanted.status
     assert list(found.unstable_blocks) == list(wanted.unstable_blocks)

@@ -16,16 +16,18 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
-from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, SLIPPED, frames
+from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, FAILED, frames
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
 from bsm_mesh.solve.motion.threads import Share, go_through, strips
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
+HIGH = 1e12  # a pressure above all others [N/m]
 
 
 class ExplicitMotion:
@@ -175,18 +177,15 @@ class ExplicitMotion:
         candidates = contacts.candidates
         frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
         pressure = np.where(at.closed, at.pressure, 0.0)
-        answer = slipping(contacts, self.system.catalogue.laws, np.maximum(pressure, np.finfo(float).tiny))
-        self._fails = answer.failed
         columns = (
             contacts.normal_stiffness,
             contacts.shear_stiffness,
             np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
             pressure,
             np.where(at.closed, at.shear, 0.0),
-            np.minimum(answer.strength, UNLIMITED),
-            answer.by_pressure,
             low,
             high,
+            *strength_lines(contacts, self.system.catalogue.laws, pressure),
         )
         return rows, frame, np.column_stack([column[rows] for column in columns]).astype(np.float32)
 
@@ -221,10 +220,8 @@ class ExplicitMotion:
         step, contacts, rows, events = self._step, self.contacts, self._rows, share.events
         before = self.residual.at
         self.contacted[rows] |= (events & CONTACTED) > 0
-        slipped = np.zeros(contacts.count, bool)
-        slipped[rows] = (events & SLIPPED) > 0
-        failed = contacts.failed | (slipped & self._fails)
-        failed[rows] |= (events & BROKEN) > 0
+        failed = contacts.failed.copy()
+        failed[rows] |= (events & (BROKEN | FAILED)) > 0
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
         shear[rows] = share.state[:, 0]
         along[rows] = before.tangential[rows] + share.state[:, 1]
@@ -245,3 +242,25 @@ class ExplicitMotion:
             self.system.bolts = bolts.commit(bolts.evaluate(position))
         self._step = step.with_contacts(contacts)
         self.residual = self._step.residual_at(position)
+
+
+def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the shear strength of contacts as `add_contact_forces` takes it, seven columns (m,).
+
+    The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
+    bilinear law they are its two lines. Then the residual line, and on which lines slip is for good.
+    """
+    floor = np.finfo(float).tiny
+    here = _tangent(contacts, laws, np.maximum(pressure, floor))
+    low, high = (_tangent(contacts, laws, np.full_like(pressure, p)) for p in (floor, HIGH))
+    other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
+    residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
+    return (*here[:2], *other[:2], *residual[:2], here[2] + 2 * other[2])
+
+
+def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
+    """Return intercept and slope of the strength's tangent at pressures (m,), and 1 where slip there is for good."""
+    answer = slipping(contacts, laws, pressure)
+    slope = np.where(np.isfinite(answer.by_pressure), answer.by_pressure, 0.0)
+    intercept = np.minimum(answer.strength, UNLIMITED) - slope * pressure
+    return intercept, slope, answer.failed.astype(float)

@@ -18,7 +18,7 @@ from bsm_mesh.solve.motion.bolt_kernels import add_bolts
 SingleArray = NDArray[np.float32]
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved
-CONTACTED, SLIPPED, BROKEN = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
+CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
 
 
 @njit()
@@ -89,15 +89,16 @@ def add_contact_forces(
         Blocks of the corner and of the edge.
     frame : (m, 6) float32
         As `frames` returns it.
-    spring : (m, 10) float32
+    spring : (m, 15) float32
         Normal and shear stiffness; at the reference: pressure, below 0 what it would take to close the contact;
-        pressure and shear that the reference forces contain; shear strength at that pressure, and its slope over
-        the pressure; least and greatest movement along the edge within which the corner meets it; dashpot of the normal
-        force, over a cycle.
+        pressure and shear that the reference forces contain; least and greatest movement along the edge within which
+        the corner meets it; intercepts and slopes over the pressure of the two lines of the shear strength, the lower
+        of which governs, and of the residual one; 1 and 2 where slip on the first, the second line is for good; dashpot
+        of the normal force, over a cycle.
     state : (m, 4) float32
         Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
     events : (m,) uint8
-        CONTACTED, SLIPPED, BROKEN are added, in place.
+        CONTACTED, BROKEN, FAILED are added, in place.
     """
     zero = np.float32(0.0)
     for k in range(block_a.size):
@@ -117,19 +118,21 @@ def add_contact_forces(
         pressure = spring[k, 2] - kn * gap
         tension = state[k, 3]
         closed = pressure > zero or (tension > zero and pressure >= -tension)
-        closed = closed and along >= spring[k, 7] and along <= spring[k, 8]
+        closed = closed and along >= spring[k, 5] and along <= spring[k, 6]
         shear = zero
         if closed:
             events[k] |= CONTACTED
-            pressure = max(pressure - spring[k, 9] * (gap - state[k, 2]), -tension)
+            pressure = max(pressure - spring[k, 14] * (gap - state[k, 2]), -tension)
             shear = state[k, 0] + ks * (along - state[k, 1])
-            strength = max(spring[k, 5] + spring[k, 6] * (pressure - borne), zero)
-            if shear > strength:
-                shear = strength
-                events[k] |= SLIPPED
-            elif shear < -strength:
-                shear = -strength
-                events[k] |= SLIPPED
+            first, second = spring[k, 7] + spring[k, 8] * pressure, spring[k, 9] + spring[k, 10] * pressure
+            strength = first if first <= second else second
+            if events[k] & FAILED:
+                strength = spring[k, 11] + spring[k, 12] * pressure
+            strength = max(strength, zero)
+            if abs(shear) > strength:
+                shear = strength if shear > zero else -strength
+                if int(spring[k, 13]) & (1 if first <= second else 2):
+                    events[k] |= FAILED
         else:
             pressure = zero
             if tension > zero:

@@ -90,7 +90,7 @@ class Masses:
         self.update(weighed)
 
     def update(self, weighed: Weighed) -> None:
-        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k, 9)."""
+        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k, 14)."""
         least, settings = self._least(weighed), self._settings
         real = self.inverse_rate * self._system.mass if settings.real_masses else self._floor
         self.mass = np.maximum(np.where(real > 0, real, self._floor), least)
@@ -100,7 +100,8 @@ class Masses:
         (a, b, _, spring), settings = weighed, self._settings
         with np.errstate(divide="ignore"):
             slack = ((self.mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
-            inverse = np.where(self._system.prescribed_blocks, 0.0, 1 / self.mass[:, 0])
+            inverse = 1 / self.mass[:, 0]
+        slack[self._system.prescribed_blocks], inverse[self._system.prescribed_blocks] = np.inf, 0.0
         stiffness = spring[:, 0].astype(float)
         critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
         stable = stiffness * np.minimum(slack[a], slack[b])
