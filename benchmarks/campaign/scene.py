@@ -93,8 +93,9 @@ class Scene:
 
     @property
     def size(self) -> float:
-        """Square root of the mean area of the blocks that may move [m]."""
-        areas = [abs(polygon_area(self.polygons[block])) for block in self.free]
+        """Square root of the mean area of the blocks that may move [m]; where there is none, of all."""
+        blocks = self.free if len(self.free) else np.arange(self.count)
+        areas = [abs(polygon_area(self.polygons[block])) for block in blocks]
         return float(np.sqrt(np.mean(areas)))
 
     def model(self) -> bsm.Model:

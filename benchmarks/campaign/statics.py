@@ -121,7 +121,7 @@ def unbalanced(
     """
     contacts = touching(polygons, reach, size)
     centre = np.array([polygon_centre(polygon) for polygon in polygons])
-    scale = np.hypot(*loads[free, :2].T).mean()
+    scale = np.hypot(*loads[free, :2].T).mean() if len(free) else 0.0
     if scale == 0:
         return 0.0
     columns = _columns(contacts, centre, np.tan(np.radians(friction)), size, is_cohesive=cohesion > 0)

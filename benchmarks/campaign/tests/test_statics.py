@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -29,6 +30,13 @@ def test_a_block_on_an_incline_of_30_degrees_slides_or_topples(friction, height,
     polygons = [turn(box(-3, -1, 3, 0), 30), turn(box(0, 0, 1, height), 30)]
     assert (lack(polygons, friction) < NOTHING) == rests
     assert rests or lack(polygons, friction) > SOMETHING
+
+
+def test_where_every_free_block_was_taken_away_nothing_is_out_of_balance():
+    scene = trial_of(FAMILIES["wall"], 0).scene
+    held = replace(scene, polygons=scene.polygons[:2], held=np.arange(2))
+    assert held.size > 0
+    assert lack(held.polygons, 30, held=(0, 1)) == 0
 
 
 @pytest.mark.parametrize(("reach", "rests"), [(0.99, True), (1.01, False)])
