@@ -131,7 +131,8 @@ def _facing(v, arms, start, end, notches, h, band, rules):
     for arm, unit, runs in zip(arms, units, (-1, 1), strict=True):
         if abs(unit @ n) <= rules.parallel and runs * (unit @ t) >= 0:
             ends = sorted([tangential, tangential + arm @ t])
-            shares.append((max(0.0, min(length, ends[1]) - max(0.0, ends[0])), min(length, ends[1] - ends[0])))
+            shared = max(0.0, min(length, ends[1]) - max(0.0, ends[0]))
+            shares.append((shared / abs(unit @ t), min(length, ends[1] - ends[0])))
     at_end = min(abs(tangential), abs(tangential - length)) < rules.min_overlap * h
     total = sum(s for s, _ in shares)
     end_to_end = bool(shares) and at_end and total < min(rules.min_overlap * h, 0.5 * max(shares)[1])

@@ -171,6 +171,7 @@ def _overlap(
             continue
         other = tangential + (vertices[far].x - vertices[v].x) * tx + (vertices[far].y - vertices[v].y) * ty
         shared = max(0.0, min(length, max(tangential, other)) - max(0.0, min(tangential, other)))
+        shared /= -(dx * tx + dy * ty)  # along the edge that turns, or a face would grow softer while it opens
         total += shared
         if shared > most:
             most, best, shorter = shared, f, min(length, abs(other - tangential))

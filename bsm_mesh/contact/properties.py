@@ -51,6 +51,8 @@ class JointCatalogue:
     ----------
     laws : tuple of JointLaw
         Of the joints and of every pair of rocks, different ones.
+    smooth : (n_laws,) bool
+        Laws that bear no shear at any pressure.
     """
 
     def __init__(self, model: Model) -> None:
@@ -72,6 +74,7 @@ class JointCatalogue:
                 tension.append(min(_rock_tension(one), _rock_tension(other)))
         self.laws, self._law = _different(laws)
         self._tension = np.array(tension)
+        self.smooth = np.array([_is_smooth(law) for law in self.laws], dtype=bool)
 
     def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:
         """Return number of the law and tensile strength [Pa] of contacts whose joints (m,) are known (-1: rock)."""
@@ -185,6 +188,13 @@ def _in_series(
             kind[k] = joint[k]
         normal[k], shear[k] = 1.0 / by_normal, 1.0 / by_shear
     return normal, shear, joint, kind
+
+
+def _is_smooth(law: JointLaw) -> bool:
+    """Return whether a law bears no shear at the pressures that occur in rock."""
+    pressure = np.geomspace(1.0, 1e12, 13)
+    one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
+    return not law.respond(pressure, 1e15 * one, one, intact).strength.any()
 
 
 def _rock_tension(rock: Rock) -> float:

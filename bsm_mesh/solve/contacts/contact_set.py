@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
@@ -31,6 +33,7 @@ def gather_contacts(
     """
     placed = outlines.placed(position)
     found = detect_contacts(outlines, placed, history.active, band)
+    found = replace(found, length=_lengths(history, found))
     blocks, near = model.blocks, CONTACT_TOLERANCE * outlines.size
     sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
@@ -56,7 +59,7 @@ def gather_contacts(
         law=properties.law,
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
-        shear_stiffness=properties.shear_stiffness * found.length,
+        shear_stiffness=np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length),
         tension=np.where(failed | ~(known | within_tolerance), 0.0, properties.tension * found.length),
         offset=offset,
         old_shear=shear,
@@ -70,6 +73,17 @@ def gather_contacts(
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         by_law=rows_by_law(properties.law),
     )
+
+
+def _lengths(history: History, found: Candidates) -> FloatArray:
+    """Return the length that each contact stands for, (m,) [m].
+
+    One that was on a face keeps its length while the face turns away: blocks that rock on it would sink and rise.
+    """
+    length = found.length.copy()
+    turned = np.flatnonzero((found.history >= 0) & (found.parallel_edge < 0))
+    length[turned] = np.maximum(length[turned], history.length[found.history[turned]])
+    return length
 
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:

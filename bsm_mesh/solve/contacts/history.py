@@ -29,6 +29,8 @@ class History:
         Tangential coordinate at first contact.
     offset : (k,) float64 [m]
         Gap at zero pressure.
+    length : (k,) float64 [m]
+        Length that each stands for.
     failed : (k,) bool
         Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
     """
@@ -38,6 +40,7 @@ class History:
     tangential: FloatArray
     first_tangential: FloatArray
     offset: FloatArray
+    length: FloatArray
     failed: BoolArray
 
     @classmethod
@@ -50,6 +53,7 @@ class History:
             tangential=empty,
             first_tangential=empty,
             offset=empty,
+            length=empty,
             failed=np.zeros(0, bool),
         )
 
@@ -68,6 +72,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         tangential=at.tangential[kept],
         first_tangential=first_tangential[kept],
         offset=np.where(_still_overlapping(contacts, at), at.gap, contacts.offset)[kept],
+        length=contacts.candidates.length[kept],
         failed=at.failed[kept],
     )
     return history, changed

@@ -66,7 +66,7 @@ def with_filled_blocks(
         key=key,
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
-    names = ("shear", "tangential", "first_tangential", "offset", "failed")
+    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed")
     concatenate = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
     return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
 
@@ -125,6 +125,7 @@ def _history(
         tangential=at.tangential[kept],
         first_tangential=at.tangential[kept],
         offset=at.gap[kept] - normal[kept] / found.normal_stiffness[kept],  # to the last digit no residual
+        length=c.length[kept],
         failed=found.failed[kept],
     )
 
@@ -170,5 +171,6 @@ def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> 
         tangential=history.tangential[chosen],
         first_tangential=history.first_tangential[chosen],
         offset=history.offset[chosen],
+        length=history.length[chosen],
         failed=history.failed[chosen],
     )

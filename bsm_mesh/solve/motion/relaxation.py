@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bsm_mesh.solve.methods.newton import elastic_position
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
@@ -27,6 +28,8 @@ class RelaxationSettings:
 
     Attributes
     ----------
+    pressed : float
+        Part of the elastic solution from which it begins where no contact carries a force yet.
     motion : MotionSettings
         How blocks are moved.
     ramp : float [transits]
@@ -43,8 +46,11 @@ class RelaxationSettings:
         How often.
     min_cycles : int
         In a window: fewer than a transit in small models.
+    min_transit : float [cycles]
+        Of small models: a few slender blocks bend and turn more slowly than waves cross them.
     """
 
+    pressed: float = 0.1
     motion: MotionSettings = LIGHTEST
     ramp: float = 60.0
     patience: float = 10.0
@@ -54,6 +60,7 @@ class RelaxationSettings:
     passed: float = 0.5
     max_searches: int = 12
     min_cycles: int = 100
+    min_transit: float = 30.0
 
 
 SETTINGS = RelaxationSettings()
@@ -70,9 +77,9 @@ class RelaxToRest:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return where blocks come to rest, all but few of them."""
-        transit = float(np.sqrt(len(equations.start)))
+        transit = max(SETTINGS.min_transit, float(np.sqrt(len(equations.start))))
         ramp, window = int(SETTINGS.ramp * transit), int(SETTINGS.patience * transit)
-        motion, levels = ExplicitMotion(equations, SETTINGS.motion, ramp=ramp), list(SETTINGS.levels)
+        motion, levels = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=ramp), list(SETTINGS.levels)
         before, until = np.inf, ramp + window
         while levels and motion.searches < SETTINGS.max_searches:
             motion.go_on(max(SETTINGS.min_cycles, int(transit)))
@@ -96,6 +103,17 @@ class RelaxToRest:
             outcome=Outcome.ACCEPTABLE,
             contacted=motion.contacted,
         )
+
+
+def _pressed(equations: StepEquations) -> StepEquations:
+    """Return the step from a part of its elastic solution, where no contact carries a force yet.
+
+    Friction needs a pressure: what only a thrust holds that the load itself brings would fall before it is there.
+    """
+    if (equations.contacts.candidates.history >= 0).any():
+        return equations
+    movement = elastic_position(equations) - equations.start
+    return equations.static_problem_at(equations.start + SETTINGS.pressed * movement, equations.lam)
 
 
 def _is_calm(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
