@@ -117,7 +117,7 @@ def print_tables(given: argparse.Namespace) -> int:
     """Print the tables of files, or write them into a page."""
     head, records = store.read(given.files)
     large = {key: record for key, record in records.items() if key[0] not in FAMILIES}
-    small = {key: records[key] for key in sorted(records, key=_place) if key not in large}
+    small = {key: records[key] for key in sorted(records.keys() - large.keys(), key=_place)}
     limit = float(head["limit"])
     parts: list[tuple[str, list[tables.Row]]] = []
     if small:
