@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     )
     from bsm_mesh.model.loads import Load
     from bsm_mesh.results import Results
+    from bsm_mesh.solve.falls import Falls
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.solve.options import Options
 
@@ -54,7 +55,7 @@ __version__ = "0.1.0"
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
-_HOME = {"Results": "bsm_mesh.results", "Options": "bsm_mesh.solve.options"}
+_HOME = {"Results": "bsm_mesh.results", "Options": "bsm_mesh.solve.options", "Falls": "bsm_mesh.solve.falls"}
 _MODULES = ("bolt_patterns", "library")
 
 
@@ -91,6 +92,7 @@ __all__ = [
     "Blocks",
     "Bolt",
     "EdgeTractions",
+    "Falls",
     "Filling",
     "Fixed",
     "InSitu",

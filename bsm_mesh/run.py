@@ -127,4 +127,4 @@ def run(
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))
 
-    return results(solve_stages(model, scheme, report, watch, check, end, notes))
+    return results(solve_stages(model, scheme, report, watch, check, end, options.falls, notes))

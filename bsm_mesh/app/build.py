@@ -18,6 +18,7 @@ from bsm_mesh.app.build_parts import (
     make_in_situ,
     make_joint,
     make_load,
+    make_options,
     make_rock,
     make_stage,
     make_supports,
@@ -133,7 +134,7 @@ def build_model(file: ModelFile, path: Path, reach: Reach, report: Reporter = la
     ground = _collect(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
     stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
-    options = _collect(faults, [partial(Options, **file.solver.model_dump())])
+    options = _collect(faults, [partial(make_options, file.solver, file.falls)])
     _collect(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")

@@ -8,10 +8,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from bsm_mesh.app.model_tables import (
+    FallsTable,
     InSituTable,
     JointTable,
     LoadTable,
     RockTable,
+    SolverTable,
     StageTable,
     SupportTable,
     Table,
@@ -25,6 +27,8 @@ from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.model.water import Water
+from bsm_mesh.solve.falls import Falls
+from bsm_mesh.solve.options import Options
 
 
 def make_rock(name: str, table: RockTable) -> Rock:
@@ -125,6 +129,11 @@ def make_water(table: WaterTable, place: str) -> Water:
     """Return the groundwater."""
     with placed(place):
         return Water(**table.model_dump())
+
+
+def make_options(solver: SolverTable, falls: FallsTable) -> Options:
+    """Return how the model is solved."""
+    return Options(**solver.model_dump(), falls=Falls(**falls.model_dump()))
 
 
 def make_stage(table: StageTable) -> Stage:

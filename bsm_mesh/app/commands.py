@@ -12,7 +12,15 @@ from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
-from bsm_mesh.app.tables import STAGE_HEADER, engineering, print_table, result_rows, stage_rows
+from bsm_mesh.app.tables import (
+    FALL_HEADER,
+    STAGE_HEADER,
+    engineering,
+    fall_rows,
+    print_table,
+    result_rows,
+    stage_rows,
+)
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
@@ -22,7 +30,7 @@ from bsm_mesh.run import run
 if TYPE_CHECKING:
     from bsm_mesh.converters import Comparison
 
-EXIT_CODES = {Status.STABLE: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
+EXIT_CODES = {Status.STABLE: 0, Status.STABLE_AFTER_FALLS: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
 
 def run_model(
@@ -59,6 +67,8 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     if len(results.stages) > 1:
         print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
         title = f"{title}: after stage {results.stages[-1].name}"
+    if falls := fall_rows(results):
+        print_table("What came down and was taken away", FALL_HEADER, falls, texts=2)
     print_table(title, ("", ""), result_rows(results))
     for stage in results.stages:
         for remark in stage.notes:

@@ -25,6 +25,7 @@ from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
 from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.model import ContactPoints
 from bsm_mesh.model.water import WATER, Head
+from bsm_mesh.solve.falls import OnFall
 from bsm_mesh.solve.options import LinearSolverName, Scheme
 
 
@@ -306,6 +307,15 @@ class SolverTable(Table):
     threads: Annotated[int, In(q.THREADS)] = 0
 
 
+class FallsTable(Table):
+    """What is done with blocks that come down."""
+
+    ignore_below: Annotated[float, In(q.SHARE)] = Field(
+        default=0.01, description="smaller blocks, by their share of the mean area, are taken away when loose"
+    )
+    on_fall: OnFall = Field(default="stop", description="remove: whatever comes down is taken away, the others go on")
+
+
 class OutputTable(Table):
     """Where results go."""
 
@@ -333,4 +343,5 @@ class ModelFile(Table):
     water: WaterTable | None = None
     stage: list[StageTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)
+    falls: FallsTable = Field(default_factory=FallsTable)
     output: OutputTable = Field(default_factory=OutputTable)

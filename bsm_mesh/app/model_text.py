@@ -105,7 +105,7 @@ def content_of(model: Model, options: Options) -> Content:
         "in_situ": {} if model.in_situ is None else _in_situ(model.in_situ),
         "water": {} if model.water is None else _water(model.water),
         "stage": tables("stage", model.stages, _stage),
-        "solver": _given(**asdict(options)),
+        **tables_of(options),
         "output": {"folder": "."},
     }
     if not faults:
@@ -116,6 +116,12 @@ def content_of(model: Model, options: Options) -> Content:
     if faults:
         raise ModelError(faults)
     return content
+
+
+def tables_of(options: Options) -> Content:
+    """Return the tables ``solver`` and ``falls`` of a model file."""
+    solver = _given(**asdict(options))
+    return {"falls": solver.pop("falls"), "solver": solver}
 
 
 def _given(**values: Any) -> Content:

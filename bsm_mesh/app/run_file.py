@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING
 from bsm_mesh.app.build import build_model, inputs_of, output_folder
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.model_tables import ModelFile
-from bsm_mesh.app.model_text import MODEL, as_run
+from bsm_mesh.app.model_text import MODEL, as_run, tables_of
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.errors import ModelError, placed
@@ -139,7 +138,7 @@ def _as_run(file: ModelFile, path: Path, folder: Path, options: Options | None) 
         if "table" in bolt:
             bolt["table"] = _from_folder(path.parent / bolt["table"], folder)
     if options is not None:
-        content["solver"] = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
+        content |= tables_of(options)
     content["output"]["folder"] = "."
     return as_run(content)
 

@@ -22,6 +22,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 
 if TYPE_CHECKING:
@@ -302,6 +303,7 @@ def _load_stage(
         reference_weight=told["reference_weight"],
         steps=tuple(step for step in steps if step.stage == number),
         notes=tuple(told["notes"]),
+        falls=tuple(Fall(**{**fall, "place": tuple(fall["place"])}) for fall in told.get("falls", ())),
     )
 
 

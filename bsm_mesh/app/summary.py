@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
+from dataclasses import asdict
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -65,6 +66,7 @@ def _stage_summary(stage: StageResult) -> dict[str, Any]:
         "most_compressive_stress": float(sigma_1.min()),
         "most_tensile_stress": float(sigma_3.max()),
         "unstable_blocks": stage.unstable_blocks.tolist(),
+        **({"falls": [asdict(fall) for fall in stage.falls]} if stage.falls else {}),
         "contacts": len(stage.contacts.length),
         **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
         "total_load": stage.total_load.tolist(),

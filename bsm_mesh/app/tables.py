@@ -116,6 +116,28 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     return rows
 
 
+FALL_HEADER = ("block", "stage", "step", "moved", "area", "weight", "at", "why")
+
+
+def fall_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of the blocks that came down and were taken away, those that count."""
+    return [
+        (
+            str(fall.block),
+            stage.name,
+            str(fall.step),
+            engineering(fall.moved, "m"),
+            engineering(fall.area, "m2"),
+            engineering(fall.weight, "N/m"),
+            f"({fall.place[0]:.3g}, {fall.place[1]:.3g}) m",
+            fall.reason,
+        )
+        for stage in results.stages
+        for fall in stage.falls
+        if not fall.ignored
+    ]
+
+
 STAGE_HEADER = ("stage", "verdict", "blocks", "start residual", "moved", "in all")
 
 

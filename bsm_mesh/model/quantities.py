@@ -196,4 +196,7 @@ TOLERANCE = Quantity(
 STEPS = Quantity(least=1, most=10**9, whole=True, example="500")
 DISPLACEMENT_LIMIT = Quantity(unit="m", least=1e-9, most=1e6, example='"5 m"')
 PART = Quantity(above=0, most=1, example="1.0")
+SHARE = Quantity(
+    least=0, most=0.25, example="0.01", why="of the mean area; larger blocks are what an engineer asks about"
+)
 THREADS = Quantity(least=0, most=4096, whole=True, example="0, all cores")

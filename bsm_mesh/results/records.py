@@ -14,6 +14,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.falls import Fall
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
@@ -25,9 +26,15 @@ class Status(StrEnum):
     """The verdict on a stage or a run; a run that is not at its end has none: it is unfinished."""
 
     STABLE = "stable"
+    STABLE_AFTER_FALLS = "stable_after_falls"
     UNSTABLE = "unstable"
     NOT_CONVERGED = "not_converged"
     UNFINISHED = "unfinished"
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether the blocks that are there are at rest."""
+        return self in (Status.STABLE, Status.STABLE_AFTER_FALLS)
 
 
 class ContactStatus(IntEnum):
@@ -199,6 +206,8 @@ class StageResult(Portable):
         How it got there.
     notes : tuple of str
         What a reader should know, a sentence each.
+    falls : tuple of Fall
+        Blocks that came down in the stage and were taken away.
     """
 
     name: str
@@ -223,6 +232,7 @@ class StageResult(Portable):
     reference_weight: float
     steps: tuple[StepRecord, ...]
     notes: tuple[str, ...] = ()
+    falls: tuple[Fall, ...] = ()
 
     def __post_init__(self) -> None:
         show_only(self)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, PART, STEPS, THREADS, TOLERANCE
 from bsm_mesh.model.values import Rules
+from bsm_mesh.solve.falls import Falls
 
 Scheme = Literal["linear", "continuation", "wang"]
 LinearSolverName = Literal["auto", "pardiso", "superlu", "cluster"]
@@ -38,6 +39,8 @@ class Options:
         Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).
     threads : int
         Threads of the linear solver, of every MPI rank, and of explicit cycles; 0: as many as there are cores.
+    falls : Falls
+        What is done with blocks that come down.
     """
 
     scheme: Scheme = "continuation"
@@ -47,10 +50,12 @@ class Options:
     sliding_stiffness: Annotated[float, PART] = 1.0
     linear_solver: LinearSolverName = "auto"
     threads: Annotated[int, THREADS] = 0
+    falls: Falls = field(default_factory=Falls)
 
     def __post_init__(self) -> None:
         rules = Rules("solver")
         rules.numbers(self)
         rules.choice("scheme", self.scheme, get_args(Scheme))
         rules.choice("linear_solver", self.linear_solver, get_args(LinearSolverName))
+        rules.a_thing("falls", self.falls, Falls)
         raise_faults(rules.faults)

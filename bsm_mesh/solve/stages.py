@@ -22,7 +22,9 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
+from bsm_mesh.solve.falls import Falls, after_falls, falls_of
 
 FAR = 0.1  # of a block's size, the root of its area
 Reporter = Callable[[str], None]
@@ -33,10 +35,15 @@ Finished = Callable[[tuple[StageResult, ...]], None]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Outcome:
-    """The result of a stage in the numbers of its submodel, and the forces in its bars."""
+    """The result of a stage in the numbers of its submodel, and the forces in its bars.
+
+    `down` (k,) are the blocks that come down, and `small` (k,) which of them are too small to count.
+    """
 
     stage: StageResult
     bar_forces: FloatArray
+    down: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    small: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
 class Scheme(Protocol):
@@ -56,7 +63,7 @@ class Scheme(Protocol):
         """Remove contacts of blocks that do not stay (n,), cut their bolts, place those that come (n,)."""
 
     def install(self, number: int) -> None:
-        """Install the bolts of a stage at the current position."""
+        """Install the bolts of a stage at the current position, from which its movement counts."""
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
@@ -76,6 +83,7 @@ class StageState:
     water: Water | None
     unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
     origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    fallen: list[int] = field(default_factory=list)
 
 
 def solve_stages(
@@ -85,12 +93,13 @@ def solve_stages(
     observer: Observer,
     check: Checker,
     finished: Finished,
+    falls: Falls,
     notes: tuple[str, ...] = (),
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `finished` gets the stages so
-    far at the end of each. `notes` belong to the first.
+    far at the end of each. `falls` says what is done with blocks that come down. `notes` belong to the first.
 
     Raises
     ------
@@ -113,17 +122,20 @@ def solve_stages(
         report("in-situ stress")
         notes = (*notes, *scheme.set_in_situ())
         state.bar_forces = in_situ_bars(model, bars)
-    results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, check, notes)]
+    results = [_equilibrium(model, scheme, state, "initial", 0, (1.0,), observer, check, falls, notes)]
     finished(tuple(results))
     if model.in_situ is not None:
         state.origin = scheme.moved.copy()
     for number, stage in enumerate(model.stages, start=1):
-        if results[-1].status is not Status.STABLE:
+        if not results[-1].status.is_stable:
             break
         report(f"stage {stage.name}")
-        _begin(model, scheme, state, stage, here[number], results[-1].contacts)
+        now = here[number].copy()
+        now[state.fallen] = False
+        _begin(model, scheme, state, stage, now, results[-1].contacts)
         scheme.install(number)
-        results.append(_equilibrium(model, scheme, state, stage.name, number, stage.relaxation, observer, check, ()))
+        parts = stage.relaxation
+        results.append(_equilibrium(model, scheme, state, stage.name, number, parts, observer, check, falls, ()))
         finished(tuple(results))
     return tuple(results)
 
@@ -153,11 +165,13 @@ def _equilibrium(
     factors: tuple[float, ...],
     observer: Observer,
     check: Checker,
+    falls: Falls,
     notes: tuple[str, ...],
 ) -> StageResult:
     """Return a stage's result: equilibrium after every released part of the excavation forces."""
     before = scheme.moved.copy()
     steps: list[StepRecord] = []
+    fallen: list[Fall] = []
     start_residual = None
 
     def placed(stage: StageResult, part: SubModel, moved: FloatArray) -> StageResult:
@@ -174,7 +188,9 @@ def _equilibrium(
             notes=(*notes, *stage.notes),
         )
 
-    for factor in factors:
+    todo = list(factors)
+    while todo:
+        factor = todo[0]
         state.unreleased_forces = [(forces, max(released, factor)) for forces, released in state.unreleased_forces]
         bars = scheme.stage_bars(state.bars, number)
         part = submodel_of(model, state.present, bars, _all_forces(state), state.water)
@@ -192,16 +208,33 @@ def _equilibrium(
         state.bar_forces[part.bar] = outcome.bar_forces
         start_residual = outcome.stage.start_residual if start_residual is None else start_residual
         stage = _confirmed(placed(outcome.stage, part, scheme.moved), check)
+        if falls.takes_away(outcome.small):
+            down = part.block[outcome.down]
+            fallen.extend(falls_of(model, down, outcome.small, stage, scheme.moved))
+            _take_away(scheme, state, down)
+            continue
         if stage.status is not Status.STABLE:
             break
+        del todo[0]
     state.unreleased_forces = [(forces, released) for forces, released in state.unreleased_forces if released < 1]
     if state.water is not None and state.water.table and not stage.water.any():
         dry = "no block lies below the water table: check its level and unit"
         stage = replace(stage, notes=(*stage.notes, dry))
-    return replace(stage, notes=(*stage.notes, *_note_on_falls(model.blocks, stage)))
+    stage = replace(stage, notes=(*stage.notes, *_note_on_movement(model.blocks, stage)))
+    return after_falls(stage, tuple(fallen))
 
 
-def _note_on_falls(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
+def _take_away(scheme: Scheme, state: StageState, down: IntArray) -> None:
+    """Take blocks (k,) away that came down: nothing holds them, and they hold nothing."""
+    state.fallen.extend(down.tolist())
+    state.present = state.present.copy()
+    state.present[down] = False
+    scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
+    state.origin[down] = 0.0
+    state.bar_forces[~state.present[state.bars.block]] = 0.0
+
+
+def _note_on_movement(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
     """Say which blocks at rest lie far from where the stage found them: they gave way first, and lie somewhere."""
     moved = np.hypot(*stage.stage_displacement[:, :2].T)
     far = np.flatnonzero(moved > FAR * np.sqrt(blocks.moments.area))

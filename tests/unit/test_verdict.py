@@ -18,7 +18,7 @@ FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m
 def watch(heights, limit=100.0, **given):
     """Return what is said after steps in which a square lies a height above its base."""
     moving = BlockSystem(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)], **given))
-    falling = CollapseCriterion(moving, moving.start, limit)
+    falling = CollapseCriterion(moving, moving.start, limit, bsm.Falls())
     said = []
     for height in heights:
         above, position = (np.array([(0, 0, 0), (0, at, 0)]) for at in (max(height, 0.0), height))
@@ -39,66 +39,67 @@ def watch(heights, limit=100.0, **given):
 )
 def test_a_block_comes_down_that_is_free_after_two_steps_and_has_moved(heights, comes_down):
     pressed = [-1e-5 if height == 0.0 else height for height in heights]
-    *before, (reason, blocks) = watch(pressed)
-    assert not any(reason for reason, _ in before)
-    assert reason == ("a block has lost all contact and moves freely" if comes_down else "")
-    assert_array_equal(blocks, [1] if comes_down else [])
+    *before, collapse = watch(pressed)
+    assert not any(before)
+    assert (collapse is not None) == comes_down
+    if collapse:
+        assert collapse.reason == "a block has lost all contact and moves freely"
+        assert_array_equal(collapse.down, [1])
+        assert_array_equal(collapse.small, [False])
 
 
 def test_a_block_without_any_load_does_not_come_down():
-    assert watch([FAR, FAR], gamma=0.0)[-1][0] == ""
+    assert watch([FAR, FAR], gamma=0.0)[-1] is None
 
 
 def test_a_block_on_a_taut_bolt_does_not_come_down():
     bolt = bsm.Bolt(start=(0.0, 0.5), end=(0.0, -0.5), kind="end_anchored", diameter=0.025, young=2e11)
-    assert watch([FAR, FAR], bolts=[bolt])[-1][0] == ""
+    assert watch([FAR, FAR], bolts=[bolt])[-1] is None
 
 
 def test_a_block_that_has_moved_too_far_comes_down_at_once():
-    reason, blocks = watch([-1e-5, 0.5], limit=0.4)[-1]
-    assert reason == "a block has moved more than 0.4 m"
-    assert_array_equal(blocks, [1])
+    collapse = watch([-1e-5, 0.5], limit=0.4)[-1]
+    assert collapse.reason == "a block has moved more than 0.4 m"
+    assert_array_equal(collapse.down, [1])
 
 
 def test_what_only_settles_in_the_first_step_does_not_come_down():
     squares = [rectangle(-0.5, 0, 0.5, 1), rectangle(2.5, 0, 3.5, 1)]
     moving = BlockSystem(model_of([rectangle(-2, -1, 5, 0), *squares]))
-    falling = CollapseCriterion(moving, moving.start, 100.0)
+    falling = CollapseCriterion(moving, moving.start, 100.0, bsm.Falls())
     for height in (-1e-5, FAR, 2 * FAR):
         position = np.array([(0, 0, 0), (0.3, height, 0), (0.3, -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
-        reason, blocks = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
-    assert reason
-    assert_array_equal(blocks, [1])
+        collapse = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
+    assert_array_equal(collapse.unstable, [1])
 
 
 @pytest.mark.parametrize("steps", [4, 7])
 def test_what_settles_in_the_first_half_of_few_steps_does_not_come_down(steps):
     squares = [rectangle(-0.5, 0, 0.5, 1), rectangle(2.5, 0, 3.5, 1)]
     moving = BlockSystem(model_of([rectangle(-2, -1, 5, 0), *squares]))
-    falling = CollapseCriterion(moving, moving.start, 100.0)
+    falling = CollapseCriterion(moving, moving.start, 100.0, bsm.Falls())
     for step in range(1, steps + 1):
         height = max(-1e-5, (step + 2 - steps) * FAR)
         position = np.array([(0, 0, 0), (0, height, 0), (0.3 * min(step, steps // 2), -1e-5, 0)])
         contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
-        reason, blocks = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
-    assert reason
-    assert_array_equal(blocks, [1])
+        collapse = falling.check(contacts, moving.evaluate(contacts, position).closed, position)
+    assert_array_equal(collapse.unstable, [1])
 
 
 @pytest.mark.parametrize(("deep", "free"), [(0.9 * INSIDE, True), (1.1 * INSIDE, False)])
 def test_a_block_without_contact_inside_another_is_no_answer(deep, free):
     """A unit square, so that its depth is its share, that has slid along its base by more than makes it free."""
     moving = BlockSystem(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1)]))
-    falling = CollapseCriterion(moving, moving.start, 100.0)
+    falling = CollapseCriterion(moving, moving.start, 100.0, bsm.Falls())
     position = np.array([(0.0, 0.0, 0.0), (FAR, -deep, 0.0)])
     contacts = moving.gather(History.none(), moving.start, first=False)
     nothing_bears = np.zeros(contacts.count, dtype=bool)
-    assert falling.check(contacts, nothing_bears, position)[0] == ""
-    reason, blocks = falling.check(contacts, nothing_bears, position)
-    assert_array_equal(blocks, [1] if free else [])
-    assert ("moves freely" in reason) == free
-    assert ("at (0.2, 0.445) has sunk into its neighbours by 0.055 of its area" in reason) == (not free)
+    assert falling.check(contacts, nothing_bears, position) is None
+    collapse = falling.check(contacts, nothing_bears, position)
+    assert_array_equal(collapse.down, [1] if free else [])
+    assert ("moves freely" in collapse.reason) == free
+    assert ("at (0.2, 0.445) has sunk into its neighbours by 0.055 of its area" in collapse.reason) == (not free)
 
 
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])

@@ -17,18 +17,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.continuation.plan import PLANS, Phase
 from bsm_mesh.solve.continuation.stability import instability_rate
-from bsm_mesh.solve.continuation.verdict import CollapseCriterion
+from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
 from bsm_mesh.solve.motion.following import is_fast
 from bsm_mesh.solve.motion.motion import Motion, Start
@@ -114,7 +114,8 @@ class Continuation:
             position=self.system.start, history=History.none(), intact=True, bolts=self.system.bolts
         )
         self.start_residual = 0.0
-        self.collapse = CollapseCriterion(self.system, self.begin.position, options.displacement_limit)
+        self.origin = self.begin.position if self.begin.origin is None else self.begin.origin
+        self.collapse = CollapseCriterion(self.system, self.origin, options.displacement_limit, options.falls)
         self.min_lam = SETTINGS.min_lam / self.system.d
         self._pace = _Pace()
         self.steps: list[StepRecord] = []
@@ -127,7 +128,7 @@ class Continuation:
     def run(self) -> Motion:
         """Return the final state: equilibrium, collapse, or not converged."""
         system = self.system
-        position, history, velocity, quiet = self.begin.position, self.begin.history, None, 0
+        position, history, velocity, quiet = self.begin.position, self.begin.history, self.begin.velocity, 0
         for number in range(self.options.max_steps):
             began, count = time.perf_counter(), self.factors.count
             contacts = system.gather(history, position, first=number == 0 and self.begin.intact)  # (1)
@@ -151,10 +152,8 @@ class Continuation:
             if quiet >= SETTINGS.quiet_steps:  # (5)
                 return self._end(Status.STABLE, "static equilibrium", contacts, position)
             contacted = at.closed if attempt.contacted is None else attempt.contacted
-            reason, blocks = self.collapse.check(contacts, contacted, position, velocity)
-            if reason:
-                status = Status.UNSTABLE if blocks.size else Status.NOT_CONVERGED
-                return self._end(status, reason, contacts, position, blocks)
+            if collapse := self.collapse.check(contacts, contacted, position, velocity):
+                return self._collapsed(collapse, contacts, position, velocity)
             if velocity is not None:  # what has been thrown off falls from rest: statics knows no flight
                 velocity = np.where(self.collapse.thrown[:, None], 0.0, velocity)
         return self._end(Status.NOT_CONVERGED, self._exhausted("steps", residual, position), contacts, position)
@@ -189,7 +188,7 @@ class Continuation:
         return tried, None
 
     def _phase(self, equations: StepEquations, iterate: Iterate, number: int) -> Phase:
-        if number == 0:
+        if number == 0 and iterate.velocity is None:
             return Phase.START if self.begin.intact else Phase.AFTER_CHANGE
         if iterate.velocity is not None and (self._pace.wait > 0 or is_fast(equations, iterate)):
             return Phase.MOVING
@@ -240,7 +239,7 @@ class Continuation:
             stage=0,
             step=number,
             residual=residual,
-            max_displacement=float(np.hypot(*(position - self.begin.position)[:, :2].T).max()),
+            max_displacement=float(np.hypot(*(position - self.origin)[:, :2].T).max()),
             newton_iterations=self.factors.count - before,
             factorizations=self.factors.count - before,
             open_contacts=int((contacts.within_tolerance & ~at.closed).sum()),
@@ -252,25 +251,20 @@ class Continuation:
         self.steps.append(record)
         self.observer(record, lambda: self._motion(Status.NOT_CONVERGED, "on its way", contacts, position))
 
-    def _end(
-        self,
-        status: Status,
-        reason: str,
-        contacts: ContactSet,
-        position: FloatArray,
-        unstable: IntArray | None = None,
+    def _collapsed(
+        self, collapse: Collapse, contacts: ContactSet, position: FloatArray, velocity: FloatArray | None = None
     ) -> Motion:
-        self.factors.close()
-        return self._motion(status, reason, contacts, position, unstable)
+        status = Status.UNSTABLE if collapse.down.size else Status.NOT_CONVERGED
+        end = self._end(status, collapse.reason, contacts, position)
+        return replace(
+            end, unstable_blocks=collapse.unstable, down=collapse.down, small=collapse.small, velocity=velocity
+        )
 
-    def _motion(
-        self,
-        status: Status,
-        reason: str,
-        contacts: ContactSet,
-        position: FloatArray,
-        unstable: IntArray | None = None,
-    ) -> Motion:
+    def _end(self, status: Status, reason: str, contacts: ContactSet, position: FloatArray) -> Motion:
+        self.factors.close()
+        return self._motion(status, reason, contacts, position)
+
+    def _motion(self, status: Status, reason: str, contacts: ContactSet, position: FloatArray) -> Motion:
         at = self.system.evaluate(contacts, position)
         return Motion(
             status=status,
@@ -282,7 +276,10 @@ class Continuation:
             bolts_at=self.system.bolts.evaluate(position),
             constraints=self.system.constraints_at(position),
             loads=self.system.loads_at(position),
-            unstable_blocks=np.zeros(0, dtype=np.int32) if unstable is None else unstable,
+            unstable_blocks=np.zeros(0, dtype=np.int32),
+            down=np.zeros(0, dtype=np.int32),
+            small=np.zeros(0, dtype=bool),
+            velocity=None,
             start_residual=self.start_residual,
             residual=self.system.static_residual(contacts, position),
             reference=self.system.residual_scale * self.system.weight(at),

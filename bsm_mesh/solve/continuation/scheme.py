@@ -58,11 +58,15 @@ class ContinuationScheme:
         Name of the solver used.
     """
 
+    _velocity: FloatArray | None = None  # of blocks that go on after a fall, in the numbers of the whole
+    _intact = True  # until the first solution
+
     def __init__(self, model: Model, options: Options, report: Reporter) -> None:
         self.model, self.options, self.report = model, options, report
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
         self.bolts = InstalledBolts.of(model, self.moved)
+        self._origin = self.moved.copy()
         self.linear_solver = ""
 
     def set_in_situ(self) -> tuple[str, ...]:
@@ -83,8 +87,9 @@ class ContinuationScheme:
             self.history = with_filled_blocks(self.history, self.model, comes, stays | comes, self.moved)
 
     def install(self, number: int) -> None:
-        """Install the bolts of a stage as the blocks stand."""
+        """Install the bolts of a stage as the blocks stand; their movement in the stage counts from there."""
         self.bolts = self.bolts.install(number, self.moved)
+        self._origin = self.moved.copy()
 
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
@@ -98,9 +103,12 @@ class ContinuationScheme:
         start = Start(
             position=self.moved[part.block],
             history=in_part(self.history, part),
-            intact=number == 0,
+            intact=self._intact,
             bolts=self.bolts.in_part(part),
+            origin=self._origin[part.block],
+            velocity=None if self._velocity is None else self._velocity[part.block],
         )
+        self._intact = False
         kind = WangIteration if self.options.scheme == "wang" else Continuation
 
         def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
@@ -114,6 +122,7 @@ class ContinuationScheme:
         history, _ = commit(motion.contacts, motion.at, motion.position, engine.system.outlines.size)
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
+        self._velocity = None if motion.velocity is None else part.in_whole(motion.velocity)
         return self._outcome(engine, motion, bars_before)
 
     def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
@@ -143,7 +152,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         ),
         engine.system.water.point_forces(corners),
     )
-    displacement = motion.position - engine.begin.position
+    displacement = motion.position - engine.origin
     stage = StageResult(
         name="",
         status=motion.status,
@@ -167,7 +176,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         reference_weight=motion.reference,
         steps=motion.steps,
     )
-    return Outcome(stage, size)
+    return Outcome(stage, size, motion.down, motion.small)
 
 
 def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:

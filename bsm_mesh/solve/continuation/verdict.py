@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -13,6 +13,7 @@ from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.errors import place
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.contacts.forces import ContactSet
+from bsm_mesh.solve.falls import Falls
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 
@@ -24,6 +25,8 @@ class CollapseSettings:
     ----------
     free_move : float
         Movement of a block without contact, over its size, at which it is unstable. In one step a block may jump.
+    least_size : float
+        Size of a small block there, over that of the mean one.
     runs : float
         Sizes by which a block has moved that is no slower than a size before: it runs on.
     moves : float
@@ -33,12 +36,35 @@ class CollapseSettings:
     """
 
     free_move: float = 0.1
+    least_size: float = 0.5
     runs: float = 3.0
     moves: float = 0.25
     inside: float = 0.05
 
 
 SETTINGS = CollapseSettings()
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Collapse:
+    """Why a run ends without an equilibrium.
+
+    Attributes
+    ----------
+    reason : str
+        In words.
+    down : (k,) int32
+        Blocks that come down; empty where there is no verdict.
+    small : (k,) bool
+        Which of them are too small to count.
+    unstable : (l,) int32
+        Those, and blocks that move with them.
+    """
+
+    reason: str
+    down: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    small: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    unstable: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
 
 
 class CollapseCriterion:
@@ -49,12 +75,14 @@ class CollapseCriterion:
     system : BlockSystem
         The blocks.
     position : (n, 3) float64 [m, m, rad]
-        Initial position.
+        Where movement counts from.
     limit : float or None [m]
         A block with a larger displacement is unstable. None: the model's extent, and what runs on is not followed.
+    falls : Falls
+        Which blocks are too small to count.
     """
 
-    def __init__(self, system: BlockSystem, position: FloatArray, limit: float | None) -> None:
+    def __init__(self, system: BlockSystem, position: FloatArray, limit: float | None, falls: Falls) -> None:
         self.system, self.begin, self._followed = system, position, limit is not None
         self.limit = limit or float(np.ptp(system.model.blocks.vertices, axis=0).max())
         self.last_supported = position.copy()  # position of each block when it last had a contact or a support
@@ -63,16 +91,17 @@ class CollapseCriterion:
         self.rest = position  # the last equilibrium
         area = system.model.blocks.moments.area
         free = ~system.prescribed_blocks
-        self.size = np.sqrt(np.maximum(area, area[free].mean() if free.any() else 0.0))  # small ones by the mean
+        self.small = falls.small(system.model.blocks, free) & free
+        self.mean_size = float(np.sqrt(area[free].mean())) if free.any() else 0.0
+        self.own_size = np.sqrt(area)
+        self.size = np.maximum(self.own_size, self.mean_size)  # small ones by the mean
         self.sizes_moved = np.zeros(len(position), dtype=int)
         self.speed = np.zeros(len(position))  # of every block when it had last moved by a whole number of sizes
 
     def check(
         self, contacts: ContactSet, contacted: BoolArray, position: FloatArray, velocity: FloatArray | None = None
-    ) -> tuple[str, IntArray]:
-        """Return reason and unstable blocks after an accepted step; an empty reason if there is none.
-
-        A reason without blocks says why there is no verdict: blocks that seem free have sunk into others.
+    ) -> Collapse | None:
+        """Return what has come down after an accepted step, or None.
 
         `contacted`: contacts (m,) closed at its end, or during the step.
         """
@@ -80,28 +109,41 @@ class CollapseCriterion:
         self.last_supported[supported] = position[supported]
         moved = np.hypot(*(position - self.begin)[:, :2].T)
         fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
-        size = np.sqrt(system.model.blocks.moments.area)
-        loaded = np.abs(system.loads).max(axis=1) > 0
-        free = ~supported & self.detached & loaded & (fallen > SETTINGS.free_move * size)
+        loose = ~supported & self.detached & (np.abs(system.loads).max(axis=1) > 0)
+        chips = self.small & ((loose & (fallen > SETTINGS.free_move * self.own_size)) | (moved > self.mean_size))
+        least = np.maximum(self.own_size, SETTINGS.least_size * self.mean_size)
+        free = loose & ~self.small & (fallen > SETTINGS.free_move * least)
+        runs = self._runs_on(moved, velocity) & ~self.small
         self.thrown = ~supported & ~self.detached
         self.detached = ~supported
+        moves = np.abs((position - self.rest) / system.scale).max(axis=1) * ~system.prescribed_blocks
         if free.any():
-            sunk = self._sunk(np.flatnonzero(free), position)
-            if sunk:
-                return sunk, np.zeros(0, dtype=np.int32)
-            reason = "a block has lost all contact and moves freely"
-        elif not self._followed and (runs := self._runs_on(moved, velocity)).any():
-            free = runs
+            if sunk := self._sunk(np.flatnonzero(free), position):
+                return Collapse(reason=sunk)
+            return self._collapse("a block has lost all contact and moves freely", free, moves)
+        if not self._followed and runs.any():
             reason = (
                 f"a block has moved by more than {SETTINGS.runs:g} times its size and is as fast as one size before"
             )
-        elif moved.max() > self.limit:
-            reason = f"a block has moved more than {self.limit:.3g} m"
-        else:
-            self.rest = position if velocity is None else self.rest
-            return "", np.zeros(0, dtype=np.int32)
-        moves = np.abs((position - self.rest) / system.scale).max(axis=1) * ~system.prescribed_blocks
-        return reason, np.flatnonzero(free | (moves > SETTINGS.moves * moves.max())).astype(np.int32)
+            return self._collapse(reason, runs, moves)
+        if (far := (moved > self.limit) & ~self.small).any():
+            return self._collapse(f"a block has moved more than {self.limit:.3g} m", far, moves)
+        if chips.any():
+            number = np.flatnonzero(chips).astype(np.int32)
+            small = np.ones(len(number), dtype=bool)
+            return Collapse(reason="small blocks have come loose", down=number, small=small, unstable=number)
+        self.rest = position if velocity is None else self.rest
+        return None
+
+    def _collapse(self, reason: str, down: BoolArray, moves: FloatArray) -> Collapse:
+        """Return a collapse: blocks that come down (n,), and those that move nearly as far (n,) since the last rest."""
+        unstable = down | (moves > SETTINGS.moves * moves.max())
+        return Collapse(
+            reason=reason,
+            down=np.flatnonzero(down).astype(np.int32),
+            small=self.small[down],
+            unstable=np.flatnonzero(unstable).astype(np.int32),
+        )
 
     def _runs_on(self, moved: FloatArray, velocity: FloatArray | None) -> BoolArray:
         """Return which blocks have moved several sizes (n,) [m] and are no slower than a size before, (n,)."""

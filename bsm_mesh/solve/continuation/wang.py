@@ -71,10 +71,8 @@ class WangIteration(Continuation):
             quiet = quiet + 1 if at_rest else 0
             if quiet == QUIET_CYCLES:
                 return self._at_rest(contacts, position, at)
-            reason, blocks = self.collapse.check(contacts, at.closed, position)
-            if reason:
-                status = Status.UNSTABLE if blocks.size else Status.NOT_CONVERGED
-                return self._end(status, reason, contacts, position, blocks)
+            if collapse := self.collapse.check(contacts, at.closed, position):
+                return self._collapsed(collapse, contacts, position)
         return self._end(Status.NOT_CONVERGED, self._exhausted("cycles", residual, position), contacts, position)
 
     def _cycle(

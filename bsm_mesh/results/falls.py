@@ -1,0 +1,39 @@
+"""Blocks that came down and were taken away while the others stayed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fall:
+    """A block that came down and was taken away.
+
+    Attributes
+    ----------
+    block : int
+        Number of the block.
+    place : (x, y) [m]
+        Its centroid when it was taken away.
+    moved : float [m]
+        How far it had moved in the stage.
+    area : float [m2]
+        Its area.
+    weight : float [N/m]
+        Its weight.
+    step : int
+        The step of the stage in which it was taken away.
+    reason : str
+        Why, in words.
+    ignored : bool
+        Whether it is too small to count for the verdict.
+    """
+
+    block: int
+    place: tuple[float, float]
+    moved: float
+    area: float
+    weight: float
+    step: int
+    reason: str
+    ignored: bool

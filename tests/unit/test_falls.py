@@ -1,0 +1,80 @@
+"""Blocks that come down while the others stay: too small to count, or taken away as a roof is scaled."""
+
+import numpy as np
+import pytest
+from jointed_scenes import model_of
+from scenes import rectangle, turned
+
+import bsm_mesh as bsm
+
+PUSH = bsm.PointLoad(block=0, point=(-1, -0.5), force=(0, -1))
+LEDGE, SHELF = rectangle(-4, -1, 0, 0), rectangle(-4, -6, 8, -5)
+
+
+def overhanging(width, **given):
+    """Return a ledge with a block on it, and beside it one of a width that nothing carries, far above a shelf."""
+    polygons = [LEDGE, SHELF, rectangle(-2, 0, -1, 1), rectangle(0, -1, width, -1 + width)]
+    return model_of(polygons, fixed=(0, 1), **given)
+
+
+def test_a_sliver_that_comes_loose_does_not_decide():
+    results = bsm.run(overhanging(0.05))
+    (stage,) = results.stages
+    assert (results.status, list(stage.unstable_blocks)) == ("stable", [])
+    (fall,) = stage.falls
+    assert (fall.block, fall.ignored) == (3, True)
+    assert (fall.area, fall.weight) == pytest.approx((0.05**2, 0.05**2 * 25e3))
+    assert 0.005 < fall.moved < 1.0
+    assert fall.place[1] < -1 + 0.025
+    assert list(stage.present) == [True, True, True, False]
+    assert "too small to count: 1 block of 0.0025 m2 in all (falls.ignore_below): block 3" in stage.notes[-1]
+
+
+@pytest.mark.parametrize(("width", "share"), [(0.05, 0.0), (0.2, 0.01)])
+def test_a_block_that_counts_makes_the_stage_unstable(width, share):
+    results = bsm.run(overhanging(width), bsm.Options(falls=bsm.Falls(ignore_below=share)))
+    assert (results.status, list(results.unstable_blocks)) == ("unstable", [3])
+    assert results.stages[0].falls == ()
+
+
+def test_what_comes_down_is_taken_away_and_stage_after_stage_goes_on(tmp_path):
+    dug = [
+        bsm.Stage(name="dug", excavate=(2,)),
+        bsm.Stage(name="left", loads=[PUSH]),
+    ]
+    results = bsm.run(overhanging(0.5, stages=dug), bsm.Options(falls=bsm.Falls(on_fall="remove")))
+    assert [stage.status for stage in results.stages] == ["stable_after_falls", "stable", "stable"]
+    assert results.status == "stable"
+    (fall,) = results.stages[0].falls
+    assert (fall.block, fall.ignored, fall.reason) == (3, False, "a block has lost all contact and moves freely")
+    assert [list(np.flatnonzero(~stage.present)) for stage in results.stages] == [[3], [2, 3], [2, 3]]
+    results.save(tmp_path / "out")
+    again = bsm.Results.load(tmp_path / "out")
+    assert again.stages[0].falls == results.stages[0].falls
+    assert [stage.status for stage in again.stages] == [stage.status for stage in results.stages]
+    assert bsm.run(tmp_path / "out" / "model.toml", output=tmp_path / "again").stages[0].falls[0].block == 3
+
+
+def test_blocks_slide_on_when_one_beside_them_is_taken_away():
+    """A square on a plane steeper than its friction, with a sliver that it carries and loses on its way."""
+    sliver = rectangle(0.5, 0.9, 0.55, 0.95)
+    polygons = [turned(p, 40.0) for p in (rectangle(-60, -5, 5, 0), rectangle(-0.5, 0, 0.5, 1), sliver)]
+    results = bsm.run(model_of(polygons, friction=20.0))
+    (stage,) = results.stages
+    assert (results.status, list(results.unstable_blocks)) == ("unstable", [1])
+    assert [fall.block for fall in stage.falls] == [2]
+    start = [step.max_displacement for step in stage.steps]
+    assert min(np.diff(start)) > -1e-3, "what moved before moves on"
+
+
+@pytest.mark.parametrize(
+    ("given", "fault"),
+    [
+        ({"ignore_below": -0.1}, "ignore_below"),
+        ({"ignore_below": 0.5}, "ignore_below"),
+        ({"on_fall": "go on"}, "on_fall"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(given, fault):
+    with pytest.raises(bsm.ModelError, match=fault):
+        bsm.Falls(**given)
