@@ -47,15 +47,15 @@ if TYPE_CHECKING:
     )
     from bsm_mesh.model.loads import Load
     from bsm_mesh.results import Results
-    from bsm_mesh.solve.falls import Falls
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.solve.options import Options
+    from bsm_mesh.solve.stages.falls import Falls
 
 __version__ = "0.1.0"
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
-_HOME = {"Results": "bsm_mesh.results", "Options": "bsm_mesh.solve.options", "Falls": "bsm_mesh.solve.falls"}
+_HOME = {"Results": "bsm_mesh.results", "Options": "bsm_mesh.solve.options", "Falls": "bsm_mesh.solve.stages.falls"}
 _MODULES = ("bolt_patterns", "library")
 
 

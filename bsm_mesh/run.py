@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.records import Results, StageResult, StepRecord
     from bsm_mesh.solve.options import Options
-    from bsm_mesh.solve.stages import Reporter, Scheme
+    from bsm_mesh.solve.stages.scheme import Reporter, Scheme
 
 Observer: TypeAlias = "Callable[[StepRecord], None]"
 Snapshot: TypeAlias = "Callable[[StepRecord, Callable[[], Results]], None]"
@@ -84,7 +84,7 @@ def run(
         raise ModelError("run: output goes with a model file; write the results of a model by results.save(folder)")
     options = options or model.options or Options()
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
-    from bsm_mesh.solve.stages import solve_stages
+    from bsm_mesh.solve.stages.sequence import solve_stages
 
     report("contacts")
     ready = make_ready(model, options)

@@ -37,7 +37,7 @@ HEAVY = (
 
 
 ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may import; docs/architecture.md
-    "options": set(),
+    "options": {"stages"},
     "algebra": set(),
     "contacts": set(),
     "bolts": {"algebra"},
@@ -46,7 +46,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "linear": {"algebra", "bolts", "contacts", "options", "stages"},
     "limit": {"algebra", "bolts"},
     "motion": {"algebra", "bolts", "contacts", "step"},
-    "methods": {"algebra", "contacts", "motion", "step"},
+    "methods": {"algebra", "contacts", "step"},
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},
 }
 DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothing

@@ -27,8 +27,8 @@ from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.model.water import Water
-from bsm_mesh.solve.falls import Falls
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.falls import Falls
 
 
 def make_rock(name: str, table: RockTable) -> Rock:

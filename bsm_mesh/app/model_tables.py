@@ -25,8 +25,8 @@ from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
 from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.model import ContactPoints
 from bsm_mesh.model.water import WATER, Head
-from bsm_mesh.solve.falls import OnFall
 from bsm_mesh.solve.options import LinearSolverName, Scheme
+from bsm_mesh.solve.stages.falls import OnFall
 
 
 def _fix(value: object) -> object:

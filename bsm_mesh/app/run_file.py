@@ -22,7 +22,7 @@ from bsm_mesh.run import Finished, Observer, Output, Snapshot, run
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
-    from bsm_mesh.solve.stages import Reporter
+    from bsm_mesh.solve.stages.scheme import Reporter
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

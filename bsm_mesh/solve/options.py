@@ -8,7 +8,7 @@ from typing import Annotated, Literal, get_args
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, PART, STEPS, THREADS, TOLERANCE
 from bsm_mesh.model.values import Rules
-from bsm_mesh.solve.falls import Falls
+from bsm_mesh.solve.stages.falls import Falls
 
 Scheme = Literal["linear", "continuation", "wang"]
 LinearSolverName = Literal["auto", "pardiso", "superlu", "cluster"]

@@ -29,7 +29,8 @@ from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter, concatenate
+from bsm_mesh.solve.stages.new_faces import concatenate
+from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
 
 COMPILING = "once on this machine; takes about half a minute"
 

@@ -13,7 +13,7 @@ from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.errors import place
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.contacts.forces import ContactSet
-from bsm_mesh.solve.falls import Falls
+from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 

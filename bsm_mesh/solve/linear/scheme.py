@@ -27,7 +27,8 @@ from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.contacts.in_situ import beyond_strength, in_situ_contacts
 from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages import Observer, Outcome, Reporter, concatenate
+from bsm_mesh.solve.stages.new_faces import concatenate
+from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
 
 MAX_FREE = 3  # parts that are free to move, in the reason for a verdict
 

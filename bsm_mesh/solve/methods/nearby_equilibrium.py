@@ -10,10 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bsm_mesh.solve.contacts.history import commit, restore_history
-from bsm_mesh.solve.methods.newton import chord_method, elastic_position
+from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import SETTINGS as NEWTON
 from bsm_mesh.solve.methods.regularized_newton import regularized_newton
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.elastic import elastic_position
 from bsm_mesh.solve.step.equations import StepEquations
 
 

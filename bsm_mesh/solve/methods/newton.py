@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.contacts.forces import first_tangent
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import Residual, StepEquations, moved_by
 
@@ -116,20 +115,6 @@ def chord_method(step: StepEquations, position: FloatArray, tolerance: float) ->
 def tangent_regularization(max_norm: float) -> float:
     """Return the part of their stiffness that open and slipping contacts keep, proportional to the residual."""
     return SETTINGS.regularization * min(1.0, max_norm)
-
-
-def elastic_position(step: StepEquations) -> FloatArray:
-    """Return the elastic solution of the step: every contact within tolerance closed and sticking, (n, 3).
-
-    No line search: the laws may be far from satisfied there.
-    """
-    at = step.evaluate(step.start)
-    forces = step.residual(step.start, at.forces)
-    data = first_tangent(step.contacts, at, step.pattern.place, len(step.pattern.column))
-    if not step.factorize(data, step.start):
-        return step.start
-    movement = step.solve(forces)
-    return moved_by(step.start, movement) if np.isfinite(movement).all() else step.start
 
 
 def _line_search(step: StepEquations, here: Residual, correction: FloatArray) -> Residual:

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.solve.methods.newton import elastic_position
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.elastic import elastic_position
 from bsm_mesh.solve.step.equations import StepEquations
 
 LIGHTEST = MotionSettings(damping=0.5, impact=0.0, real_masses=False)

@@ -1,0 +1,1 @@
+"""Stages one after the other: what is taken away, placed and loaded, and what comes down."""

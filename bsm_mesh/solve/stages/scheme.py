@@ -1,0 +1,58 @@
+"""What the stages ask of a scheme, and what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.submodel import SubModel
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.results.records import StageResult, StepRecord
+
+Reporter = Callable[[str], None]
+Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
+Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
+Finished = Callable[[tuple[StageResult, ...]], None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outcome:
+    """The result of a stage in the numbers of its submodel, and the forces in its bars.
+
+    `down` (k,) are the blocks that come down, and `small` (k,) which of them are too small to count.
+    """
+
+    stage: StageResult
+    bar_forces: FloatArray
+    down: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+    small: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+
+class Scheme(Protocol):
+    """A scheme, as used by the stages."""
+
+    linear_solver: str
+    moved: FloatArray
+    """Displacement of every block since it was given, or placed, (n, 3)."""
+
+    def set_in_situ(self) -> tuple[str, ...]:
+        """Set the contact forces from the in-situ field; return notes on it."""
+
+    def stage_bars(self, bars: Bars, number: int) -> Bars:
+        """Return the supports for a stage."""
+
+    def remove_and_place_blocks(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Remove contacts of blocks that do not stay (n,), cut their bolts, place those that come (n,)."""
+
+    def install(self, number: int) -> None:
+        """Install the bolts of a stage at the current position, from which its movement counts."""
+
+    def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
+        """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
+
+    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+        """Return the submodel in equilibrium or collapse, and keep its state."""

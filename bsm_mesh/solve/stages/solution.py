@@ -1,0 +1,220 @@
+"""The solution of one stage: its parts one after the other, and again without what comes down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import counted, listing
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.submodel import SubModel, submodel_of
+from bsm_mesh.model.supports import Bars
+from bsm_mesh.model.water import Water
+from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.records import StageResult, Status, StepRecord
+from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
+from bsm_mesh.solve.stages.new_faces import concatenate
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Scheme
+
+FAR = 0.1  # of a block's size, the root of its area
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysis:
+    """What all stages of a run have in common.
+
+    Attributes
+    ----------
+    model : Model
+        The whole.
+    scheme : Scheme
+        Keeps the state of contacts and blocks.
+    observer : callable
+        Gets every step.
+    check : callable
+        Says what speaks against a stage at rest.
+    falls : Falls
+        What is done with blocks that come down.
+    """
+
+    model: Model
+    scheme: Scheme
+    observer: Observer
+    check: Checker
+    falls: Falls
+
+
+@dataclass(eq=False, slots=True)
+class StageState:
+    """The state that changes from stage to stage, in the numbers of the whole."""
+
+    present: BoolArray
+    bars: Bars
+    bar_forces: FloatArray
+    forces: list[PointForces]
+    water: Water | None
+    unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
+    origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    fallen: list[int] = field(default_factory=list)
+
+    def release(self, part: float) -> None:
+        """Release the excavation forces up to a part of them."""
+        self.unreleased_forces = [(forces, max(released, part)) for forces, released in self.unreleased_forces]
+
+    def forget_released(self) -> None:
+        """Forget the excavation forces that are released as a whole."""
+        self.unreleased_forces = [(forces, released) for forces, released in self.unreleased_forces if released < 1]
+
+    def take_away(self, down: IntArray) -> None:
+        """Take blocks (k,) away that came down: nothing holds them, and they hold nothing."""
+        self.fallen.extend(down.tolist())
+        self.present = self.present.copy()
+        self.present[down] = False
+        self.origin[down] = 0.0
+        self.bar_forces[~self.present[self.bars.block]] = 0.0
+
+    @property
+    def all_forces(self) -> PointForces:
+        """Loads, and the part of excavation forces that still acts."""
+        left = [(forces, 1 - released) for forces, released in self.unreleased_forces if released < 1]
+        return concatenate([*self.forces, *(replace(forces, force=part * forces.force) for forces, part in left)])
+
+
+class StageSolution:
+    """The solution of one stage.
+
+    Parameters
+    ----------
+    run : Analysis
+        What all stages have in common.
+    state : StageState
+        The state at its start; it changes in place.
+    name : str
+        Name of the stage.
+    number : int
+        Its number, from 0.
+    notes : tuple of str
+        Notes that belong to it.
+    """
+
+    def __init__(self, run: Analysis, state: StageState, name: str, number: int, notes: tuple[str, ...] = ()) -> None:
+        self._run, self._state, self._name, self._number, self._notes = run, state, name, number, notes
+        self._before = run.scheme.moved.copy()
+        self._steps: list[StepRecord] = []
+        self._fallen: list[Fall] = []
+        self._start_residual: float | None = None
+
+    def result(self, parts: tuple[float, ...]) -> StageResult:
+        """Return the equilibrium after every released part of the excavation forces, or the first failure."""
+        run, state = self._run, self._state
+        for part in parts:
+            state.release(part)
+            stage = self._part()
+            if stage.status is not Status.STABLE:
+                break
+        state.forget_released()
+        if state.water is not None and state.water.table and not stage.water.any():
+            dry = "no block lies below the water table: check its level and unit"
+            stage = replace(stage, notes=(*stage.notes, dry))
+        stage = replace(stage, notes=(*stage.notes, *_note_on_movement(run.model.blocks, stage)))
+        return after_falls(stage, tuple(self._fallen))
+
+    def _part(self) -> StageResult:
+        """Return where blocks end under the forces that act now, without those that come down and are taken away."""
+        run, state = self._run, self._state
+        while True:
+            bars = run.scheme.stage_bars(state.bars, self._number)
+            part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
+            outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part))
+            state.bar_forces[part.bar] = outcome.bar_forces
+            if self._start_residual is None:
+                self._start_residual = outcome.stage.start_residual
+            stage = _confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
+            if not run.falls.takes_away(outcome.small):
+                return stage
+            down = part.block[outcome.down]
+            self._fallen.extend(falls_of(run.model, down, outcome.small, stage, run.scheme.moved))
+            state.take_away(down)
+            run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
+
+    def _watch(self, part: SubModel) -> Observer:
+        """Return what gets the steps of a part."""
+
+        def watch(record: StepRecord, stage: Callable[[], StageResult]) -> None:
+            def as_it_stands() -> StageResult:
+                now, moved = stage(), self._run.scheme.moved.copy()
+                moved[part.block] = now.displacement
+                return self._placed(now, part, moved)
+
+            self._steps.append(replace(record, stage=self._number, step=len(self._steps)))
+            self._run.observer(self._steps[-1], as_it_stands)
+
+        return watch
+
+    def _placed(self, stage: StageResult, part: SubModel, moved: FloatArray) -> StageResult:
+        """Return a part's result in the numbers of the whole, with the displacements (n, 3) since the start."""
+        state, blocks = self._state, self._run.model.blocks
+        displacement = (moved - state.origin) * state.present[:, None]
+        return replace(
+            _in_whole(stage, part),
+            name=self._name,
+            displacement=displacement,
+            bolts=replace(stage.bolts, displacement=displacement_at(blocks, displacement, stage.bolts)),
+            stage_displacement=(moved - self._before) * state.present[:, None],
+            origin=state.origin.copy(),
+            start_residual=stage.start_residual if self._start_residual is None else self._start_residual,
+            steps=tuple(self._steps),
+            notes=(*self._notes, *stage.notes),
+        )
+
+
+def _note_on_movement(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
+    """Say which blocks at rest lie far from where the stage found them: they gave way first, and lie somewhere."""
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    far = np.flatnonzero(moved > FAR * np.sqrt(blocks.moments.area))
+    if stage.status is not Status.STABLE or not far.size:
+        return ()
+    return (
+        f"before it came to rest, {counted(far.size, 'block')} moved by more than a tenth of its size, up to "
+        f"{moved[far].max():.3g} m: block {listing(far)}; where that is a failure, give a smaller displacement_limit",
+    )
+
+
+def _confirmed(stage: StageResult, check: Checker) -> StageResult:
+    """Return a stage; at rest by the scheme alone and not by the independent check, it counts as not converged."""
+    against = check(stage) if stage.status is Status.STABLE else ()
+    if not against:
+        return stage
+    reason = f"{stage.reason} by the solution, but not by the independent check: {'; '.join(against)}"
+    return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
+
+
+def displacement_at(blocks: Blocks, displacement: FloatArray, bolts: BoltForces) -> FloatArray:
+    """Return the displacement of the rock at the bolts' nodes, (n_nodes, 2) [m]."""
+    arm = bolts.original - blocks.moments.centroid[bolts.block]
+    u, v, turn = displacement[bolts.block].T
+    versed, sine = -2 * np.sin(turn / 2) ** 2, np.sin(turn)  # cos(turn) - 1 without loss of digits
+    return np.column_stack([u + versed * arm[:, 0] - sine * arm[:, 1], v + sine * arm[:, 0] + versed * arm[:, 1]])
+
+
+def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
+    """Return a part's result in the numbers of the whole."""
+    contacts, supports = stage.contacts, stage.supports
+    return replace(
+        stage,
+        present=part.present,
+        stress=part.in_whole(stage.stress),
+        stress_effective=part.in_whole(stage.stress_effective),
+        loads=part.in_whole(stage.loads),
+        reactions=part.in_whole(stage.reactions),
+        water=part.in_whole(stage.water),
+        contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
+        supports=replace(supports, block=part.block[supports.block]),
+        unstable_blocks=part.block[stage.unstable_blocks],
+    )
