@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.state import holding_pairs
+from tests.scenes.shapes import rectangle
 
 BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
 START = np.zeros((BLOCKS.count, 3))

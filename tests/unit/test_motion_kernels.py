@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import rectangle, turned
-from step_scenes import begun, still
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
+from tests.scenes.steps import begun, still
 
 UNDAMPED = MotionSettings(damping=0.0, impact=0.0, real_masses=True)
 INELASTIC = MotionSettings(damping=0.0, impact=1.0, real_masses=True)

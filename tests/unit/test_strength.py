@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import grid, square
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.strength import MAX_UTILISATION, peak_strength, utilisation
 from bsm_mesh.contact.table import initial_contacts
+from tests.scenes.shapes import grid, square
 
 RTOL = 1e-13
 PRESSURE = np.array([0.0, 1e5, 1e6, 5e6])
