@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from inspect import signature
 
-from benchmarks import linear, meshes, scenes
+from benchmarks import linear, meshes
 from benchmarks.measure import PARTS
 from benchmarks.programs import Build, Row, run_bsm, run_command, run_highs, run_pymunk
+from tests.scenes import large
 
 PEER = "peer"  # the entry of a command given by ``--peer``
 
@@ -41,7 +42,7 @@ class Case:
     sizes: tuple[int, ...]
     programs: dict[str, Callable[[int, Namespace], Row]]
     parts: tuple[str, ...] = PARTS
-    build: Callable[..., scenes.Scene] | None = field(default=None)
+    build: Callable[..., large.Scene] | None = field(default=None)
 
     def at_friction(self, friction: float | None) -> Case:
         """Return the case with an angle of friction [degrees] in its title; None: that of its scene."""
@@ -51,16 +52,16 @@ class Case:
         return replace(self, title=f"{self.title}, friction {degrees:g} degrees")
 
 
-def at_rest(build: Callable[..., scenes.Scene], name: str = "bsm", k0: float | None = None) -> dict:
+def at_rest(build: Callable[..., large.Scene], name: str = "bsm", k0: float | None = None) -> dict:
     """Return this program's entry for a scene; from zero stress, or with `k0` in situ."""
     return {name: lambda n, given: run_bsm(_with_friction(build, given), n, given, given.k0 if k0 else None)}
 
 
-def _with_friction(build: Callable[..., scenes.Scene], given: Namespace) -> Build:
+def _with_friction(build: Callable[..., large.Scene], given: Namespace) -> Build:
     return build if given.friction is None else partial(build, friction=given.friction)
 
 
-def peers(build: Callable[..., scenes.Scene], *runs: Callable[[Build, int, Namespace], Row]) -> dict:
+def peers(build: Callable[..., large.Scene], *runs: Callable[[Build, int, Namespace], Row]) -> dict:
     """Return the entries of other programs for a scene."""
 
     def entry(run: Callable[[Build, int, Namespace], Row]) -> Callable[[int, Namespace], Row]:
@@ -72,7 +73,7 @@ def peers(build: Callable[..., scenes.Scene], *runs: Callable[[Build, int, Names
 BOTH = (run_pymunk, run_highs)
 
 
-def from_both_starts(build: Callable[..., scenes.Scene]) -> dict:
+def from_both_starts(build: Callable[..., large.Scene]) -> dict:
     """Return the entries of a scene in situ and with gravity switched on, and of the peers."""
     return at_rest(build, k0=1.0) | at_rest(build, "bsm-gravity") | peers(build, *BOTH)
 
@@ -87,40 +88,40 @@ CASES = {
     "wall": Case(
         title="Half-bond wall tilted by 5 degrees",
         sizes=(100, 1000, 10_000, 100_000),
-        programs=at_rest(scenes.tilted_wall) | peers(scenes.tilted_wall, *BOTH),
-        build=scenes.tilted_wall,
+        programs=at_rest(large.tilted_wall) | peers(large.tilted_wall, *BOTH),
+        build=large.tilted_wall,
     ),
     "slope": Case(
         title="Slope with two joint sets; in-situ start, and gravity switched on",
         sizes=(1000, 10_000),
-        programs=from_both_starts(scenes.jointed_slope),
-        build=scenes.jointed_slope,
+        programs=from_both_starts(large.jointed_slope),
+        build=large.jointed_slope,
     ),
     "leaning": Case(
         title="The slope with its joint sets mirrored, so that its columns lean into it; both starts",
         sizes=(1000, 10_000),
-        programs=from_both_starts(scenes.leaning_slope),
-        build=scenes.leaning_slope,
+        programs=from_both_starts(large.leaning_slope),
+        build=large.leaning_slope,
     ),
     "rock": Case(
         title="Tunnel excavated in Voronoi rock under in-situ stress, cohesion 0.5 MPa",
         sizes=(1000, 10_000),
-        programs=at_rest(scenes.blocky_rock, k0=1.0),
-        build=scenes.blocky_rock,
+        programs=at_rest(large.blocky_rock, k0=1.0),
+        build=large.blocky_rock,
     ),
     "layers": Case(
         title="Layers at 40 degrees that slide a metre to a toe (Wang's Example 3 in kind)",
         sizes=(100, 1000, 10_000),
-        programs=at_rest(scenes.sliding_layers) | peers(scenes.sliding_layers, *BOTH),
-        build=scenes.sliding_layers,
+        programs=at_rest(large.sliding_layers) | peers(large.sliding_layers, *BOTH),
+        build=large.sliding_layers,
     ),
     "bolts": Case(
         title="The tilted wall with a bolt for every ten bricks",
         sizes=(1000, 10_000),
-        programs=at_rest(scenes.tilted_wall, "no-bolts")
-        | at_rest(scenes.bolted_wall, "passive")
-        | at_rest(partial(scenes.bolted_wall, pretension=20e3), "pretension"),
-        build=scenes.tilted_wall,
+        programs=at_rest(large.tilted_wall, "no-bolts")
+        | at_rest(large.bolted_wall, "passive")
+        | at_rest(partial(large.bolted_wall, pretension=20e3), "pretension"),
+        build=large.tilted_wall,
     ),
     "cutting": Case(
         title="From joint sets to blocks: cut, write the mesh, read it",

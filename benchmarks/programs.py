@@ -25,8 +25,8 @@ import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.measure import Split, peak_memory
-from benchmarks.scenes import DENSITY, GRAVITY, STIFFNESS, Scene
 from bsm_mesh.results.records import StepRecord
+from tests.scenes.large import DENSITY, GRAVITY, STIFFNESS, Scene
 
 Row = dict[str, Any]
 Build = Callable[[int], Scene]

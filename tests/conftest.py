@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_case import MODEL, Case, environment, msh
+
+from tests.scenes.small_case import MODEL, Case, environment, msh
 
 
 @pytest.fixture

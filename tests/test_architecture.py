@@ -149,6 +149,44 @@ def floors(arrows: dict[str, set[str]]) -> dict[str, int]:
     return {room: floor(room) for room in arrows}
 
 
+def importers_of(package: str, folder: Path, root: Path) -> list[str]:
+    """Return the files below a folder that import a package, or name it to one that imports by name."""
+    by_name = {"importlib.import_module", "import_module", "pytest.importorskip", "__import__"}
+
+    def names(path: Path) -> list[str]:
+        source = path.read_text(encoding="utf-8")
+        asked = [
+            arg.value
+            for node in ast.walk(ast.parse(source))
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in by_name
+            for arg in node.args
+            if isinstance(arg, ast.Constant) and isinstance(arg.value, str)
+        ]
+        return [name for name, _, _ in imports(source, path.stem, False)] + asked
+
+    found = sorted(folder.rglob("*.py"))
+    return [str(path.relative_to(root)) for path in found if any(below(name, package) for name in names(path))]
+
+
+def test_no_test_of_the_program_imports_benchmarks():
+    """What both solve is in ``tests/scenes``; tests/unit/test_benchmarks.py, of the benchmarks, imports by f-string."""
+    assert importers_of("benchmarks", ROOT / "tests", ROOT) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("from benchmarks.campaign import sizes", True),
+        ("def f():\n    import benchmarks", True),
+        ("scenes = pytest.importorskip('benchmarks.scenes')", True),
+        ("from tests.scenes import large", False),
+    ],
+)
+def test_the_walk_finds_importers_of_benchmarks(tmp_path, text, wrong):
+    (tmp_path / "test_a.py").write_text(text, encoding="utf-8")
+    assert bool(importers_of("benchmarks", tmp_path, tmp_path)) == wrong
+
+
 def test_rooms_of_the_solver():
     arrows = arrows_between_rooms(ROOT)
     assert set(arrows) == set(ROOMS)

@@ -8,12 +8,12 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks import scenes
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.scene import Dig, Scene
 from benchmarks.campaign.trial import Draft, Family
+from tests.scenes import large
 
-Build = Callable[[int], scenes.Scene]
+Build = Callable[[int], large.Scene]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ class Named:
     k0: float | None = None
 
 
-def _slopes(kind: str, build: Callable[..., scenes.Scene], *starts: tuple[float, float | None]) -> list[Named]:
+def _slopes(kind: str, build: Callable[..., large.Scene], *starts: tuple[float, float | None]) -> list[Named]:
     return [
         Named(
             name=f"{kind} {friction:g}, {'gravity' if k0 is None else f'in situ {k0:g}'}",
@@ -37,27 +37,25 @@ def _slopes(kind: str, build: Callable[..., scenes.Scene], *starts: tuple[float,
 
 
 def _rock(friction: float, k0: float) -> Named:
-    return Named(name=f"rock {friction:g}, in situ {k0:g}", build=partial(scenes.blocky_rock, friction=friction), k0=k0)
+    return Named(name=f"rock {friction:g}, in situ {k0:g}", build=partial(large.blocky_rock, friction=friction), k0=k0)
 
 
-WALL = Named(name="wall", build=scenes.tilted_wall)
+WALL = Named(name="wall", build=large.tilted_wall)
 SIZES: dict[str, tuple[int, list[Named]]] = {
     "1e4": (
         10_000,
         [
             WALL,
-            Named(name="wall 30", build=partial(scenes.tilted_wall, friction=30.0)),
-            *_slopes(
-                "slope", scenes.jointed_slope, (35, 1.0), (35, None), (40, 1.0), (40, None), (30, 1.0), (30, None)
-            ),
-            *_slopes("leaning", scenes.leaning_slope, (35, 1.0), (35, None), (35, 0.5), (30, 1.0), (30, None)),
+            Named(name="wall 30", build=partial(large.tilted_wall, friction=30.0)),
+            *_slopes("slope", large.jointed_slope, (35, 1.0), (35, None), (40, 1.0), (40, None), (30, 1.0), (30, None)),
+            *_slopes("leaning", large.leaning_slope, (35, 1.0), (35, None), (35, 0.5), (30, 1.0), (30, None)),
             _rock(35, 1.0),
             _rock(30, 1.0),
             _rock(35, 2.0),
             _rock(35, 0.5),
-            Named(name="layers", build=scenes.sliding_layers),
-            Named(name="bolts, passive", build=scenes.bolted_wall),
-            Named(name="bolts, pretension", build=partial(scenes.bolted_wall, pretension=20e3)),
+            Named(name="layers", build=large.sliding_layers),
+            Named(name="bolts, passive", build=large.bolted_wall),
+            Named(name="bolts, pretension", build=partial(large.bolted_wall, pretension=20e3)),
         ],
     ),
     "1e5": (
@@ -65,8 +63,8 @@ SIZES: dict[str, tuple[int, list[Named]]] = {
         [
             WALL,
             _rock(35, 1.0),
-            *_slopes("leaning", scenes.leaning_slope, (35, None), (35, 1.0)),
-            *_slopes("slope", scenes.jointed_slope, (35, None), (35, 1.0)),
+            *_slopes("leaning", large.leaning_slope, (35, None), (35, 1.0)),
+            *_slopes("slope", large.jointed_slope, (35, None), (35, 1.0)),
         ],
     ),
     "1e6": (1_000_000, [WALL]),
@@ -90,9 +88,9 @@ def scene_of(named: Named, n: int) -> Scene:
         held=np.asarray(made.held, dtype=np.int64),
         friction=made.friction,
         cohesion=made.cohesion,
-        kn=scenes.STIFFNESS,
-        ks=scenes.STIFFNESS,
-        unit_weight=scenes.DENSITY * scenes.GRAVITY,
+        kn=large.STIFFNESS,
+        ks=large.STIFFNESS,
+        unit_weight=large.DENSITY * large.GRAVITY,
         gravity=made.gravity_direction,
         surface=made.surface if named.k0 is not None else (),
         k0=named.k0,

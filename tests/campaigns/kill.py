@@ -62,9 +62,17 @@ def strike(scene: Scene, blow: Strike, seconds: float = 0.0) -> Struck:
     """Run a scene in a process of its own, struck; `seconds` is the processor time of a whole run."""
     log = scene.root.with_name(f"{scene.root.name}.log")
     log.unlink(missing_ok=True)
-    paths = [str(ROOT / "tests"), str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     process = subprocess.Popen(
-        [sys.executable, "-m", "campaigns.struck", str(blow.operation), str(scene.root), str(log), *scene.arguments],
+        [
+            sys.executable,
+            "-m",
+            "tests.campaigns.struck",
+            str(blow.operation),
+            str(scene.root),
+            str(log),
+            *scene.arguments,
+        ],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,

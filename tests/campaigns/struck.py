@@ -1,7 +1,8 @@
 """A run of the program that is struck: at its n-th operation on files it is killed, or the disk is full.
 
-``python -m campaigns.struck N ROOT LOG ARGUMENTS...`` runs ``bsm-mesh ARGUMENTS`` and kills itself before operation N
-on files in ROOT (0: never). Into LOG go a line when it begins, one an operation, one when a stage makes its first step.
+``python -m tests.campaigns.struck N ROOT LOG ARGUMENTS...`` runs ``bsm-mesh ARGUMENTS`` and kills itself before
+operation N on files in ROOT (0: never). Into LOG go a line when it begins, one an operation, one when a stage makes its
+first step.
 """
 
 from __future__ import annotations

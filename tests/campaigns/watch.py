@@ -32,7 +32,7 @@ class Worker:
         os.write(handle, bytes(8))
         os.close(handle)
         self.mark = Path(name)
-        paths = [str(ROOT / "tests"), str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+        paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
         threads = dict.fromkeys(
             ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
         )
@@ -94,7 +94,7 @@ def watch(
     processes: int = 1,
     hangs: float = HANGS,
     blocks: float = BLOCKS,
-    module: str = "campaigns.worker",
+    module: str = "tests.campaigns.worker",
 ) -> None:
     """Have chunks of inputs done by workers.
 

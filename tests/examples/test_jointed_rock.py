@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from small_case import Case
+
+from tests.scenes.small_case import Case
 
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
 FILES = re.compile(r"^`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)

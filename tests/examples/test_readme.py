@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_case import Case, environment
 
 import bsm_mesh as bsm
+from tests.scenes.small_case import Case, environment
 
 README = Path(__file__).parents[2] / "README.md"
 TEXT = README.read_text(encoding="utf-8") if README.is_file() else ""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_scenes import jointed_banks
 
 import bsm_mesh as bsm
 from bsm_mesh.model.bolt_layout import pass_blocks
+from tests.scenes.random_models import jointed_banks
 
 FEW = settings(max_examples=20, derandomize=True, deadline=None)
 AREA = np.pi * 0.025**2 / 4

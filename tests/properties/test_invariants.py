@@ -8,10 +8,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scenes import dense_solution, face_forces, rectangle, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra import pardiso
+from tests.scenes.reference import dense_solution, face_forces
+from tests.scenes.shapes import rectangle, turned
 
 RTOL = 1e-8  # of the largest force: stiffnesses within three orders, conditions of 1e6, and 1e-16 a number
 FEW = settings(max_examples=15, derandomize=True, deadline=None)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from networks import accounted, areas, areas_within, box, circle, lengths
 
 from bsm_mesh.converters import NoteKind, read_mesh
 from bsm_mesh.geometries import (
@@ -25,6 +24,7 @@ from bsm_mesh.geometries import (
     cut_blocks,
     write_blocks,
 )
+from tests.scenes.networks import accounted, areas, areas_within, box, circle, lengths
 
 AREA = 1e-12  # of the region: nothing but rounding
 

@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_scenes import jointed_banks, piles
 
 import bsm_mesh as bsm
+from tests.scenes.random_models import jointed_banks, piles
 
 FEW = settings(max_examples=20, derandomize=True, deadline=None)
 

@@ -6,11 +6,11 @@ import importlib
 from pathlib import Path
 
 import pytest
-from jointed_scenes import model_of
-from scenes import rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.plan import PLANS, Phase
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle
 
 PAGE = Path(__file__).parents[2] / "docs" / "architecture.md"
 

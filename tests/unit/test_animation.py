@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from small_case import Case
 
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
+from tests.scenes.small_case import Case
 
 pytest.importorskip("gmsh")
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_case import CURVES, ROOT, msh, msh22
 
 from bsm_mesh.converters import read_mesh
 from bsm_mesh.converters.meshes import apart
 from bsm_mesh.converters.meshes.files import read_cells
 from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 from bsm_mesh.errors import ModelError
+from tests.scenes.small_case import CURVES, ROOT, msh, msh22
 
 READERS = """
 import os

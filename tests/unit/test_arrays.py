@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-import scenes
 
 import bsm_mesh as bsm
 from bsm_mesh.arrays import ReadOnlyMapping, content_hash
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.results import Results
+from tests.scenes import models, shapes
 
 
 def everything() -> bsm.Model:
     """Return a model that has one of everything that can be given."""
-    blocks = scenes.framed(bsm.Blocks.from_polygons(scenes.grid(3, 2), rock=["gneiss", "schist"] * 3), 3, 2)
+    blocks = models.framed(bsm.Blocks.from_polygons(shapes.grid(3, 2), rock=["gneiss", "schist"] * 3), 3, 2)
     blocks = dataclasses.replace(blocks, excavations={"one": np.array([5], np.int32)})
     edges = len(blocks.boundaries["top"])
     return bsm.Model(

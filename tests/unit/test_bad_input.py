@@ -9,7 +9,8 @@ import json
 import shutil
 
 import pytest
-from small_case import FILE, JOINT, JUNK, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case, msh
+
+from tests.scenes.small_case import FILE, JOINT, JUNK, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case, msh
 
 KEYS = [  # old, new, words
     ("title =", "titel =", ["model.toml: top level: unknown key 'titel'", "did you mean 'title'"]),

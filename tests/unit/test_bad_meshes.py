@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 
 import pytest
-from small_case import CURVES, FILE, JUNK, LINEAR, LOAD, NODES, Case, msh22
+
+from tests.scenes.small_case import CURVES, FILE, JUNK, LINEAR, LOAD, NODES, Case, msh22
 
 
 def moved(node: int, *place: object) -> str:

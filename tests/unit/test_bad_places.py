@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 
 import pytest
-from file_operations import watched
-from small_case import FILE, JUNK, LOAD, MODEL, Case, check_refusal, run_process
 from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from bsm_mesh.results import Results
+from tests.file_operations import watched
+from tests.scenes.small_case import FILE, JUNK, LOAD, MODEL, Case, check_refusal, run_process
 
 
 def test_new_and_demo_leave_what_is_there_alone(case: Case) -> None:

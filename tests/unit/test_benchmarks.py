@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
+from tests.scenes import large
 
 ROOT = Path(__file__).parents[2]
 PEER = "import json; print(json.dumps({'verdict': 'at rest', 'note': 'none', 'residual': 0.5}))"
@@ -47,10 +48,10 @@ def test_run(tmp_path):
 
 def test_factorizations_are_those_of_all_blocks():
     """Not those of the few that are solved apart: a wall of a million bricks has a thousand of these."""
-    scenes, programs = module("scenes"), module("programs")
+    programs = module("programs")
     given = Namespace(solver="auto", threads=1, max_steps=50, trace=False)
-    row = programs.run_bsm(scenes.tilted_wall, 1000, given)
-    results = bsm.run(scenes.tilted_wall(1000).model(), bsm.Options(scheme="continuation", threads=1))
+    row = programs.run_bsm(large.tilted_wall, 1000, given)
+    results = bsm.run(large.tilted_wall(1000).model(), bsm.Options(scheme="continuation", threads=1))
     assert row["factorizations"] == sum(step.factorizations for step in results.stages[-1].steps) < 10
 
 
@@ -77,9 +78,8 @@ def test_growth():
 
 
 def test_scenes():
-    scenes = module("scenes")
     for name in ("tilted_wall", "jointed_slope", "leaning_slope", "blocky_rock", "sliding_layers"):
-        model = getattr(scenes, name)(200).model()
+        model = getattr(large, name)(200).model()
         assert 150 < model.blocks.count < 350, name
 
 

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import dense_solution, grid, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, constrain, fill_stiffness, upper_triangle, whole_pattern
+from tests.scenes.reference import dense_solution
+from tests.scenes.shapes import grid, running_bond, turned
 
 STIFFNESS = (3e8, 1e8)
 SCENES = {"grid": grid(3, 3), "bond": running_bond(4, 3), "turned": [turned(p, 23) for p in running_bond(4, 3)]}

@@ -5,10 +5,11 @@ import re
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import SQUARE, framed, grid, rectangle, square
 
 import bsm_mesh as bsm
 from bsm_mesh.model.blocks import merge_points
+from tests.scenes.models import framed
+from tests.scenes.shapes import SQUARE, grid, rectangle, square
 
 
 def fault(match):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.state import holding_pairs
+from tests.scenes.shapes import rectangle
 
 BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
 START = np.zeros((BLOCKS.count, 3))
@@ -71,6 +71,36 @@ def test_tangent(name, seed):
     assert ("dowel" in name) == (np.abs(at.dowels.force) > 1).any()
     assert_allclose(found, expected, atol=2e-5 * np.abs(expected).max())
     assert_allclose(dense(installed, at, block_pattern(BLOCKS.count, lower, higher)), found, atol=1e-9 * found.max())
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6, 2.2])
+@pytest.mark.parametrize("seed", range(3))
+def test_tangent_of_a_dowel_far_sheared(seed, turn):
+    """By a tenth of the blocks' size: force times second derivatives is as large as stiffness times the first ones."""
+    loose = bsm.Bolt(**LINE, bond_strength=1.0, bearing_stiffness=1e9, spacing=1.3)
+    installed = installed_bolts([loose], BLOCKS, START)
+    position = displaced(seed, 0.1) + np.array([0, 0, turn])
+    dowels, at = installed.dowels, installed.evaluate(position).dowels
+    lower, higher = installed.pairs
+    pattern = whole_pattern(BLOCKS.count, lower, higher)
+    data, flat = np.zeros((len(pattern.column), 3, 3)), np.zeros((len(pattern.column), 3, 3))
+    dowels.add_tangent(at, installed.alive, installed.places(pattern), data, turning=True)
+    dowels.add_tangent(at, installed.alive, installed.places(pattern), flat, turning=False)
+
+    def forces(where):
+        total = np.zeros_like(START)
+        dowels.add_forces(dowels.evaluate(where, installed.alive), total)
+        return total
+
+    step, size = 1e-6, np.abs(data).max()
+    for row in range(BLOCKS.count):
+        for p in range(pattern.row_start[row], pattern.row_start[row + 1]):
+            for axis in range(3):
+                change = np.zeros_like(START)
+                change[pattern.column[p], axis] = step
+                expected = -(forces(position + change) - forces(position - change))[row] / (2 * step)
+                assert_allclose(data[p][:, axis], expected, atol=1e-6 * size)
+    assert np.abs(data - flat).max() > 0.02 * size  # second derivatives are seen
 
 
 @pytest.mark.parametrize("name", BOLTS)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import grid, rectangle, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.model.bolt_layout import lay_out_bolts, pass_blocks
+from tests.scenes.shapes import grid, rectangle, turned
 
 ROW = [rectangle(i, 0, i + 1, 1) for i in range(4)]
 

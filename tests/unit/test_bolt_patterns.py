@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import framed, grid, rectangle, turned
-from small_case import CURVES, MODEL, NODES, Case, check_refusal, msh
 
 import bsm_mesh as bsm
 from bsm_mesh.model.bolt_patterns import bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, rectangle, turned
+from tests.scenes.small_case import CURVES, MODEL, NODES, Case, check_refusal, msh
 
 KEYS = {"diameter": 0.025, "pretension": 5e4, "name": "crown"}
 

@@ -7,12 +7,12 @@ import json
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import rectangle
-from small_case import MODEL, Case
 
 import bsm_mesh as bsm
 from bsm_mesh.model.bolt_patterns import radial_bolts
 from bsm_mesh.results import BoltForces, BoltStatus
+from tests.scenes.shapes import rectangle
+from tests.scenes.small_case import MODEL, Case
 
 
 def record(bolts, force, status=None):

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from scenes import rectangle, square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.broad_phase import near_pairs
 from bsm_mesh.contact.outlines import Outlines, records_at
 from bsm_mesh.model.polygons import polygon_moments
+from tests.scenes.shapes import rectangle, square, turned
 
 BAND = 0.05
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from campaigns import counts, disk, fuzz, kill
-from campaigns.inputs import FAULTS, AcceptedError, Input, Outcome
-from campaigns.place import place
-from campaigns.scenes import Scene
-from campaigns.state import State
-from campaigns.targets import TARGETS, calls
-from campaigns.targets.good_calls import good_calls
-from campaigns.unstable import examples
-from campaigns.verdict import BROKEN, FALSE, demand_unstable, judge_slip
-from campaigns.watch import watch
+
+from tests.campaigns import counts, disk, fuzz, kill
+from tests.campaigns.inputs import FAULTS, AcceptedError, Input, Outcome
+from tests.campaigns.place import place
+from tests.campaigns.scenes import Scene
+from tests.campaigns.state import State
+from tests.campaigns.targets import TARGETS, calls
+from tests.campaigns.targets.good_calls import good_calls
+from tests.campaigns.unstable import examples
+from tests.campaigns.verdict import BROKEN, FALSE, demand_unstable, judge_slip
+from tests.campaigns.watch import watch
 
 SEED = 29
 SLICE = {"calls": 800, "traces": 400, "meshes": 16, "models": 40, "bolts": 10, "results": 30, "commands": 10}
@@ -93,7 +94,14 @@ def test_an_input_is_the_same_for_its_number(tmp_path: Path) -> None:
 def test_a_worker_that_dies_or_hangs_is_noticed(tmp_path: Path) -> None:
     found = []
     chunks = [{"target": "x", "seed": 0, "first": first, "count": 10} for first in (0, 10)]
-    watch(chunks, tmp_path, lambda asked, answer: found.append(answer), hangs=0.4, blocks=5, module="faulty_worker")
+    watch(
+        chunks,
+        tmp_path,
+        lambda asked, answer: found.append(answer),
+        hangs=0.4,
+        blocks=5,
+        module="tests.campaigns.faulty_worker",
+    )
     assert sorted(answer["counts"].get("ok") for answer in found) == [8, 10]
     assert sorted(fault[:3] for answer in found for fault in answer["findings"]) == [
         [3, "crash", "signal 11"],

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_case import NODES, QUADS
 
 from bsm_mesh.converters import convert_mesh
 from bsm_mesh.errors import ModelError
+from tests.scenes.small_case import NODES, QUADS
 
 GIVEN: dict[str, Any] = {
     "points": np.array(NODES, dtype=float),

@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import framed, grid
 
 import bsm_mesh as bsm
 from bsm_mesh.results.check import LINEAR_TOLERANCE, block_residuals
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid
 
 ROCK = bsm.Rock("r", unit_weight=26e3, young=1e9, poisson=0.2)
 

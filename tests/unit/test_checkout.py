@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from small_case import environment
+
+from tests.scenes.small_case import environment
 
 TWICE = """
 import sys

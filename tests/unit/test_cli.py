@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_case import MODEL, Case, command, environment, run_process, tree
 
 import bsm_mesh as bsm
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.results import Results
+from tests.scenes.small_case import MODEL, Case, command, environment, run_process, tree
 
 STAGE_KEYS = "name status steps newton_iterations factorizations residual max_displacement unstable_blocks"
 STAGE_KEYS += " total_load total_reaction seconds"

@@ -8,10 +8,9 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-from small_case import environment
-
 from bsm_mesh.compiled import is_compiled
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
+from tests.scenes.small_case import environment
 
 ASK = """
 import sys

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import rectangle, running_bond
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 from bsm_mesh.solve.linear.scheme import LinearScheme
+from tests.scenes.shapes import rectangle, running_bond
 
 SCHEMES = {"linear": LinearScheme, "continuation": ContinuationScheme, "wang": ContinuationScheme}
 OUT_OF_BALANCE = "is out of balance by"

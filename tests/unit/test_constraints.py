@@ -5,10 +5,12 @@ import re
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import corner_row, framed, grid, square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra.constraints import build_constraints
+from tests.scenes.models import framed
+from tests.scenes.reference import corner_row
+from tests.scenes.shapes import grid, square, turned
 
 ROCK = bsm.Rock("r", unit_weight=26e3, young=1e9, poisson=0.2)
 ATOL = 1e-13

@@ -8,12 +8,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from contact_scenes import Scene, column, delaunay_triangles, jagged_interface
 from numpy.testing import assert_allclose
-from scenes import grid, rectangle, square, turned
 
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.model.faces import find_faces
+from tests.scenes.contacts import Scene, column, delaunay_triangles, jagged_interface
+from tests.scenes.shapes import grid, rectangle, square, turned
 
 
 def test_one_contact_where_two_corners_meet_not_two():

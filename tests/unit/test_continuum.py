@@ -4,13 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from continuum_scenes import EXACT, HEAVY, MU, PINNED, ROCK, SHAPES, STRESS, E, slab
 from numpy.testing import assert_allclose
-from scenes import framed, grid, stress_on_sides, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
+from tests.scenes.continuum import EXACT, HEAVY, MU, PINNED, ROCK, SHAPES, STRESS, E, slab
+from tests.scenes.models import framed, stress_on_sides
+from tests.scenes.shapes import grid, turned
 
 
 def turned_blocks(blocks, degrees):

@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-from continuum_scenes import EXACT, ROCK, E, slab
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import LINEAR, framed, grid, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import compare, solve_continuum
 from bsm_mesh.converters.continuum import affine_stiffness, blocks_on_line, matched_elasticity
 from bsm_mesh.converters.continuum.comparison import stress_errors
+from tests.scenes.continuum import EXACT, ROCK, E, slab
+from tests.scenes.models import LINEAR, framed
+from tests.scenes.shapes import grid, rectangle
 
 
 class TestMatched:

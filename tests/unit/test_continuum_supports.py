@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from continuum_scenes import EXACT, HEAVY, MU, PINNED, ROCK, E, slab
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import framed, grid, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
+from tests.scenes.continuum import EXACT, HEAVY, MU, PINNED, ROCK, E, slab
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, rectangle
 
 
 class TestSupportsOfBlocksAndPoints:

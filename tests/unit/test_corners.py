@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
-from contact_scenes import Scene
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from jointed_scenes import model_of
 from numpy.testing import assert_allclose
-from scenes import grid, rectangle, square, turned
 
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
+from tests.scenes.contacts import Scene
+from tests.scenes.models import model_of
+from tests.scenes.shapes import grid, rectangle, square, turned
 
 angles = st.floats(30.0, 140.0)
 turns = st.floats(-25.0, 25.0)

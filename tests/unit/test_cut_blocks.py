@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from networks import areas, box, circle, lengths, rock
 
 from bsm_mesh.geometries import (
     Excavation,
@@ -17,6 +16,7 @@ from bsm_mesh.geometries import (
     cut_blocks,
 )
 from bsm_mesh.geometries.cutting.cut import Engine
+from tests.scenes.networks import areas, box, circle, lengths, rock
 
 AREA = 1e-12  # of the region: rounding alone
 ENGINES = ("shapely", "gmsh")

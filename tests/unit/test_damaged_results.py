@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-import scenes
-from file_operations import names
 
 import bsm_mesh as bsm
 from bsm_mesh.app.own_files import MARKER, own_files
@@ -20,6 +18,8 @@ from bsm_mesh.app.summary import _checksum
 from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import Results
+from tests.file_operations import names
+from tests.scenes import models, shapes
 
 CHANGED_BYTES = 12  # of each file
 
@@ -27,7 +27,7 @@ CHANGED_BYTES = 12  # of each file
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return results of two stages with bolts and water, so of every kind of file."""
-    blocks = scenes.framed(bsm.Blocks.from_polygons(scenes.grid(2, 2), rock="gneiss"), 2, 2)
+    blocks = models.framed(bsm.Blocks.from_polygons(shapes.grid(2, 2), rock="gneiss"), 2, 2)
     model = bsm.Model(
         blocks=blocks,
         rocks=[bsm.Rock("gneiss", unit_weight=25e3, young=1e9, poisson=0.2)],

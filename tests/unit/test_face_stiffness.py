@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scenes import grid, rectangle, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.model.face_stiffness import face_joints, face_stiffness
 from bsm_mesh.model.faces import find_faces
+from tests.scenes.shapes import grid, rectangle, turned
 
 RTOL = 1e-12
 E1, MU1, E2, MU2 = 50e9, 0.25, 2e9, 0.35

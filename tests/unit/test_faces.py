@@ -5,10 +5,11 @@ import re
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import brute_faces, grid, rectangle, running_bond, square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.model.faces import find_faces
+from tests.scenes.reference import brute_faces
+from tests.scenes.shapes import grid, rectangle, running_bond, square, turned
 
 ATOL = 1e-8  # m, of faces about 1 m long whose corners carry noise of 1e-9 m at most
 

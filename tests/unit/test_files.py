@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from campaigns import struck
-from file_operations import names, watched
 
 from bsm_mesh import files
+from tests.campaigns import struck
+from tests.file_operations import names, watched
 
 
 @pytest.fixture

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
-from scenes import rectangle, turned
-from step_scenes import begun, still
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.motion.following import FollowMotion, is_fast
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
+from tests.scenes.steps import begun, still
 
 BASE, BLOCK = rectangle(-20, -1, 20, 0), rectangle(-0.5, 0, 0.5, 1)
 GOAL = Goal(max_residual=1e-4, rest=1e-6)

@@ -11,8 +11,7 @@ from bsm_mesh.solve.contacts import forces
 from bsm_mesh.solve.contacts.forces import evaluate, rows_by_law
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.step.block_system import BlockSystem
-
-benchmarks = pytest.importorskip("benchmarks.scenes")
+from tests.scenes.large import jointed_slope
 
 LAWS = (bsm.MohrCoulomb(friction=35), bsm.Patton(friction=30, dilation=5, cohesion=2e4))
 
@@ -20,7 +19,7 @@ LAWS = (bsm.MohrCoulomb(friction=35), bsm.Patton(friction=30, dilation=5, cohesi
 @pytest.fixture
 def pressed():
     """Contacts of a slope and a position at which some press, some are open, and all have slipped a little."""
-    model = BlockSystem(benchmarks.jointed_slope(150).model())
+    model = BlockSystem(jointed_slope(150).model())
     contacts = model.gather(History.none(), model.start, first=True)
     return contacts, model.start + np.random.default_rng(0).normal(scale=2e-5, size=model.start.shape)
 

@@ -8,8 +8,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh import heap
 from bsm_mesh.solve.step import factorization as factors
-
-benchmarks = pytest.importorskip("benchmarks.scenes")
+from tests.scenes.large import tilted_wall
 
 
 def test_all_that_is_free_is_given_back(monkeypatch):
@@ -34,7 +33,7 @@ def test_nothing_is_called_on_other_systems(monkeypatch):
 
 @pytest.mark.parametrize("large", [True, False])
 def test_it_is_given_back_before_every_factorization_of_a_large_model(monkeypatch, large):
-    model, seen, factorize = benchmarks.tilted_wall(30).model(), [], factors.Factors.factorize
+    model, seen, factorize = tilted_wall(30).model(), [], factors.Factors.factorize
 
     def watched(self, data):
         seen.append("factorized")

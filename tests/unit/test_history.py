@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import rectangle, square
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.forces import CONTACT_TOLERANCE
 from bsm_mesh.solve.contacts.history import IDLE, History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, square
 
 KN = 1e9
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from contact_scenes import Scene, column, delaunay_triangles, random_wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import rectangle, square
 
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ActiveContacts
+from tests.scenes.contacts import Scene, column, delaunay_triangles, random_wall
+from tests.scenes.shapes import rectangle, square
 
 
 @settings(max_examples=60, deadline=None)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, framed, gmsh_triangles, grid
 
 import bsm_mesh as bsm
 from bsm_mesh.model.stress_field import StressField
+from tests.scenes.models import LINEAR, framed
+from tests.scenes.shapes import gmsh_triangles, grid
 
 GAMMA = 25e3
 

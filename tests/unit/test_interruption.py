@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from file_operations import drafts, names
-from small_case import MODEL, Case, environment
 
 from bsm_mesh.app.interruption import Interrupted, guarded
 from bsm_mesh.results import Results
+from tests.file_operations import drafts, names
+from tests.scenes.small_case import MODEL, Case, environment
 
 PATIENCE = 300  # s; a busy machine
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")

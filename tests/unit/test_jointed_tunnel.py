@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_case import Case
 
 from bsm_mesh.converters import read_mesh
 from bsm_mesh.geometries import GeometryError, circle, find_case, horseshoe
 from bsm_mesh.geometries.jointed_tunnel import build
+from tests.scenes.small_case import Case
 
 AREAS = {
     "circle": 48 / 2 * 9 * np.sin(2 * np.pi / 48),

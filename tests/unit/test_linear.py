@@ -2,10 +2,11 @@
 
 import numpy as np
 from numpy.testing import assert_allclose
-from scenes import LINEAR, grid, running_bond
 
 import bsm_mesh as bsm
 from bsm_mesh.results import Status
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import grid, running_bond
 
 KN, KS = 2e9, 3e8
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from scenes import framed, grid
-from small_case import MODEL, Case
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loading import faults_of_loading
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid
+from tests.scenes.small_case import MODEL, Case
 
 BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 2), rock="rock"), 2, 2)
 WEIGHTLESS = bsm.Model(

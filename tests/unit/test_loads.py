@@ -5,10 +5,11 @@ import re
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import framed, grid, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loads import point_forces_of
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, turned
 
 BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 2), rock="r"), 2, 2)
 RTOL = 1e-13

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
-from scenes import rectangle, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.plan import PLANS, Phase
 from bsm_mesh.solve.methods.newton import ExactNewton
 from bsm_mesh.solve.motion.following import FollowMotion
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, running_bond, turned
 
 BASE = rectangle(-4, -1, 8, 0)
 

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from scenes import framed, grid, square, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, square, turned
 
 ROCK = bsm.Rock("r", unit_weight=26e3, young=1e9, poisson=0.2)
 LINEAR = bsm.Options(scheme="linear")

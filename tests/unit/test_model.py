@@ -5,9 +5,10 @@ import re
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import framed, grid, square
 
 import bsm_mesh as bsm
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, square
 
 BLOCKS = framed(bsm.Blocks.from_polygons(grid(2, 1), rock=["granite", "schist"]), 2, 1)
 ROCKS = (bsm.Rock("granite", unit_weight=26e3), bsm.Rock("schist", unit_weight=20e3))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_case import MODEL, Case, msh
 
 import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.errors import MeshWarning, ModelError
+from tests.scenes.small_case import MODEL, Case, msh
 
 
 @pytest.mark.parametrize("content", [MODEL.replace("\n", "\r\n").encode(), b"\xef\xbb\xbf" + MODEL.encode()])

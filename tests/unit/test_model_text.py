@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-import scenes
 
 import bsm_mesh as bsm
 from bsm_mesh.app.model_text import content_of, files_of_model
 from bsm_mesh.model.joint_laws import JointResponse
 from bsm_mesh.results import Results
+from tests.scenes import models, shapes
 
 LINEAR = bsm.Options(scheme="linear", threads=1)
 
 
 def everything() -> bsm.Model:
     """Return a model with one of everything that a model file can say."""
-    blocks = scenes.framed(bsm.Blocks.from_polygons(scenes.grid(4, 3), rock=["gneiss", "mica schist"] * 6), 4, 3)
+    blocks = models.framed(bsm.Blocks.from_polygons(shapes.grid(4, 3), rock=["gneiss", "mica schist"] * 6), 4, 3)
     blocks = blocks.with_joint("J1", lambda x, y: np.abs(y - 1) < 1e-9).with_joint("Störung", lambda x, y: x == 2)
     blocks = replace(blocks, excavations={"first heading": np.array([5], np.int32), "2": np.array([9, 10], np.int32)})
     return bsm.Model(
@@ -118,7 +118,7 @@ def test_given_stress(tmp_path: Path) -> None:
 
 def test_blocks_whose_corners_differ_by_rounding(tmp_path: Path) -> None:
     """They touch, and are one point in the mesh; the file says so."""
-    corners = [np.array(corners) + 1e-13 * number for number, corners in enumerate(scenes.grid(3, 2))]
+    corners = [np.array(corners) + 1e-13 * number for number, corners in enumerate(shapes.grid(3, 2))]
     blocks = bsm.Blocks.from_polygons(corners, rock="gneiss")
     model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("gneiss", 25e3, 1e9, 0.2)], supports=[bsm.Fixed(blocks=[0, 1, 2])])
     bsm.run(model, LINEAR).save(tmp_path / "out")

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 
 import pytest
-from scenes import framed, grid
-from small_case import MODEL, Case
 
 import bsm_mesh as bsm
 from bsm_mesh.model.notes import notes_of
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid
+from tests.scenes.small_case import MODEL, Case
 
 ROCK = bsm.Rock("rock", unit_weight=26e3)
 JOINT = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=1e4)

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import rectangle, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.arrays import content_hash
+from tests.scenes.shapes import rectangle, running_bond, turned
 
 THEORY = Path(__file__).parents[2] / "docs/theory.md"
 SCHEMES = ("linear", "continuation", "wang")

@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from scenes import grid
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra import pardiso, pardiso_mpi
+from tests.scenes.shapes import grid
 
 ROOT = Path(__file__).parents[2]
 BESIDE = str(Path(sys.executable).parent)

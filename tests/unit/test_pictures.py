@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_case import Case
 
 from bsm_mesh.app.canvas import WIDTH
 from bsm_mesh.app.headings import heading
 from bsm_mesh.app.pictures import PICTURES
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.errors import ModelError
+from tests.scenes.small_case import Case
 
 
 @pytest.fixture

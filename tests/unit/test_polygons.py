@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import SQUARE, rectangle, turned
 
 from bsm_mesh.model.polygons import (
     convex_polygons,
@@ -14,6 +13,7 @@ from bsm_mesh.model.polygons import (
     polygon_moments,
     self_crossing,
 )
+from tests.scenes.shapes import SQUARE, rectangle, turned
 
 RTOL = 1e-12  # a dozen operations
 

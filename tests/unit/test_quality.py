@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import scenes
 
 import bsm_mesh as bsm
 from bsm_mesh.app.quality import Thresholds, quality_rows, quality_summary
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.solve.linear.system import LinearSystem
+from tests.scenes import shapes
 
 POOR = [
-    scenes.SQUARE,
-    scenes.square(1, 0),
-    scenes.square(0, 1),
-    scenes.rectangle(1, 1, 1.02, 1.02),  # tiny
-    scenes.rectangle(-5, -0.05, 0, 0),  # thin
+    shapes.SQUARE,
+    shapes.square(1, 0),
+    shapes.square(0, 1),
+    shapes.rectangle(1, 1, 1.02, 1.02),  # tiny
+    shapes.rectangle(-5, -0.05, 0, 0),  # thin
     np.array([(2.0, 0.0), (3.0, 0.0), (3.0, 1.0), (2.6, 0.2)]),  # concave
     np.array([(5.0, 0.0), (6.0, 0.0), (6.0, 0.005), (5.0, 1.0)]),  # short edge, without contact
 ]
@@ -62,7 +62,7 @@ def test_rows_name_the_blocks(report: dict[str, object]) -> None:
 
 def test_a_good_mesh_has_none() -> None:
     model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(scenes.grid(3, 3), rock="granite"),
+        blocks=bsm.Blocks.from_polygons(shapes.grid(3, 3), rock="granite"),
         rocks=[bsm.Rock("granite", unit_weight=26e3, young=1e9, poisson=0.2)],
         supports=[bsm.Fixed(blocks=[0])],
     )
@@ -85,21 +85,21 @@ def summary(polygons: list[np.ndarray], supported: list[int], **thresholds: floa
 
 
 def test_parts_and_blocks_without_a_path_to_a_support() -> None:
-    report = summary([scenes.SQUARE, scenes.square(1, 0), scenes.square(5, 0), scenes.square(6, 0)], [0])
+    report = summary([shapes.SQUARE, shapes.square(1, 0), shapes.square(5, 0), shapes.square(6, 0)], [0])
     assert report["parts"] == 2
     assert report["unsupported"] == [2, 3]
 
 
 def test_t_intersections_are_counted() -> None:
-    bricks = [scenes.rectangle(0, 0, 2, 1), scenes.rectangle(0, 1, 1, 2), scenes.rectangle(1, 1, 2, 2)]
+    bricks = [shapes.rectangle(0, 0, 2, 1), shapes.rectangle(0, 1, 1, 2), shapes.rectangle(1, 1, 2, 2)]
     assert summary(bricks, [0])["t_intersections"] == 1
-    assert summary([*bricks[1:], scenes.square(0, 0), scenes.square(1, 0)], [0])["t_intersections"] == 0
+    assert summary([*bricks[1:], shapes.square(0, 0), shapes.square(1, 0)], [0])["t_intersections"] == 0
 
 
 def test_narrow_voids_are_gaps_and_wide_ones_are_openings() -> None:
     def ring(width: float) -> list[np.ndarray]:
-        left, right = scenes.rectangle(0, 0, 1, 3), scenes.rectangle(1 + width, 0, 2 + width, 3)
-        return [left, right, scenes.rectangle(1, 0, 1 + width, 1), scenes.rectangle(1, 2, 1 + width, 3)]
+        left, right = shapes.rectangle(0, 0, 1, 3), shapes.rectangle(1 + width, 0, 2 + width, 3)
+        return [left, right, shapes.rectangle(1, 0, 1 + width, 1), shapes.rectangle(1, 2, 1 + width, 3)]
 
     assert summary(ring(0.01), [0])["gaps"] == 1
     assert summary(ring(1.0), [0])["gaps"] == 0
@@ -109,7 +109,7 @@ def test_narrow_voids_are_gaps_and_wide_ones_are_openings() -> None:
 
 def test_thresholds_have_names() -> None:
     assert Thresholds.parse(["thin=0.2", "elongated = 4"]) == Thresholds(thin=0.2, elongated=4.0)
-    long = [scenes.SQUARE, scenes.rectangle(1, 0, 6, 1)]
+    long = [shapes.SQUARE, shapes.rectangle(1, 0, 6, 1)]
     assert summary(long, [0], elongated=4.9)["elongated"] == [1]
     assert summary(long, [0], elongated=5.1)["elongated"] == []
     with pytest.raises(bsm.ModelError, match="there is no threshold 'thinn'; did you mean 'thin'"):

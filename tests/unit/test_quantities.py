@@ -11,13 +11,13 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import pytest
 from pydantic import BaseModel
-from small_case import MODEL, Case
 
 import bsm_mesh as bsm
 from bsm_mesh.app import model_tables as tables
 from bsm_mesh.app.units import In
 from bsm_mesh.model import quantities
 from bsm_mesh.model.quantities import Quantity, quantities_of
+from tests.scenes.small_case import MODEL, Case
 
 SAME = {  # table of the file: class of the model
     tables.RockTable: bsm.Rock,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from small_case import FILE, LINEAR, MODEL, Case, msh, msh22, tree
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
+from tests.scenes.small_case import FILE, LINEAR, MODEL, Case, msh, msh22, tree
 
 SCRIPT = "from pathlib import Path\n\ndef build(path):\n    Path(__file__).with_name('was_run').touch()\n"
 BOLTS = '[[bolt]]\ntable = "NAME"\ndiameter = "25 mm"\nyield_strength = "500 MPa"\n'

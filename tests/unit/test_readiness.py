@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from scenes import grid, rectangle, running_bond, square
-from small_case import FILE, LINEAR, LOAD, MODEL, NODES, ROCK, SUPPORT, Case, msh
 
 import bsm_mesh as bsm
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.solve.linear.readiness import make_ready
+from tests.scenes.shapes import grid, rectangle, running_bond, square
+from tests.scenes.small_case import FILE, LINEAR, LOAD, MODEL, NODES, ROCK, SUPPORT, Case, msh
 
 SCHEMES = ("linear", "continuation", "wang")
 OPTIONS = [bsm.Options(scheme=scheme) for scheme in SCHEMES]

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_case import FILE, MODEL, Case
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import read_mesh
@@ -18,6 +17,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries import GeometryError, read_scan_line, read_traces
 from bsm_mesh.model.bolt_patterns import bolts_from_table
 from bsm_mesh.reading import refuse_special
+from tests.scenes.small_case import FILE, MODEL, Case
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system knows no pipes with a name")
 BOLTS = '[[bolt]]\ntable = "bolts.csv"\ndiameter = "25 mm"\nyield_strength = "500 MPa"\n'

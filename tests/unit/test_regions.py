@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from networks import box, circle
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import NoteKind, convert_mesh, read_mesh
@@ -25,6 +24,7 @@ from bsm_mesh.geometries import (
     write_blocks,
     write_mesh,
 )
+from tests.scenes.networks import box, circle
 
 GRID = [(x, y) for y in range(5) for x in range(5)]
 QUADS = [(k, k + 1, k + 6, k + 5) for k in range(19) if k % 5 < 4]

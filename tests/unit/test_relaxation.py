@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
-from scenes import rectangle, running_bond, turned
-from step_scenes import begun
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.motion.relaxation import RelaxToRest
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, running_bond, turned
+from tests.scenes.steps import begun
 
 AT_REST, GOAL = Iterate(residual=1.0), Goal(max_residual=1e-4, rest=1e-6)
 

@@ -8,9 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scenes
-from networks import rock
-from small_case import Case
 
 import bsm_mesh as bsm
 from bsm_mesh.app.quality import Thresholds, poor_blocks
@@ -19,6 +16,9 @@ from bsm_mesh.converters.meshes.block_files import write_polygons
 from bsm_mesh.converters.meshes.conform import conforming
 from bsm_mesh.converters.meshes.repair import repair_blocks, snap_corners
 from bsm_mesh.geometries import cut_blocks, write_blocks
+from tests.scenes import shapes
+from tests.scenes.networks import rock
+from tests.scenes.small_case import Case
 
 
 def slivers(blocks: bsm.Blocks) -> np.ndarray:
@@ -30,10 +30,10 @@ def made(*polygons: np.ndarray) -> bsm.Blocks:
 
 
 SQUARES = (
-    scenes.SQUARE,
-    scenes.rectangle(0, 1, 1, 1.01),
-    scenes.rectangle(0, 1.01, 0.5, 2),
-    scenes.rectangle(0.5, 1.01, 1, 2),
+    shapes.SQUARE,
+    shapes.rectangle(0, 1, 1, 1.01),
+    shapes.rectangle(0, 1.01, 0.5, 2),
+    shapes.rectangle(0.5, 1.01, 1, 2),
 )
 
 
@@ -71,24 +71,24 @@ def test_a_sliver_keeps_to_its_excavation() -> None:
 
 def test_a_sliver_stays_where_a_hole_would_arise() -> None:
     around = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
-    mended = repair_blocks(made(around, scenes.rectangle(1, 1, 2, 3), scenes.rectangle(0, 3, 3, 3.03)), slivers)
+    mended = repair_blocks(made(around, shapes.rectangle(1, 1, 2, 3), shapes.rectangle(0, 3, 3, 3.03)), slivers)
     assert mended.blocks.count == 3
     assert mended.changes[0].startswith("1 slivers are left")
 
 
 def test_near_corners_become_one() -> None:
-    blocks = made(scenes.SQUARE, np.array([(1.002, 0.0), (2, 0), (2, 1), (1, 1.001)]))
+    blocks = made(shapes.SQUARE, np.array([(1.002, 0.0), (2, 0), (2, 1), (1, 1.001)]))
     snapped, changes = snap_corners(blocks, 0.01)
     assert len(changes) == 2
     assert "moved by 0.002 m at most" in changes[0]
     assert len(snapped.edge_table.pairs()[0]) == 1
-    gone, changes = snap_corners(made(scenes.SQUARE, scenes.rectangle(1, 0, 1.001, 0.001)), 0.01)
+    gone, changes = snap_corners(made(shapes.SQUARE, shapes.rectangle(1, 0, 1.001, 0.001)), 0.01)
     assert gone.count == 1
     assert any("block 1" in change and "vanishes" in change for change in changes)
 
 
 def test_snapped_corners_go_to_the_boundary() -> None:
-    blocks = made(np.array([(0, 0.003), (2, 0.003), (1, 2)]), scenes.rectangle(0, -1, 2, 0))
+    blocks = made(np.array([(0, 0.003), (2, 0.003), (1, 2)]), shapes.rectangle(0, -1, 2, 0))
     blocks = blocks.with_boundary("ground", lambda x, y: y == 0)
     snapped, _ = snap_corners(blocks, 0.01)
     assert snapped.vertices[snapped.boundaries["ground"]].tolist() == [[2, 0]]
@@ -96,7 +96,7 @@ def test_snapped_corners_go_to_the_boundary() -> None:
 
 
 def test_corners_in_the_middle_of_edges_are_put_in() -> None:
-    blocks = made(scenes.rectangle(0, 0, 2, 1), scenes.square(0, 1), scenes.square(1, 1))
+    blocks = made(shapes.rectangle(0, 0, 2, 1), shapes.square(0, 1), shapes.square(1, 1))
     blocks = blocks.with_joint("bed", lambda x, y: y == 1).with_boundary("base", lambda x, y: y == 0)
     fine = conforming(blocks)
     assert np.diff(fine.offsets).tolist() == [5, 4, 4]

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import pyvista
-import scenes
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
@@ -19,6 +18,7 @@ from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.converters.vtk_files import POLYGON, VERTEX
 from bsm_mesh.results import Results
 from bsm_mesh.results.stress import principal_stresses
+from tests.scenes import shapes
 
 CONTACT_ARRAYS = ["block_a", "block_b", "length", "normal_force", "shear_force"]
 CONTACT_ARRAYS += ["status", "utilisation", "opening", "slip", "joint"]
@@ -28,9 +28,9 @@ LARGE = 2.5  # rad; far beyond any small-angle formula
 @pytest.fixture(scope="module")
 def results() -> Results:
     """Return blocks of three, four and five corners with a large rotation put in."""
-    pentagon = scenes.turned([(np.cos(a), np.sin(a)) for a in np.radians(72) * np.arange(5)], 20, (5, 5))
+    pentagon = shapes.turned([(np.cos(a), np.sin(a)) for a in np.radians(72) * np.arange(5)], 20, (5, 5))
     triangle = np.array([(0.0, 1.0), (1.0, 1.0), (0.5, 2.0)])
-    blocks = bsm.Blocks.from_polygons([scenes.SQUARE, triangle, pentagon], rock=["gneiss", "schist", "gneiss"])
+    blocks = bsm.Blocks.from_polygons([shapes.SQUARE, triangle, pentagon], rock=["gneiss", "schist", "gneiss"])
     results = bsm.run(
         bsm.Model(
             blocks=blocks,
@@ -97,7 +97,7 @@ def test_warped_corners_are_those_of_the_turned_block(results: Results, folder: 
     corners = blocks.vertices[blocks.offsets[2] :]
     u, v, _ = stage.displacement[2]
     centroid = blocks.moments.centroid[2]
-    expected = scenes.turned(corners - centroid, np.degrees(LARGE), centroid + np.array((u, v)))
+    expected = shapes.turned(corners - centroid, np.degrees(LARGE), centroid + np.array((u, v)))
     moved = corners + points["displacement"][blocks.offsets[2] :, :2]
     np.testing.assert_allclose(moved, expected, rtol=1e-13)
     side = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
@@ -105,7 +105,7 @@ def test_warped_corners_are_those_of_the_turned_block(results: Results, folder: 
 
 
 def test_tiny_rotations_keep_their_digits() -> None:
-    blocks = bsm.Blocks.from_polygons([scenes.SQUARE], rock="any")
+    blocks = bsm.Blocks.from_polygons([shapes.SQUARE], rock="any")
     theta = 1e-12
     moved = corner_displacement(blocks, np.array([[0.0, 0.0, theta]]))
     np.testing.assert_allclose(moved[0], [theta / 2, -theta / 2], rtol=1e-9)

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from small_case import CURVES, MODEL, SUPPORT, Case, msh
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_pvd
+from tests.scenes.small_case import CURVES, MODEL, SUPPORT, Case, msh
 
 SOLVER = '[solver]\nscheme = "linear"\ntolerance = 1e-8\n'
 STEPS = '[output]\nfolder = "results"\nsnapshots = "steps"\n'

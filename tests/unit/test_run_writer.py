@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scenes
-from file_operations import count_operations, drafts, full_disk, killed_at, names, watched
 
 import bsm_mesh as bsm
 from bsm_mesh.app.own_files import MARKER
@@ -24,13 +22,15 @@ from bsm_mesh.arrays import content_hash
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
 from bsm_mesh.results import Results
+from tests.file_operations import count_operations, drafts, full_disk, killed_at, names, watched
+from tests.scenes import models, shapes
 
 LINEAR = bsm.Options(scheme="linear")
 
 
 def staged(pressure: float = 1e5) -> bsm.Model:
     """Return six blocks of which two go, one stage after the other, with a bolt and water."""
-    blocks = scenes.framed(bsm.Blocks.from_polygons(scenes.grid(3, 2), rock="gneiss"), 3, 2)
+    blocks = models.framed(bsm.Blocks.from_polygons(shapes.grid(3, 2), rock="gneiss"), 3, 2)
     blocks = replace(blocks, excavations={"one": np.array([5], np.int32), "two": np.array([4], np.int32)})
     return bsm.Model(
         title="Two go",

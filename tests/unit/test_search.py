@@ -4,18 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from contact_scenes import (
-    Scene,
-    brute_candidates,
-    delaunay_triangles,
-    jagged_interface,
-    near_scene,
-    random_wall,
-)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import gmsh_triangles, grid, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact import search
@@ -23,6 +14,15 @@ from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.solve.contacts import contact_set
+from tests.scenes.contacts import (
+    Scene,
+    brute_candidates,
+    delaunay_triangles,
+    jagged_interface,
+    near_scene,
+    random_wall,
+)
+from tests.scenes.shapes import gmsh_triangles, grid, rectangle, running_bond, turned
 
 ATOL = 1e-9  # m, of blocks about 1 m large near the origin
 seeds = st.integers(min_value=0, max_value=2**32 - 1)

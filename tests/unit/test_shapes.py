@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import shapely
-from networks import areas, box, lengths
 
 from bsm_mesh.geometries import (
     Excavation,
@@ -27,6 +26,7 @@ from bsm_mesh.geometries import (
     vaulted_box,
 )
 from bsm_mesh.geometries.spacings import Exponential, Lognormal, Normal
+from tests.scenes.networks import areas, box, lengths
 
 MANY = 4000  # spacings: the mean of lognormal ones is then known to 2 % at 99 %
 

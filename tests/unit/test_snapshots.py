@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from file_operations import watched
-from scenes import rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.app.run_writer import RunWriter
@@ -17,6 +15,8 @@ from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 from bsm_mesh.results import Results
 from bsm_mesh.results.check import block_residuals
 from bsm_mesh.results.records import StepRecord
+from tests.file_operations import watched
+from tests.scenes.shapes import rectangle
 
 MOVING = bsm.Options(scheme="continuation")
 

@@ -7,13 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import LINEAR, grid
 
 import bsm_mesh as bsm
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import grid
 
 CONTINUATION = bsm.Options(scheme="continuation")
 SOUTH = ((-1, -1), (9, -1), (9, 1), (-1, 1))  # the lowest row

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_case import Case
 
 import bsm_mesh as bsm
 from bsm_mesh.app.starters import starter_names
+from tests.scenes.small_case import Case
 
 
 def change(case: Case, name: str, old: str, new: str) -> None:

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scenes
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import BoltForces, ContactForces, Results, StageResult, SupportForces
+from tests.scenes import models, shapes
 
 
 @pytest.fixture(scope="module")
 def results() -> Results:
-    blocks = scenes.framed(bsm.Blocks.from_polygons(scenes.grid(3, 2), rock=["gneiss", "schist"] * 3), 3, 2)
+    blocks = models.framed(bsm.Blocks.from_polygons(shapes.grid(3, 2), rock=["gneiss", "schist"] * 3), 3, 2)
     return bsm.run(
         bsm.Model(
             title="Grid of Ümläut",

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import grid, square
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.properties import JointCatalogue
 from bsm_mesh.contact.strength import MAX_UTILISATION, peak_strength, utilisation
 from bsm_mesh.contact.table import initial_contacts
+from tests.scenes.shapes import grid, square, turned
 
 RTOL = 1e-13
 PRESSURE = np.array([0.0, 1e5, 1e6, 5e6])
@@ -114,3 +115,51 @@ def test_results_report_it():
     pressure, shear = -contacts.normal_force, np.abs(contacts.shear_force)
     assert_allclose(contacts.utilisation, shear / (pressure * tan(30)), rtol=RTOL)
     assert contacts.joint.tolist() == [0, 0]
+
+
+def hanging(upper: float | None, lower: float | None, turn: float = 0.0) -> bsm.Model:
+    """Return a block of 25 kN under a fixed one, unjointed: two rocks with tensile strengths, or elastic (None)."""
+    strengths = [{} if given is None else {"tensile_strength": given, "cohesion": 1e6} for given in (upper, lower)]
+    names = ["upper", "lower"]
+    polygons = [turned(p, turn) for p in (square(0, 0), square(0, -1))]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock=names),
+        rocks=[
+            bsm.Rock(name, unit_weight=25e3, young=1e9, poisson=0.2, **given)
+            for name, given in zip(names, strengths, strict=True)
+        ],
+        supports=[bsm.Fixed(blocks=[0])],
+        gravity_direction=turn - 90.0,
+    )
+
+
+@pytest.mark.parametrize("turn", [0.0, 33.0])
+@pytest.mark.parametrize(
+    ("upper", "lower", "status"),
+    [
+        (60e3, 60e3, "stable"),
+        (60e3, 15e3, "unstable"),
+        (15e3, 60e3, "unstable"),
+        (None, 60e3, "stable"),
+        (15e3, None, "unstable"),
+        (None, None, "stable"),
+    ],
+)
+def test_a_block_hangs_by_the_weaker_of_two_rocks(upper, lower, status, turn):
+    assert bsm.run(hanging(upper, lower, turn), bsm.Options(scheme="continuation")).status == status
+
+
+def test_three_rocks_each_pair_has_its_own_tension():
+    strengths = [1e4, 3e4, 2e4]
+    rocks = [
+        bsm.Rock(f"r{k}", unit_weight=0, young=1e9, poisson=0.2, cohesion=1e6 * (k + 1), tensile_strength=tension)
+        for k, tension in enumerate(strengths)
+    ]
+    blocks = bsm.Blocks.from_polygons(grid(3, 1), rock=["r0", "r1", "r2"])
+    model = bsm.Model(blocks=blocks, rocks=rocks, joints=joint(None))
+    a, b = (k.ravel().astype(np.int32) for k in np.indices((3, 3)))
+    law, tension = (catalogue := JointCatalogue(model)).laws_of(np.full(9, -1, np.int32), a, b)
+    assert_allclose(tension, np.minimum(np.array(strengths)[a], np.array(strengths)[b]))
+    shear = [peak_strength(catalogue.laws[k], np.zeros(1), np.ones(1))[0] for k in law]
+    assert_allclose(shear, 1e6 * (np.minimum(a, b) + 1))
+    assert not np.isfinite(catalogue.laws_of(np.zeros(1, np.int32), a[:1], b[:1])[1]).any()

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.results.stress import block_stress, principal_stresses
+from tests.scenes.shapes import square, turned
 
 ROCK = bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)
 RTOL = 1e-12

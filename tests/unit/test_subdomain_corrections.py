@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from step_scenes import wall_at_rest
 
 from bsm_mesh.solve.methods import subdomain_newton as subdomain
 from bsm_mesh.solve.methods.newton import newton
@@ -12,6 +11,7 @@ from bsm_mesh.solve.methods.regularized_newton import regularized_newton
 from bsm_mesh.solve.methods.subdomain_newton import subdomain_correction
 from bsm_mesh.solve.step.attempt import Outcome
 from bsm_mesh.solve.step.equations import StepEquations
+from tests.scenes.steps import wall_at_rest
 
 TOLERANCE, BLOCK, LAYERS = 5e-7, 400, 5
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
-from step_scenes import wall_at_rest
 
 from bsm_mesh.solve.contacts.forces import tangent_stiffness
 from bsm_mesh.solve.contacts.history import History
@@ -13,6 +12,7 @@ from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import regularized_newton
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.subproblem import SubdomainEquations
+from tests.scenes.steps import wall_at_rest
 
 TOLERANCE = 5e-7
 BLOCK = 100  # which is pushed

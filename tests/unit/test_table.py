@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import brute_faces, grid, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
+from tests.scenes.reference import brute_faces
+from tests.scenes.shapes import grid, rectangle, running_bond, turned
 
 SCENES = {
     "grid": grid(3, 2),

@@ -10,7 +10,6 @@ from pathlib import Path
 import ezdxf
 import numpy as np
 import pytest
-from networks import box
 
 from bsm_mesh.geometries import (
     Fault,
@@ -22,6 +21,7 @@ from bsm_mesh.geometries import (
     read_scan_line,
     read_traces,
 )
+from tests.scenes.networks import box
 
 LINES = {"J1": [[(-1, 3), (11, 4)]], "F": [[(5, -1), (5.5, 4), (5, 11)]]}
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
 from numpy.testing import assert_array_equal
-from scenes import rectangle, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.continuation.verdict import CollapseCriterion
 from bsm_mesh.solve.step.block_system import BlockSystem
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
 
 FREE_MOVE, INSIDE = 0.1, 0.05  # of a block's size, of its area
 FAR, NEAR = 2.0 * FREE_MOVE, 0.5 * FREE_MOVE  # of a block's size, 1 m

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, grid, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.model.water_pressure import WaterLoad
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import grid, rectangle
 
 WATER = 9810.0
 CONTINUATION = bsm.Options(scheme="continuation")

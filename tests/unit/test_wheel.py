@@ -12,7 +12,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from small_case import MODEL, ROOT, msh
+
+from tests.scenes.small_case import MODEL, ROOT, msh
 
 SOURCES = ("bsm_mesh", "geometries", "converters", "pyproject.toml", "README.md", "LICENSE")
 NEIGHBOURS = ("geometries", "converters", "bsm")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_case import FILE, LINEAR, MODEL, Case, msh
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
+from tests.scenes.small_case import FILE, LINEAR, MODEL, Case, msh
 
 BOLTS = '[[bolt]]\ntable = "bolts.csv"\ndiameter = "25 mm"\nyield_strength = "500 MPa"\n'
 TABLE = "start_x,start_y,end_x,end_y,name\n"

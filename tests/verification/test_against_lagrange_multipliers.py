@@ -8,9 +8,11 @@ joints of 1 MPa/m, with a solution that knows neither bars of any stiffness nor 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, dense_solution, face_forces, grid, running_bond, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR
+from tests.scenes.reference import dense_solution, face_forces
+from tests.scenes.shapes import grid, running_bond, turned
 
 RTOL = 1e-9  # both solutions lose about 1e-12 to rounding; a bar of 1e20 loses 1e-2 or more
 KN, KS, GAMMA = 1e6, 0.4e6, 26e3

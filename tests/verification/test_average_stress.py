@@ -7,9 +7,10 @@ its tractions are linear along each edge: two forces an edge carry them exactly 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, grid, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import grid, turned
 
 RTOL = 1e-11  # sums of a dozen products
 GAMMA = 26e3

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, rectangle, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import rectangle, turned
 
 RTOL = 1e-8  # asked for by the case; the system is statically determinate
 GAMMA = 2000.0 * 10.0

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus
 from bsm_mesh.solve.bolts.installed import InstalledBolts
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import rectangle
 
 CONTINUATION = bsm.Options(scheme="continuation")
 GAMMA = 26e3

@@ -9,9 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, framed, gmsh_triangles, grid, stress_on_sides, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR, framed, stress_on_sides
+from tests.scenes.shapes import gmsh_triangles, grid, turned
 
 EXACT = 1e-8  # a uniform strain solves the equations; only rounding is lost
 TRIANGLES = 0.02  # docs/theory.md: 1900 irregular triangles or more

@@ -6,11 +6,11 @@ in the base are like. A step that is higher than 0.005 of the block size stops i
 
 import numpy as np
 import pytest
-from jointed_scenes import GAMMA, model_of, moved_polygons
 from numpy.testing import assert_allclose
-from scenes import rectangle, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import GAMMA, model_of, moved_polygons
+from tests.scenes.shapes import rectangle, turned
 
 FRAMES = [(False, 0.0), (True, 0.0), (False, 33.0)]  # mirrored, turned by degrees
 

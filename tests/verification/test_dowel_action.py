@@ -8,10 +8,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import rectangle
 
 D, E, BEARING = 0.025, 200e9, 2e9
 WEIGHT = 25e3

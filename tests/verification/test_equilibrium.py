@@ -6,10 +6,11 @@ Held on large models, on soft rock beside hard, far from the origin, in small an
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, framed, gmsh_triangles, grid, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.results.check import block_residuals
+from tests.scenes.models import LINEAR, framed
+from tests.scenes.shapes import gmsh_triangles, grid, running_bond, turned
 
 BLOCK = 1e-9  # of a block's weight
 BALANCE = 1e-10  # of the loads

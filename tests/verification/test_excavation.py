@@ -7,10 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scenes import LINEAR, framed, gmsh_triangles, grid, running_bond, voronoi
 
 import bsm_mesh as bsm
 from bsm_mesh.results.check import block_residuals
+from tests.scenes.models import LINEAR, framed
+from tests.scenes.shapes import gmsh_triangles, grid, running_bond, voronoi
 
 EXACT_STRESS = 1e-9
 EXACT_RESIDUAL = 1e-10  # of a block's weight

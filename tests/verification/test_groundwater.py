@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import turned
 
 EXACT = 1e-12
 STATICS = 1e-10

@@ -11,11 +11,12 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, voronoi
 
 import bsm_mesh as bsm
 from bsm_mesh import converters
 from bsm_mesh.converters.continuum import blocks_on_line, solve_continuum
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import voronoi
 
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0
 K0 = MU / (1 - MU)

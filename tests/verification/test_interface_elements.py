@@ -7,10 +7,11 @@ has 1/E* = 1/E + 1/(Kn s) across its joints and 1/G* = 1/G + 1/(Ks s) along them
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import framed, grid, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import compare, solve_continuum
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, rectangle, running_bond, turned
 
 EXACT = 1e-9  # linear displacements in every piece of rock lie in both element spaces; rounding is lost
 E, MU, KN, KS = 8e9, 0.25, 2e9, 0.3e9

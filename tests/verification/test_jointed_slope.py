@@ -6,10 +6,11 @@ Limit analysis: where the start is inadmissible the slope must move.
 import numpy as np
 import pytest
 import shapely
-from jointed_scenes import admissible_at
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra import pardiso
+from tests.scenes.large import jointed_slope, leaning_slope
+from tests.scenes.models import admissible_at
 
 DIP, HEIGHT = 60.0, 8.0  # of one set, degrees; of the model, m
 
@@ -82,9 +83,8 @@ def test_what_rests_is_found_in_two_steps(turn, scale):
 @pytest.mark.parametrize(("dips", "frictions"), [((80.0, -25.0), (24.9, 25.1)), ((60.0, -30.0), (31.0, 32.0))])
 def test_a_slope_of_more_blocks_moves_where_statics_knows_no_rest_and_only_there(dips, frictions):
     """To either side of the limit, in slopes whose blocks are followed by cycles of damped motion."""
-    scenes = pytest.importorskip("benchmarks.scenes")
     for friction in frictions:
-        model = scenes.jointed_slope(200, friction, dips=dips).model(None)
+        model = jointed_slope(200, friction, dips=dips).model(None)
         results = bsm.run(model, bsm.Options(scheme="continuation"))
         assert results.status in ("unstable", "stable")
         assert bsm.limit_analysis(model).admissible == (results.stages[0].max_displacement < 0.01)
@@ -93,9 +93,8 @@ def test_a_slope_of_more_blocks_moves_where_statics_knows_no_rest_and_only_there
 @pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
 def test_a_run_is_the_same_to_the_last_digit_whatever_the_threads():
     """Thousands of contacts slip: what differs in a correction's last digit would be another way, and another end."""
-    scenes = pytest.importorskip("benchmarks.scenes")
     ends = [
-        bsm.run(scenes.leaning_slope(6000).model(1.0), bsm.Options(scheme="continuation", threads=threads)).stages[-1]
+        bsm.run(leaning_slope(6000).model(1.0), bsm.Options(scheme="continuation", threads=threads)).stages[-1]
         for threads in (1, 2)
     ]
     assert ends[0].status == "stable"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 from numpy.testing import assert_allclose
-from scenes import LINEAR
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
+from tests.scenes.models import LINEAR
 
 A, FAR = 1.0, 20.0
 P, Q = 10e6, 5e6

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from jointed_scenes import GAMMA, admissible_at, model_of
 from numpy.testing import assert_allclose
-from scenes import LINEAR, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import GAMMA, LINEAR, admissible_at, model_of
+from tests.scenes.shapes import rectangle, running_bond, turned
 
 MOVING = bsm.Options(scheme="continuation")
 THICKNESS = {8: 0.09997, 16: 0.10708, 32: 0.10720}

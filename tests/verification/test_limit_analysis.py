@@ -10,11 +10,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import rectangle, square
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.limit import program as limit_program
 from bsm_mesh.solve.limit.analysis import limit_tilt
+from tests.scenes.large import sliding_layers
+from tests.scenes.shapes import rectangle, square
 
 THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
 PRINTED = 1e-5  # the tables give five and four decimals
@@ -179,8 +180,7 @@ def test_bolt_that_hangs_a_block(strength, limit, spacing):
 
 def test_a_thousand_layers_steeper_than_their_friction_must_move():
     """The simplex method cycled for a minute there, and gave up."""
-    scenes = pytest.importorskip("benchmarks.scenes")
-    limit = bsm.limit_analysis(scenes.sliding_layers(1000).model())
+    limit = bsm.limit_analysis(sliding_layers(1000).model())
     assert not limit.admissible
     assert limit.factor < 1
 

@@ -7,11 +7,11 @@ mesh is put under three uniform stresses; the plane through its inner blocks' di
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import affine_stiffness, matched_elasticity, nominal_elasticity
+from tests.scenes.models import LINEAR
 
 EXACT = 1e-8  # a lattice of equal blocks strains uniformly; only rounding is lost
 DISORDERED = 0.06  # of c11; found 3 % on these meshes of some 400 blocks

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
 from numpy.testing import assert_allclose
-from scenes import LINEAR, grid, rectangle, running_bond
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR, model_of
+from tests.scenes.shapes import grid, rectangle, running_bond
 
 GRID = np.array([5e5, 5e6])  # easting and northing of a mine [m]
 TILT = -85.0  # of gravity: joints slip and open

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, rectangle
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus, Results
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import rectangle
 
 CONTINUATION = bsm.Options(scheme="continuation", tolerance=1e-9)
 GAMMA, K = 26e3, 1e8

@@ -7,9 +7,9 @@ Water pressures come in as loads on the block, so that these hold without the wa
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR
 
 RTOL = 1e-10  # asked for by the case: pure statics
 GAMMA_W = 9.81e3

@@ -8,11 +8,11 @@ to the right and the bottom: beyond 16 m and 14 m the stresses on section I-I ch
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR
 
 import bsm_mesh as bsm
 from bsm_mesh import converters
 from bsm_mesh.converters.continuum import blocks_on_line
+from tests.scenes.models import LINEAR
 
 A, DEPTH, GAMMA, MU, FAR = 2.0, 11.0, 26e3, 0.25, 22.0
 K0 = MU / (1 - MU)

@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import LINEAR, rectangle, running_bond, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import rectangle, running_bond, turned
 
 GAMMA, WIDTH, PUSH, FRICTION, GAP = 26e3, 1.0, 30e3, 30.0, 0.5
 TO_SETTLE = 25  # cycles: the first elastic ones, and the bounce against block 3

@@ -1,13 +1,14 @@
-"""Blocks on one kind of joint, and where they stand at the end."""
+"""Models of blocks on one kind of joint or with named sides, and where blocks stand at the end."""
 
 from __future__ import annotations
 
 import numpy as np
-from scenes import turned
 
 import bsm_mesh as bsm
+from tests.scenes.shapes import turned
 
 GAMMA = 25e3  # N/m3
+LINEAR = bsm.Options(scheme="linear")
 
 
 def model_of(polygons, *, friction=35.0, kn=1e9, fixed=(0,), supports=None, law=None, gamma=GAMMA, **given):
@@ -51,3 +52,20 @@ def admissible_at(results, friction):
     free = np.repeat(~np.isin(np.arange(results.blocks.count), stage.supports.block), 3)
     right = -stage.loads.reshape(-1)[free] / stage.reference_weight
     return linprog(np.ones(columns.shape[1]), A_eq=columns[free], b_eq=right).status == 0
+
+
+def framed(blocks: bsm.Blocks, width: float, height: float) -> bsm.Blocks:
+    """Return the blocks of a rectangle with its four sides as boundaries."""
+    off = 1e-6 * max(width, height)
+    return (
+        blocks.with_boundary("left", lambda x, y: x < off)
+        .with_boundary("right", lambda x, y: x > width - off)
+        .with_boundary("bottom", lambda x, y: y < off)
+        .with_boundary("top", lambda x, y: y > height - off)
+    )
+
+
+def stress_on_sides(stress: np.ndarray) -> list[bsm.Traction]:
+    """Return the tractions of a uniform stress on the four sides of a `framed` rectangle."""
+    normals = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
+    return [bsm.Traction(boundary=side, traction=tuple(stress @ n)) for side, n in normals.items()]

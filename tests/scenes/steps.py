@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -13,8 +12,8 @@ from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
+from tests.scenes.large import tilted_courses
 
-STIFFNESS, WEIGHT = 1e9, 26e3
 COURSES, BRICKS = 24, 40  # of the wall
 
 
@@ -35,19 +34,7 @@ def still(count: int, **moving: Sequence[float]) -> np.ndarray:
 
 def wall_at_rest(tolerance: float) -> tuple[StepEquations, np.ndarray]:
     """Return the step of a tilted wall and where it is at rest (n, 3), with factors of its tangent there."""
-    polygons = [[(-1, -0.5), (BRICKS + 1, -0.5), (BRICKS + 1, 0), (-1, 0)]]
-    for c in range(COURSES):
-        joints = np.arange(BRICKS + 1.0) if c % 2 == 0 else np.concatenate([[0], np.arange(BRICKS) + 0.5, [BRICKS]])
-        polygons += [[(a, c / 2), (b, c / 2), (b, c / 2 + 0.5), (a, c / 2 + 0.5)] for a, b in pairwise(joints)]
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
-        rocks=[bsm.Rock("r", unit_weight=2500 * 9.81)],
-        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=35.0))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=-85.0,
-    )
-    step = begun(model)
+    step = begun(tilted_courses(COURSES, BRICKS).model())
     found = NearbyEquilibrium().solve(step, Iterate(residual=1.0), Goal(max_residual=tolerance, rest=tolerance))
     assert found.outcome is Outcome.SOLVED
     step = found.equations

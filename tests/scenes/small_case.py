@@ -15,7 +15,7 @@ import pytest
 
 from bsm_mesh.app.cli import main
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 NODES: list[Sequence[object]] = [(x, y) for y in range(3) for x in range(3)]
 QUADS = [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)]
 CURVES = {"boundary:bottom": [(0, 1), (1, 2)], "boundary:top": [(6, 7), (7, 8)], "joint:J1": [(3, 4), (4, 5)]}

@@ -1,4 +1,4 @@
-"""Block systems of any size that benchmarks solve, made from numbers alone: no file, no randomness without a seed."""
+"""Block systems of any size, from numbers alone: no file, no randomness without a seed. Benchmarks solve them too."""
 
 from __future__ import annotations
 
@@ -75,6 +75,11 @@ class Scene:
 def tilted_wall(n: int, friction: float = FRICTION, tilt: float = TILT) -> Scene:
     """Return a half-bond wall of about n bricks of 1 x 0.5 m with flush ends on a fixed base, gravity turned."""
     courses, bricks = WALL_SIZES.get(n) or (max(1, round((n / 1.6) ** 0.5)), max(1, round((1.6 * n) ** 0.5)))
+    return tilted_courses(courses, bricks, friction, tilt)
+
+
+def tilted_courses(courses: int, bricks: int, friction: float = FRICTION, tilt: float = TILT) -> Scene:
+    """Return such a wall of so many courses, of so many bricks in every second one."""
     left, course = [], []
     for j in range(courses):
         heads = np.arange(bricks) if j % 2 == 0 else np.concatenate([[0.0], np.arange(bricks) + 0.5])

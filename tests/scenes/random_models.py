@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import strategies as st
-from scenes import rectangle, turned
 
 import bsm_mesh as bsm
+from tests.scenes.shapes import rectangle, turned
 
 
 def convex(rng, sides):

@@ -1,9 +1,10 @@
 """Slabs of 4 m x 3 m of elastic rock, their blocks in every shape that the continuum solution must take."""
 
 import numpy as np
-from scenes import framed, grid, rectangle, running_bond
 
 import bsm_mesh as bsm
+from tests.scenes.models import framed
+from tests.scenes.shapes import grid, rectangle, running_bond
 
 EXACT = 1e-9  # linear fields lie in both element spaces, the gravity column in the second-order one; rounding is lost
 E, MU = 50e9, 0.25

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scenes import rectangle, square, turned
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.rules import RULES, Rules
 from bsm_mesh.contact.search import ActiveContacts, Candidates, Outlines, corner_positions, detect_contacts
+from tests.scenes.shapes import rectangle, square, turned
 
 
 @dataclass

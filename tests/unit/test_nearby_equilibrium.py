@@ -1,0 +1,105 @@
+"""The equilibrium near a start: found where there is one, said where not; and what a run is without this method."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.solve.continuation.plan import PLANS
+from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
+from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from tests.scenes.models import GAMMA, model_of
+from tests.scenes.shapes import rectangle, running_bond, turned
+from tests.scenes.steps import begun, still
+
+BASE = rectangle(-4, -1, 8, 0)
+AT_REST, GOAL = Iterate(residual=1.0), Goal(max_residual=1e-8, rest=1e-8)
+
+
+def scene(name):
+    """Return polygons and friction of a scene that comes to rest near where it is given."""
+    return {
+        "column": ([BASE, *(rectangle(0, y, 1, y + 1) for y in range(5))], 35.0),
+        "wall": ([BASE, *running_bond(5, 4)], 35.0),
+        "tilted wall": ([turned(p, 8.0) for p in (BASE, *running_bond(5, 4))], 35.0),
+        "wedge": (
+            # a triangle in a notch, which slides down both sides until they bear it
+            [
+                np.array([(-3, -1), (3, -1), (3, 2), (2, 2), (0, 0), (-2, 2), (-3, 2)]),
+                np.array([(-1, 1), (0, 0), (1, 1)]),
+            ],
+            20.0,
+        ),
+    }[name]
+
+
+def without(monkeypatch, name):
+    """Take a method from every plan, as the campaign's ``--without`` does."""
+    for phase, plan in PLANS.items():
+        monkeypatch.setitem(PLANS, phase, tuple(method for method in plan if not method.name.startswith(name)))
+
+
+@pytest.mark.parametrize("localized", [False, True])
+@pytest.mark.parametrize("name", ["column", "wall", "tilted wall", "wedge"])
+def test_it_ends_in_equilibrium(name, localized):
+    polygons, friction = scene(name)
+    found = NearbyEquilibrium(localized=localized).solve(begun(model_of(polygons, friction=friction)), AT_REST, GOAL)
+    assert found.outcome is Outcome.SOLVED
+    step, at = found.equations.with_regularization(0.0), found.at
+    assert step.residual_at(found.position).max_norm < 1e-4
+    assert (at.pressure[at.closed] >= 0).all()
+    assert (np.abs(at.shear) <= at.strength * (1 + 1e-9))[at.closed].all()
+    assert not found.position[0].any()
+    assert at.forces[1:, 1].sum() == pytest.approx(GAMMA * step.system.model.blocks.moments.area[1:].sum(), rel=1e-4)
+    assert (step.acting_at(found.position) * found.position)[1:].sum() > 0  # weight has done work
+
+
+def test_a_block_that_must_slide_has_none_nearby():
+    model = model_of([turned(p, 45.0) for p in (BASE, rectangle(0, 0, 1, 1))], friction=25.0)
+    assert NearbyEquilibrium().solve(begun(model), AT_REST, GOAL).outcome is Outcome.STALLED
+
+
+def test_what_is_at_rest_is_not_moved():
+    step = begun(model_of([BASE, rectangle(0, 0, 1, 1)], gamma=0.0))
+    found = NearbyEquilibrium().solve(step, AT_REST, GOAL)
+    assert found.outcome is Outcome.SOLVED
+    assert_allclose(found.position, step.start, atol=0)
+
+
+def test_it_is_for_blocks_at_rest():
+    step = begun(model_of([BASE, rectangle(0, 0, 1, 1)]))
+    assert NearbyEquilibrium().applies(step, AT_REST, GOAL)
+    assert not NearbyEquilibrium().applies(step, Iterate(residual=1.0, velocity=still(2)), GOAL)
+
+
+@pytest.mark.parametrize("name", ["column", "tilted wall", "wedge"])
+def test_without_it_a_run_ends_in_the_same_verdict_and_place(monkeypatch, name):
+    polygons, friction = scene(name)
+    model, options = model_of(polygons, friction=friction), bsm.Options(scheme="continuation")
+    wanted = bsm.run(model, options)
+    without(monkeypatch, "nearby equilibrium")
+    found = bsm.run(model, options)
+    assert "nearby equilibrium" in {step.method for step in wanted.stages[0].steps}
+    assert "nearby equilibrium" not in {step.method for step in found.stages[0].steps}
+    assert found.status == wanted.status == "stable"
+    assert found.check().ok
+    assert wanted.check().ok
+    size = np.abs(wanted.stages[0].displacement).max()
+    assert_allclose(found.stages[0].displacement, wanted.stages[0].displacement, rtol=0, atol=0.2 * size)
+    assert sum(s.factorizations for s in wanted.stages[0].steps) < 40
+
+
+def test_after_an_excavation_the_verdict_is_the_same_without_it(monkeypatch):
+    """A wall loses a brick of its second course; what is above it bridges the gap."""
+    bricks = running_bond(5, 4)
+    hole = tuple(map(tuple, bricks[6].tolist()))
+    stages = [bsm.Stage(name="whole"), bsm.Stage(name="without", excavate=(hole,))]
+    model = model_of([BASE, *bricks], stages=stages)
+    wanted = bsm.run(model, bsm.Options(scheme="continuation"))
+    without(monkeypatch, "nearby equilibrium")
+    found = bsm.run(model, bsm.Options(scheme="continuation"))
+    assert {stage.status for stage in (*found.stages, *wanted.stages)} == {"stable"}
+    assert "nearby equilibrium by subdomains" in {step.method for step in wanted.stages[-1].steps}
+    assert found.check().ok
+    size = np.abs(wanted.stages[-1].displacement).max()
+    assert_allclose(found.stages[-1].displacement, wanted.stages[-1].displacement, rtol=0, atol=0.3 * size)

@@ -1,0 +1,133 @@
+"""Newton's method on a step: equilibria in closed form, quadratic convergence, and what it says where there is none."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bsm_mesh.solve.methods.newton import ExactNewton, chord_method, elastic_position, newton
+from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from tests.scenes.models import GAMMA, model_of
+from tests.scenes.shapes import rectangle, running_bond, turned
+from tests.scenes.steps import begun
+
+KN = 1e9  # Pa/m, of all joints
+TOLERANCE = 1e-9  # residual over the mean weight
+EXACT = 1e-6  # relative: blocks of a column settle by 1e-4 of their size, and the exact geometry with them
+BASE = rectangle(-4, -1, 8, 0)
+
+
+def step_of(polygons, turn=0.0, **given):
+    """Return the first step of a model without regularisation, so that its solution is the static one."""
+    return begun(model_of([turned(p, turn) for p in polygons], kn=KN, **given)).with_regularization(0.0)
+
+
+def column(count):
+    return [BASE, *(rectangle(0, y, 1, y + 1) for y in range(count))]
+
+
+@pytest.mark.parametrize("regularized", [False, True])
+@pytest.mark.parametrize(("count", "turn"), [(4, 0.0), (2, 10.0)])
+def test_a_column_settles_and_shears_by_the_weight_above_each_joint(count, turn, regularized):
+    """The joint below block k bears all blocks from it on, across the joint and along it."""
+    step = step_of(column(count), turn, friction=60.0)
+    found = newton(step, elastic_position(step), TOLERANCE, regularized=regularized)
+    assert found.outcome is Outcome.SOLVED
+    assert step.residual_at(found.position).max_norm < TOLERANCE
+    at = found.at
+    assert at.sticking[at.closed].all()
+    candidates, closed = found.contacts.candidates, at.closed
+    weight, angle = GAMMA * 1.0, np.radians(turn)
+    for k in range(1, count + 1):
+        rows = closed & ((candidates.block_a == k) | (candidates.block_b == k))
+        rows &= np.minimum(candidates.block_a, candidates.block_b) == k - 1
+        above = (count - k + 1) * weight
+        assert at.pressure[rows].sum() == pytest.approx(above * np.cos(angle), rel=1e-3)
+        assert abs(at.shear[rows].sum()) == pytest.approx(above * np.sin(angle), rel=1e-3, abs=1e-6)
+    if turn == 0.0:
+        settled = -np.cumsum([(count - k) * weight / KN for k in range(count)])
+        assert_allclose(found.position[1:, 1], settled, rtol=EXACT)
+
+
+def test_the_work_of_the_weight_is_twice_the_energy_of_the_joints():
+    """Clapeyron: a wall whose joints stick and stay closed is elastic."""
+    step = step_of([BASE, *running_bond(4, 4)], friction=60.0)
+    found = newton(step, elastic_position(step), TOLERANCE)
+    assert found.outcome is Outcome.SOLVED
+    at, contacts = found.at, found.contacts
+    closed = at.closed
+    energy = (at.pressure[closed] ** 2 / contacts.normal_stiffness[closed]).sum() / 2
+    energy += (at.shear[closed] ** 2 / contacts.shear_stiffness[closed]).sum() / 2
+    work = (step.acting_at(step.start) * found.position)[1:].sum()
+    assert work > 0
+    assert work == pytest.approx(2 * energy, rel=1e-3)
+
+
+def test_it_converges_quadratically_near_the_solution():
+    """Blocks of a leaning column rotate by finite angles; with the exact tangent errors are squared."""
+    step = step_of(column(2), 10.0, friction=60.0)
+    rest = newton(step, elastic_position(step), 1e-12).position
+    moved = rest + np.array([(0, 0, 0), *[(1e-5 * k, 0, -1e-5 * k) for k in (1, 2)]])
+    errors = []
+    for iterations in range(4):
+        there = newton(step, moved, 0.0, max_iterations=iterations)
+        errors.append(np.abs(there.position - rest).max())
+    assert errors[1] < 1e-3 * errors[0]
+    assert errors[2] < 1e-12
+
+
+@pytest.mark.parametrize("friction", [20.0, 44.0])
+def test_where_friction_does_not_hold_it_stalls_without_making_the_residual_worse(friction):
+    step = begun(model_of([turned(p, 45.0) for p in (BASE, rectangle(0, 0, 1, 1))], friction=friction, kn=KN))
+    step = step.with_regularization(1e-9)
+    start = step.residual_at(elastic_position(step))
+    found = newton(step, start.position, TOLERANCE)
+    assert found.outcome is Outcome.STALLED
+    assert step.residual_at(found.position).l2_norm <= start.l2_norm
+
+
+def test_a_block_that_nothing_holds_is_not_said_to_rest():
+    step = step_of([BASE, rectangle(0, 3, 1, 4)])
+    found = newton(step, step.start, TOLERANCE)
+    assert found.outcome in (Outcome.SINGULAR, Outcome.STALLED)
+    assert step.residual_at(found.position).max_norm > 0.1
+
+
+def test_the_elastic_solution_sticks_whatever_the_friction():
+    """Weight along the slope over the shear stiffness of the face, though friction bears a half of it."""
+    slope = 30.0
+    step = step_of([BASE, rectangle(0, 0, 1, 1)], slope, friction=15.0)
+    moved = turned(elastic_position(step)[1:, :2], -slope)[0]
+    assert_allclose(moved[1], -GAMMA * np.cos(np.radians(slope)) / KN, rtol=1e-4)  # exact rotation
+    # Along the slope it shears, and leans on its two corners: as much again at its centroid.
+    assert_allclose(moved[0], -2 * GAMMA * np.sin(np.radians(slope)) / KN, rtol=1e-4)
+
+
+def test_chord_iterations_reach_rounding_with_the_factors_there_are():
+    step = step_of([BASE, *running_bond(4, 4)], friction=60.0)
+    rest = newton(step, elastic_position(step), 1e-4)
+    assert rest.outcome is Outcome.SOLVED
+    pushed, factorized = rest.position.copy(), step.factors.count
+    pushed[3, 0] += 1e-9
+    polished = chord_method(step, pushed, 0.0)
+    assert step.factors.count == factorized
+    before, after = (step.residual_at(position).max_norm for position in (pushed, polished))
+    assert after < 1e-7 < 1e-5 < before
+
+
+def test_chord_iterations_end_at_the_tolerance_and_never_make_it_worse():
+    step = step_of([BASE, *running_bond(4, 4)], friction=60.0)
+    rest = newton(step, elastic_position(step), 1e-9).position
+    assert_allclose(chord_method(step, rest, 1e-6), rest, atol=0)
+    far = rest.copy()
+    far[5] += (0.02, 0.05, 0.1)  # its contacts are open there
+    assert step.residual_at(chord_method(step, far, 0.0)).max_norm <= step.residual_at(far).max_norm
+
+
+def test_the_method_of_a_step_is_for_goals_near_rest():
+    step = step_of(column(2))
+    method, at = ExactNewton(), Iterate(residual=1.0)
+    assert method.applies(step, at, Goal(max_residual=1e-4, rest=1e-6))
+    assert not method.applies(step, at, Goal(max_residual=1e-2, rest=1e-6))
+    found = method.solve(step, at, Goal(max_residual=1e-8, rest=1e-8))
+    assert found.outcome is Outcome.SOLVED
+    assert step.residual_at(found.position).max_norm < 1e-8
