@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from jointed_scenes import model_of
-from scenes import rectangle, turned
 
 import bsm_mesh as bsm
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
 
 PUSH = bsm.PointLoad(block=0, point=(-1, -0.5), force=(0, -1))
 LEDGE, SHELF = rectangle(-4, -1, 0, 0), rectangle(-4, -6, 8, -5)

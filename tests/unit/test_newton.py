@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bsm_mesh.solve.methods.newton import ExactNewton, chord_method, elastic_position, newton
+from bsm_mesh.solve.methods.newton import ExactNewton, chord_method, newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from bsm_mesh.solve.step.elastic import elastic_position
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun

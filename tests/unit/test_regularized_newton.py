@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bsm_mesh.solve.methods.newton import elastic_position, newton, tangent_regularization
+from bsm_mesh.solve.methods.newton import newton, tangent_regularization
 from bsm_mesh.solve.methods.regularized_newton import SETTINGS, RegularizedNewton, regularized_newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from bsm_mesh.solve.step.elastic import elastic_position
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun
