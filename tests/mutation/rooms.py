@@ -9,7 +9,8 @@ from .mutants import ROOT
 
 ROOMS = {
     "contact": "search contact_rules history_transfer corners broad_phase strength table force_kernels stress loop",
-    "solve": "stages in_situ readiness verification/excavation",
+    "solve": "values",
+    "solve/stages": "stages falls in_situ verification/excavation",
     "solve/algebra": "block_matrix constraints linear_solvers mechanisms mixed_precision linear supports loads",
     "solve/bolts": "bolt_chain bolt_forces verification/bolts verification/dowel_action verification/staged_bolts",
     "solve/contacts": "force_kernels forces history history_transfer in_situ own_laws loop verification/excavation",
