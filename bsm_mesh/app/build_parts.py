@@ -52,7 +52,8 @@ def make_joint(name: str, table: JointTable) -> Joint:
 
 
 def _law(table: JointTable) -> JointLaw | None:
-    given = {key: getattr(table, key) for key in ("friction", "dilation", "cohesion", "residual_friction")}
+    keys = ("friction", "dilation", "cohesion", "residual_friction", "residual_cohesion")
+    given = {key: getattr(table, key) for key in keys}
     given = {key: value for key, value in given.items() if value is not None}
     if not given and table.law is None:
         if table.tensile_strength is not None:
@@ -64,7 +65,7 @@ def _law(table: JointTable) -> JointLaw | None:
     faults = []
     if "friction" not in given:
         faults.append("a joint with a strength needs the key 'friction' [degrees]")
-    named = [key for key in ("cohesion", "residual_friction") if given.get(key)]
+    named = [key for key in ("cohesion", "residual_friction", "residual_cohesion") if given.get(key)]
     if table.law is None and named:
         faults.append(
             f"a joint with {' and '.join(named)} needs the key 'law': \"mohr_coulomb\" (cohesion carries shear from "
@@ -72,6 +73,8 @@ def _law(table: JointTable) -> JointLaw | None:
         )
     if table.law == "mohr_coulomb" and "dilation" in given:
         faults.append("law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
+    if table.law == "patton" and "residual_cohesion" in given:
+        faults.append("law 'patton' has no residual_cohesion: what shears off is its cohesion; remove it")
     raise_faults(faults)
     return MohrCoulomb(**given) if table.law == "mohr_coulomb" else Patton(**given)
 

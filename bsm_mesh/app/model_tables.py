@@ -87,6 +87,10 @@ class RockTable(Table):
     friction: Annotated[float, In(q.FRICTION)] | None = None
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = None
     stiffness: RockStiffness = "wang"
+    residual_friction: Annotated[float, In(q.FRICTION)] | None = None
+    residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
+        default=None, description="with it, or with residual_friction, faces fall to both at their first slip"
+    )
 
 
 class FillingTable(Table):
@@ -110,6 +114,9 @@ class JointTable(Table):
     dilation: Annotated[float, In(q.DILATION)] | None = None
     cohesion: Annotated[float, In(q.COHESION)] | None = None
     residual_friction: Annotated[float, In(q.FRICTION)] | None = None
+    residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
+        default=None, description="mohr_coulomb: with it, or with residual_friction, joints fall to both at first slip"
+    )
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MODEL, MESH = "model.toml", "mesh.vtu"
 AS_RUN = "# The model as run by bsm-mesh: every default, SI units. The next run into this folder replaces it.\n"
-LAWS = {Patton: "patton", MohrCoulomb: "mohr_coulomb"}
+LAWS: dict[type, str] = {Patton: "patton", MohrCoulomb: "mohr_coulomb"}
 
 Content = dict[str, Any]
 

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
@@ -203,11 +203,7 @@ def _rock_tension(rock: Rock) -> float:
 
 def _between(one: Rock, other: Rock) -> JointLaw:
     """Return the law of the face between two rocks : Mohr-Coulomb, the weaker governs."""
-    laws = [
-        MohrCoulomb(friction=rock.friction or 0.0, cohesion=rock.cohesion or 0.0)
-        for rock in (one, other)
-        if rock.has_strength
-    ]
+    laws = [rock.law for rock in (one, other) if rock.law is not None]
     if not laws:
         return Elastic()
     return laws[0] if len(laws) == 1 or laws[0] == laws[1] else Weaker(laws[0], laws[1])

@@ -35,7 +35,7 @@ class JointResponse:
     sticking : (m,) bool
         Whether the shear force is the trial one.
     failed : (m,) bool
-        New state: asperities sheared off, cohesion lost. Stays true.
+        New state: fallen to the residual strength. Stays true.
     """
 
     shear: FloatArray
@@ -192,37 +192,57 @@ class Patton:
 class MohrCoulomb:
     """Mohr-Coulomb joint law: strength = cohesion + pressure * tan(friction).
 
+    Without residual values slip takes nothing away: the joint is perfectly plastic, as in limit equilibrium and in the
+    plain Coulomb joints of other programs. With one of them a contact falls to both at its first slip. A contact that
+    has opened, or that arose after the start, has the residual values too, and no cohesion where none is given.
+
     Attributes
     ----------
     friction : float [degrees]
         Friction angle.
     cohesion : float [Pa]
-        Cohesion, lost once the joint has slipped or opened.
+        Cohesion.
     residual_friction : float or None [degrees]
-        Friction angle after that; None: `friction`.
+        Friction angle that is left; None: `friction`.
+    residual_cohesion : float or None [Pa]
+        Cohesion that is left; None: all of it after slip if `residual_friction` is not given either, else none.
 
     Raises
     ------
     ModelError
-        With every value out of range, or a residual friction above `friction`.
+        With every value out of range, or a residual value above its peak.
     """
 
     friction: Annotated[float, FRICTION]
     cohesion: Annotated[float, COHESION] = 0.0
     residual_friction: Annotated[float, FRICTION] | None = None
+    residual_cohesion: Annotated[float, COHESION] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("law 'mohr_coulomb'")
         rules.numbers(self)
         raise_faults(rules.faults)
+        faults = []
         if self.residual > self.friction:
-            raise_faults([f"{rules.thing}: {above_peak(self.residual, 'friction', self.friction)}"])
+            faults.append(f"{rules.thing}: {above_peak(self.residual, 'friction', self.friction)}")
+        left = self.residual_cohesion or 0.0
+        if left > self.cohesion:
+            faults.append(
+                f"{rules.thing}: residual_cohesion = {left:g} Pa is above cohesion = {self.cohesion:g} Pa: a joint "
+                "grows no stronger by failing; exchange them, or leave residual_cohesion out"
+            )
+        raise_faults(faults)
         plain_numbers(self)
 
     @property
     def residual(self) -> float:
         """Residual friction angle [degrees]."""
         return self.friction if self.residual_friction is None else self.residual_friction
+
+    @property
+    def is_brittle(self) -> bool:
+        """Whether a contact fails by slip."""
+        return self.residual_friction is not None or self.residual_cohesion is not None
 
     def respond(
         self, pressure: FloatArray, trial_shear: FloatArray, length: FloatArray, failed: BoolArray
@@ -232,9 +252,11 @@ class MohrCoulomb:
         peak, residual = np.tan(np.radians(self.friction)), np.tan(np.radians(self.residual))
         if self.cohesion == 0 and peak == residual:  # the common case, in half the passes
             return _slide(trial_shear, peak * pressing, np.where(pressure > 0, peak, 0.0), failed.copy())
-        strength = np.where(failed, residual * pressing, self.cohesion * length + peak * pressing)
+        left = self.residual_cohesion or 0.0
+        strength = np.where(failed, left * length + residual * pressing, self.cohesion * length + peak * pressing)
         slope = np.where(pressure > 0, np.where(failed, residual, peak), 0.0)
-        return _slide(trial_shear, strength, slope, failed | (np.abs(trial_shear) > strength))
+        slipped = np.abs(trial_shear) > strength if self.is_brittle else np.zeros(len(failed), dtype=bool)
+        return _slide(trial_shear, strength, slope, failed | slipped)
 
     def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the peak line."""

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
-from bsm_mesh.errors import raise_faults
-from bsm_mesh.model.joint_laws import JointLaw, law_faults
+from bsm_mesh.errors import placed, raise_faults
+from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, law_faults
 from bsm_mesh.model.quantities import (
     COHESION,
     FRICTION,
@@ -83,6 +83,8 @@ class Rock:
     stiffness : {"wang", "homogeneous", "triangle", "rigid"}
         How E and Poisson's ratio become contact stiffness: the thesis's Eqs. 3.24-3.26; the pair that makes
         every mesh elastically homogeneous (with no Poisson effect); the pair calibrated for triangles; rigid.
+    residual_friction, residual_cohesion : float or None [degrees, Pa]
+        What is left of those faces' strength, as `MohrCoulomb` takes it; None: slip takes nothing away.
     """
 
     name: str
@@ -93,6 +95,8 @@ class Rock:
     friction: Annotated[float, FRICTION] | None = None
     tensile_strength: Annotated[float, TENSILE_STRENGTH] | None = None
     stiffness: RockStiffness = "wang"
+    residual_friction: Annotated[float, FRICTION] | None = None
+    residual_cohesion: Annotated[float, COHESION] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("rock", self.name)
@@ -102,6 +106,8 @@ class Rock:
         if not rules.faults and self.young is not None and self.poisson is None and self.stiffness != "rigid":
             rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
         raise_faults(rules.faults)
+        with placed(rules.thing):
+            _ = self.law
         plain_numbers(self)
 
     @property
@@ -113,6 +119,18 @@ class Rock:
     def has_strength(self) -> bool:
         """Whether unjointed faces can fail: the rock gives cohesion, friction or tensile strength."""
         return not (self.cohesion is None and self.friction is None and self.tensile_strength is None)
+
+    @property
+    def law(self) -> MohrCoulomb | None:
+        """The law of faces without a joint; None: they carry whatever comes."""
+        if not self.has_strength:
+            return None
+        return MohrCoulomb(
+            friction=self.friction or 0.0,
+            cohesion=self.cohesion or 0.0,
+            residual_friction=self.residual_friction,
+            residual_cohesion=self.residual_cohesion,
+        )
 
     @property
     def contact_moduli(self) -> tuple[float, float]:

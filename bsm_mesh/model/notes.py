@@ -92,10 +92,13 @@ def _of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str
     for joint in joints:
         if isinstance(joint.law, MohrCoulomb):
             yield from _beyond_apex(f"joint '{joint.name}'", joint.tensile_strength, joint.law.cohesion, joint.law)
+            yield from _kept_cohesion(f"joint '{joint.name}'", joint.law)
     for rock in rocks:
         if rock.tensile_strength and rock.friction is not None:
             law = MohrCoulomb(friction=rock.friction)
             yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength, rock.cohesion or 0.0, law)
+        if rock.law is not None:
+            yield from _kept_cohesion(f"rock '{rock.name}'", rock.law)
 
 
 def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
@@ -108,6 +111,12 @@ def _of_unlimited(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) 
             f"{counted(unlimited, 'face')} of rock without a joint and without strength: they neither slip nor open, "
             "whatever they carry (default_joint, or cohesion, friction and tensile_strength of the rock, limit them)"
         )
+
+
+def _kept_cohesion(thing: str, law: MohrCoulomb) -> Iterator[str]:
+    """Say that cohesion stays when a joint slips: files of before were solved without it from the first slip on."""
+    if law.cohesion > 0 and not law.is_brittle:
+        yield f"{thing}: slip leaves its cohesion whole; where the first slip destroys it give residual_cohesion = 0"
 
 
 def _beyond_apex(thing: str, tensile_strength: float, cohesion: float, law: MohrCoulomb) -> Iterator[str]:

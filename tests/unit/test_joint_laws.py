@@ -123,6 +123,25 @@ def test_mohr_coulomb_without_anything_to_lose_does_not_fail():
     assert not respond(MohrCoulomb(friction=35), [0.0, 1e6]).failed.any()
 
 
+def test_without_residual_values_slip_leaves_cohesion_whole_and_opening_takes_it():
+    law = MohrCoulomb(friction=35, cohesion=1e5)
+    slipped = respond(law, 1e6, 1e9, 2.0)
+    assert not slipped.failed.any()
+    assert_allclose(slipped.shear, 1e5 * 2 + 1e6 * tan(35))
+    assert_allclose(respond(law, 1e6, 1e9, 2.0, failed=True).shear, 1e6 * tan(35))
+
+
+def test_residual_cohesion_is_left_by_the_first_slip():
+    law = MohrCoulomb(friction=35, cohesion=1e5, residual_cohesion=2e4)
+    assert respond(law, 1e6, 1e9, 2.0).failed.all()
+    assert_allclose(respond(law, 1e6, 1e9, 2.0, failed=True).shear, 2e4 * 2 + 1e6 * tan(35))
+
+
+def test_a_residual_cohesion_above_the_peak_is_refused():
+    with pytest.raises(ModelError, match=r"residual_cohesion = 200000 Pa is above cohesion = 100000 Pa"):
+        MohrCoulomb(friction=35, cohesion=1e5, residual_cohesion=2e5)
+
+
 @pytest.mark.parametrize("law", [MohrCoulomb(friction=35, cohesion=1e5), Patton(friction=30, dilation=5, cohesion=1e5)])
 def test_under_tension_there_is_no_friction(law):
     answer = respond(law, -1e4)
@@ -140,7 +159,7 @@ def test_elastic_has_no_limit():
 
 def test_weaker_follows_the_law_that_bears_less():
     """C = 0 at 45 degrees and c = 1 MPa at 20 degrees cross at 1 MPa / (tan 45 - tan 20)."""
-    law = Weaker(MohrCoulomb(friction=45), MohrCoulomb(friction=20, cohesion=1e6))
+    law = Weaker(MohrCoulomb(friction=45), MohrCoulomb(friction=20, cohesion=1e6, residual_cohesion=0))
     crossing = 1e6 / (tan(45) - tan(20))
     answer = respond(law, [0.5 * crossing, 2 * crossing])
     assert_allclose(answer.shear, [0.5 * crossing, 1e6 + 2 * crossing * tan(20)])

@@ -13,7 +13,8 @@ from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case
 
 ROCK = bsm.Rock("rock", unit_weight=26e3)
-JOINT = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=1e4)
+LAW = bsm.MohrCoulomb(friction=30, cohesion=1e5, residual_cohesion=0)
+JOINT = bsm.Joint("J", 1e9, 1e9, law=LAW, tensile_strength=1e4)
 PLAIN = bsm.Model(
     blocks=framed(bsm.Blocks.from_polygons(grid(2, 2), rock="rock"), 2, 2),
     rocks=[ROCK],
@@ -42,14 +43,22 @@ def test_an_ordinary_model_has_none() -> None:
         ),
         ({"rocks": [bsm.Rock("rock", unit_weight=0)]}, "rock 'rock' has no weight: unit_weight = 0"),
         ({"joints": [joint(law=bsm.Patton(friction=80))]}, "joint 'J': friction = 80 degrees is unusual (0 to 70"),
+        (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=1e5))]},
+            "joint 'J': slip leaves its cohesion whole; where the first slip destroys it give residual_cohesion = 0",
+        ),
         ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
         (
-            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=5e8))]},
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=5e8, residual_cohesion=0))]},
             "joint 'J': cohesion = 5e+08 Pa is unusual (0 to 1e8 Pa is usual); check the number and its unit",
         ),
         ({"joints": [joint(law=None)]}, "joint 'J' has no law (friction): it neither slips nor opens"),
         (
-            {"joints": [joint(law=bsm.MohrCoulomb(friction=45, cohesion=1e5), tensile_strength=1.1e5)]},
+            {
+                "joints": [
+                    joint(law=bsm.MohrCoulomb(friction=45, cohesion=1e5, residual_cohesion=0), tensile_strength=1.1e5)
+                ]
+            },
             "tensile_strength = 110000 Pa is above cohesion / tan(friction) = 1e+05 Pa",
         ),
         ({"supports": [bsm.Fixed(blocks=range(4))]}, "every block is held by supports: nothing can move"),

@@ -108,7 +108,7 @@ GUIDE = {  # rows of the user guide's table
     "rock `unit_weight`": quantities.UNIT_WEIGHT,
     "rock, filling `young`": quantities.YOUNG,
     "`poisson`": quantities.POISSON,
-    "`cohesion`": quantities.COHESION,
+    "`cohesion`, `residual_cohesion`": quantities.COHESION,
     "`tensile_strength`": quantities.TENSILE_STRENGTH,
     "`friction`, `residual_friction`": quantities.FRICTION,
     "`dilation`": quantities.DILATION,
