@@ -153,6 +153,26 @@ def test_lines_of_a_wrong_shape():
         bsm.limit_analysis(slab(Wrong(30.0)))
 
 
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (lambda length: 3, "strength_lines failed: TypeError: 'int' object is not iterable; it must return slope and"),
+        (lambda length: 1 / 0, "strength_lines failed: ZeroDivisionError"),
+        (lambda length: (np.full((len(length), 1), np.nan), np.zeros((len(length), 1))), "negative or no number"),
+        (lambda length: (np.full((len(length), 1), -0.5), np.zeros((len(length), 1))), "negative or no number"),
+        (lambda length: (np.full((len(length), 1), 0.5), np.full((len(length), 1), -1.0)), "negative or no number"),
+    ],
+)
+def test_lines_that_are_no_strength(answer, words):
+    class Wrong(Coulomb):
+        def strength_lines(self, length):
+            return answer(length)
+
+    with pytest.raises(bsm.ModelError, match=re.escape("the law Wrong: strength_lines ")) as caught:
+        bsm.limit_analysis(slab(Wrong(30.0)))
+    assert words in str(caught.value)
+
+
 def test_a_law_counts_by_its_content_in_the_digest_of_a_model():
     assert slab(Coulomb(30.0)) == slab(Coulomb(30.0))
     assert slab(Coulomb(30.0)) != slab(Coulomb(31.0))
