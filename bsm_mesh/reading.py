@@ -40,6 +40,28 @@ def refuse_special(path: str | os.PathLike[str]) -> None:
         raise ModelError(fault)
 
 
+def read_text(path: Path) -> str:
+    """Return the text of a regular file in UTF-8, with or without a byte order mark.
+
+    Raises
+    ------
+    ModelError
+        If it cannot be read, or is in another encoding.
+    """
+    refuse_special(path)
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as fault:
+        raise ModelError(f"{path}: cannot be read: {fault.strerror or fault}") from fault
+    except UnicodeDecodeError as fault:
+        line = fault.object[: fault.start].count(b"\n") + 1
+        raise ModelError(
+            f"{path}, line {line}: is no text in UTF-8 (Latin-1, perhaps?); save the file as UTF-8"
+        ) from fault
+    except ValueError as fault:  # a NUL in the path
+        raise ModelError(f"{path}: is no path; correct it") from fault
+
+
 def special_fault(path: str | os.PathLike[str]) -> str | None:
     """Return why a path is not to be read, or None.
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from bsm_mesh import reading
+from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.reading import path_fault, special_fault
 
@@ -31,15 +33,7 @@ def read_text(path: Path) -> str:
     GeometryError
         If it cannot be read, or is in another encoding.
     """
-    refuse_special(path)
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as fault:
-        raise GeometryError(f"{path}: cannot be read: {fault.strerror or fault}") from fault
-    except UnicodeDecodeError as fault:
-        line = fault.object[: fault.start].count(b"\n") + 1
-        raise GeometryError(
-            f"{path}, line {line}: is no text in UTF-8 (Latin-1, perhaps?); save the file as UTF-8"
-        ) from fault
-    except ValueError as fault:  # a NUL in the path
-        raise GeometryError(f"{path}: is no path; correct it") from fault
+        return reading.read_text(path)
+    except ModelError as error:
+        raise GeometryError(error.faults) from error

@@ -23,6 +23,7 @@ ENDS = ("x1", "y1", "x2", "y2")
 SCAN_COLUMNS = ("distance", "dip", "dip_direction", "set")
 UNNAMED = "traces"  # the set of lines that name none
 FARTHEST = 1e12  # [m]; as for nodes of meshes
+LONGEST = 300  # digits; more are no double, and thousands are not turned into a number
 
 
 def read_traces(
@@ -117,9 +118,10 @@ def _csv_rows(file: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, 
     except csv.Error as fault:
         raise GeometryError(f"{file}, line {table.line_num}: is no table: {fault}") from fault
     _raise_faults(faults)
-    if not rows or not set(needed) <= set(header):
-        has = ", ".join(header) if rows else "no rows"
-        raise GeometryError(f"{file}: needs the columns {', '.join(needed)}; it has {has}")
+    if not rows:
+        raise GeometryError(f"{file}: has no rows; it needs a header and rows below it")
+    if not set(needed) <= set(header):
+        raise GeometryError(f"{file}: needs the columns {', '.join(needed)}; it has {', '.join(header)}")
     return rows
 
 
@@ -164,7 +166,7 @@ def _read_csv(file: Path) -> Lines:
 def _read_geojson(file: Path) -> Lines:
     text = read_text(file)
     try:
-        content = json.loads(text)
+        content = json.loads(text, parse_int=_whole_number)
         return _lines_of_features(content["features"] if content.get("type") == "FeatureCollection" else [content])
     except RecursionError as fault:
         raise GeometryError(
@@ -185,9 +187,20 @@ def _lines_of_features(features: Iterable[dict[str, Any]]) -> Lines:
         coordinates: list[Any] = shape.get("coordinates") or []
         lines = {"LineString": [coordinates], "MultiLineString": coordinates}
         for line in lines.get(str(shape.get("type")), []):
-            points = np.array([point[:2] for point in line], dtype=np.float64)
-            found.setdefault(name, []).append(points.reshape(len(line), 2))
+            found.setdefault(name, []).append(_points(line, name))
     return found
+
+
+def _points(line: Any, name: str) -> FloatArray:
+    """Return the points of a line (n, 2); a third coordinate is left out."""
+    points = [point[:2] if isinstance(point, list) else () for point in line] if isinstance(line, list) else [()]
+    if not all(len(point) == 2 and all(isinstance(value, int | float) for value in point) for point in points):
+        raise ValueError(f"a position of the set '{name}' is not of the form [x, y]")
+    return np.array(points, dtype=np.float64).reshape(-1, 2)
+
+
+def _whole_number(text: str) -> float:
+    return int(text) if len(text) < LONGEST else math.inf
 
 
 def _read_dxf(file: Path) -> Lines:

@@ -30,6 +30,8 @@ from bsm_mesh.app.reach import Reach
 from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.notes import beyond_usual
+from bsm_mesh.model.quantities import MERGE_TOLERANCE
 from bsm_mesh.model.stages import Stage, blocks_in
 from bsm_mesh.solve.options import Options
 
@@ -57,7 +59,7 @@ class LoadedModel:
     options : Options
         How it is to be solved.
     notes : tuple of str
-        What was mended or left out of the mesh, a line each.
+        What was mended or left out of the mesh, and what of the file may be a slip, a line each.
     mesh_lines : tuple of str
         What was found in the mesh, a line each, the notes included.
     dangling : mapping of str to int
@@ -164,18 +166,19 @@ def build_model(file: ModelFile, path: Path, reach: Reach, report: Reporter = la
             options=options[0],
             title=file.title,
         )
+    beside = (
+        *beyond_usual("", "merge_tolerance", file.mesh.merge_tolerance, MERGE_TOLERANCE),
+        *_unused_excavations(blocks, stages),
+        *unused_curves(mesh_report.bolts, file.bolt),
+    )
     return LoadedModel(
         path=path,
         reach=reach,
         file=file,
         model=model,
         options=options[0],
-        notes=(
-            *(note.text for note in mesh_report.notes),
-            *_unused_excavations(blocks, stages),
-            *unused_curves(mesh_report.bolts, file.bolt),
-        ),
-        mesh_lines=tuple(mesh_report.lines()[1:]),
+        notes=(*(note.text for note in mesh_report.notes), *beside),
+        mesh_lines=(*mesh_report.lines()[1:], *(f"note: {text}" for text in beside)),
         dangling=_dangling(mesh_report),
     )
 

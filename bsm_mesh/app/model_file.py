@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from bsm_mesh.app.build_parts import faults_of_parts
 from bsm_mesh.app.model_tables import ModelFile, Table
+from bsm_mesh.app.units import In
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.reading import refuse_special
 
@@ -122,7 +123,11 @@ def _in_words(fault: Any, given: object) -> str:
 
 
 def _how_to_give(path: list[int | str]) -> str:
-    return HOW_TO_GIVE.get(str(path[0]), "") if len(path) == 1 else ""
+    if len(path) == 1:
+        return HOW_TO_GIVE.get(str(path[0]), "")
+    table, key = _table_at(path[:-1]), str(path[-1])
+    kinds = [] if table is None or key not in table.model_fields else table.model_fields[key].metadata
+    return next((f", for example {key} = {kind.quantity.example}" for kind in kinds if isinstance(kind, In)), "")
 
 
 def _shown(value: object) -> str:
@@ -155,6 +160,11 @@ def _table_in(annotation: Any) -> type[Table] | None:
 
 
 def _known_keys(path: list[int | str]) -> list[str]:
+    table = _table_at(path)
+    return list(table.model_fields) if table is not None else []
+
+
+def _table_at(path: list[int | str]) -> type[Table] | None:
     table: type[Table] | None = ModelFile
     free = False  # the next part is a user's own name
     for part in path:
@@ -163,7 +173,7 @@ def _known_keys(path: list[int | str]) -> list[str]:
         else:
             annotation = table.model_fields[part].annotation
             table, free = _table_in(annotation), "dict[" in str(annotation)
-    return list(table.model_fields) if table is not None else []
+    return table
 
 
 def _place(path: list[int | str]) -> str:

@@ -225,9 +225,16 @@ def _stress_ratio(value: object) -> object:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return convert(value, q.STRESS_RATIO)
     if isinstance(value, dict) and value and set(value) <= set(RATIO_PARTS):
-        return {key: convert(part, RATIO_PARTS[key]) for key, part in value.items()}
+        return {key: _part_of_ratio(key, part) for key, part in value.items()}
     names = ", ".join(f'"{name}"' for name in STRESS_RATIOS)
     raise ValueError(f"must be a number, {{a, b, c}} for K = a / h + b + c h at the depth h, or one of {names}")
+
+
+def _part_of_ratio(key: str, part: object) -> object:
+    try:
+        return convert(part, RATIO_PARTS[key])
+    except ValueError as error:
+        raise ValueError(f"{key} {error}") from None
 
 
 StressRatio = Annotated[

@@ -20,7 +20,7 @@ from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.app.summary import finished_stages, read_summary
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
-from bsm_mesh.reading import refuse_special
+from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
@@ -115,7 +115,7 @@ class SavedResults:
             path = self.folder / name
             if not path.is_file():
                 if self.finished or not OF_A_STEP.fullmatch(name):  # a run under way gives up steps that it listed
-                    faults.append(f"{path}: there is no such file; run the model again")
+                    faults.append(special_fault(path) or f"{path}: there is no such file; run the model again")
             elif name.endswith(".vtu") and OF_A_RUN.fullmatch(name):
                 if path.stat().st_size != listed["bytes"]:
                     faults.append(_damaged(path))

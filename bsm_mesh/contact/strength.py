@@ -86,11 +86,22 @@ def _lines_of(law: JointLaw, length: FloatArray) -> tuple[FloatArray, FloatArray
             f"limit analysis needs the shear strength of every joint as straight lines, and the law {name} has no "
             "method strength_lines(length): give it one (docs/theory.md says what it returns), or take a law that has"
         )
-    slope, intercept = (np.asarray(values, dtype=float) for values in law.strength_lines(length))
-    if slope.ndim != 2 or len(slope) != len(length) or slope.shape != intercept.shape or np.isnan(intercept).any():
+    try:
+        slope, intercept = (np.asarray(values, dtype=float) for values in law.strength_lines(length))
+    except Exception as error:  # of the user's own
+        raise ModelError(
+            f"the law {name}: strength_lines failed: {type(error).__name__}: {error}; it must return slope and "
+            f"intercept of k lines, ({len(length)}, k) each"
+        ) from error
+    if slope.ndim != 2 or len(slope) != len(length) or slope.shape != intercept.shape:
         raise ModelError(
             f"the law {name}: strength_lines returns arrays of shape {slope.shape} and {intercept.shape}; "
-            f"it must return slope and intercept of k lines, ({len(length)}, k) each, without nan"
+            f"it must return slope and intercept of k lines, ({len(length)}, k) each"
+        )
+    if not (np.isfinite(slope).all() and (slope >= 0).all() and (intercept >= 0).all()):
+        raise ModelError(
+            f"the law {name}: strength_lines returns a slope or intercept that is negative or no number; each line is "
+            "a strength, 0 or more at every pressure"
         )
     return slope, intercept
 

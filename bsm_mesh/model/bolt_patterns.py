@@ -6,6 +6,7 @@ Every function takes the keys of `Bolt` that all bolts share, and numbers their 
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -19,7 +20,7 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, COORDINATE, DIRECTION, DISTANCE, RADIUS
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
-from bsm_mesh.reading import as_path, refuse_special
+from bsm_mesh.reading import as_path, read_text
 
 STRAIGHT = 1e-3  # of a curve's length: how far its points may be off a straight line
 ENDS = ("start_x", "start_y", "end_x", "end_y")
@@ -205,13 +206,11 @@ def bolts_from_table(
         If the file cannot be read, with every row that is wrong.
     """
     file = as_path("bolt table", path)
-    refuse_special(file)
+    table = csv.DictReader(io.StringIO(read_text(file), newline=""), skipinitialspace=True, strict=True)
     try:
-        with file.open(newline="", encoding="utf-8-sig") as opened:
-            table = csv.DictReader(opened, skipinitialspace=True)
-            rows, header = list(table), [name.strip() for name in table.fieldnames or ()]
-    except (OSError, ValueError, csv.Error) as error:  # a NUL in the path, other text than UTF-8
-        raise ModelError(f"{file}: cannot be read as a table of bolts ({error})") from None
+        rows, header = list(table), [name.strip() for name in table.fieldnames or ()]
+    except csv.Error as error:
+        raise ModelError(f"{file}, line {table.line_num}: is no table of bolts ({error}); mend the line") from error
     known = [*ENDS, *(name for name in Bolt.__dataclass_fields__ if name not in ("start", "end"))]
     unknown = [f"{file.name}: unknown column '{n}'{nearest(n, known)}" for n in header if n not in known]
     missing = [name for name in ENDS if name not in header]

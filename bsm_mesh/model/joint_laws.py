@@ -18,6 +18,7 @@ from bsm_mesh.model.quantities import COHESION, DILATION, FRICTION
 from bsm_mesh.model.values import Rules, plain_numbers
 
 ROUNDING = 1e-9  # degrees: sums of angles round
+PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -328,9 +329,9 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
         return [
             f"{who}: has no method respond(pressure, trial_shear, length, failed): docs/theory.md says what a law is"
         ]
-    pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *([-1e3] * tension)])
-    trial = np.array([0.0, 0.0, 1.0, 1e9, -1e9, *([1.0] * tension)])
-    failed = np.array([False, True, False, True, False, *([False] * tension)])
+    pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *PROBED, *([-1e3] * tension)])
+    trial = np.array([0.0, 0.0, 1.0, 1e9, -1e9, *(1e9 for _ in PROBED), *([1.0] * tension)])
+    failed = np.array([False, True, False, True, False, *(False for _ in PROBED), *([False] * tension)])
     given = pressure, trial, np.ones(len(trial)), failed
     copies = tuple(values.copy() for values in given)
     try:
@@ -346,7 +347,7 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
         for text in _array_faults(field.name, getattr(answer, field.name), trial)
     ]
     if not faults:
-        faults = _response_faults(answer, failed)
+        faults = _response_faults(answer, pressure, failed)
     if not all(np.array_equal(one, other) for one, other in zip(given, copies, strict=True)):
         faults.append("changes the arrays that it is given; it must return new ones")
     return [f"{who}: respond {text}" for text in faults]
@@ -360,15 +361,25 @@ def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:
     return [f"returns {name} as {have}; it must be an array of {kind} with an entry a contact, {like.shape} here"]
 
 
-def _response_faults(answer: JointResponse, failed: BoolArray) -> list[str]:
+def _response_faults(answer: JointResponse, pressure: FloatArray, failed: BoolArray) -> list[str]:
     """Return what is wrong with an answer about contacts, of which the first two do not touch."""
+
+    def where(bad: BoolArray) -> str:
+        return f"at the pressure {pressure[np.flatnonzero(bad)[0]]:g} N/m"
+
     faults = []
-    if not (np.isfinite(answer.shear).all() and np.isfinite(answer.by_pressure).all()):
-        faults.append("returns shear or by_pressure that are not finite (contacts that do not touch have pressure 0)")
-    if not (answer.strength >= 0).all():
-        faults.append("returns a strength that is not 0 or more")
-    elif (np.abs(answer.shear) > answer.strength * (1 + 1e-12)).any():
-        faults.append("returns more shear than strength")
+    wild = ~(np.isfinite(answer.shear) & np.isfinite(answer.by_pressure))
+    if wild.any():
+        faults.append(
+            f"returns shear or by_pressure that are not finite {where(wild)} "
+            "(contacts that do not touch have pressure 0)"
+        )
+    none = ~(answer.strength >= 0)
+    beyond = np.abs(answer.shear) > answer.strength * (1 + 1e-12)
+    if none.any():
+        faults.append(f"returns a strength that is not 0 or more {where(none)}")
+    elif beyond.any():
+        faults.append(f"returns more shear than strength {where(beyond)}")
     if (answer.failed != failed)[:2].any():
         faults.append(
             "changes the state of contacts that do not touch: pressure and trial shear 0 must leave failed as it is"

@@ -268,6 +268,13 @@ def _water_faults(place: str, water: Water, blocks: Blocks, joint_names: Sequenc
                 f"{place}: the table runs from x = {line[0][0]:g} m to {line[-1][0]:g} m, outside the model "
                 f"({left:g} m to {right:g} m); check its coordinates and units (one point alone is a level everywhere)"
             )
+    depth = water.surface().at(blocks.vertices[:, 0]) - blocks.vertices[:, 1]
+    if depth.min() > DEEPEST:
+        low, high = blocks.vertices[:, 1].min(), blocks.vertices[:, 1].max()
+        yield (
+            f"{place}: the table lies {depth.min():.6g} m above the model, at most {DEEPEST:g} m are taken: the model "
+            f"reaches from y = {low:.6g} m to {high:.6g} m; check the levels and their unit"
+        )
 
 
 def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:

@@ -17,6 +17,7 @@ from bsm_mesh.model.quantities import STRESS_RATIO, Quantity, quantities_of
 from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.water import Water
 
+SIDEWAYS = 0.5  # of gravity, upwards: farther than 60 degrees off is most likely another unit, or a sign
 SMALLEST, GREATEST = 0.1, 1e5  # m: a model beyond has most likely another unit of length
 
 
@@ -151,7 +152,7 @@ def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) ->
         yield from unusual(f"support {type(support).__name__}", support)
     if model.in_situ is not None:
         yield from unusual("in_situ", model.in_situ)
-        yield from _beyond_usual("in_situ", "k0", model.in_situ.k0[1], STRESS_RATIO)
+        yield from beyond_usual("in_situ", "k0", model.in_situ.k0[1], STRESS_RATIO)
     for place, water in _waters(model):
         yield from unusual(place, water)
     for stage in model.stages:
@@ -164,18 +165,21 @@ def unusual(thing: str, owner: Any, *, without: Sequence[str] = ()) -> Iterator[
     for name, (quantity, _) in quantities_of(kind).items():
         value = getattr(owner, name)
         if value is not None and name not in without:
-            yield from _beyond_usual(thing, name, value, quantity)
+            yield from beyond_usual(thing, name, value, quantity)
 
 
-def _beyond_usual(thing: str, name: str, value: float, quantity: Quantity) -> Iterator[str]:
+def beyond_usual(thing: str, name: str, value: float, quantity: Quantity) -> Iterator[str]:
+    """Say that a number is allowed but not usual, where it is."""
     if quantity.usual is not None and not quantity.usual[0] <= value <= quantity.usual[1] and math.isfinite(value):
-        given = f"{thing}: {name} = {value:g} {quantity.unit}".rstrip()
+        given = f"{f'{thing}: ' if thing else ''}{name} = {value:g} {quantity.unit}".rstrip()
         yield f"{given} is unusual ({quantity.usual_span} is usual); check the number and its unit"
 
 
 def _of_ground(model: Model) -> Iterator[str]:
-    if unit_vector(model.gravity_direction)[1] > 0:
-        yield f"gravity pulls upwards: its direction is {model.gravity_direction:g} degrees (-90 is down)"
+    up = unit_vector(model.gravity_direction)[1]
+    if up > -SIDEWAYS:
+        where = "upwards" if up > SIDEWAYS else "sideways"
+        yield f"gravity pulls {where}: its direction is {model.gravity_direction:g} degrees (-90 is down)"
     low, high = model.blocks.vertices[:, 1].min(), model.blocks.vertices[:, 1].max()
     if model.in_situ is not None and model.in_situ.surface is not None:
         level = model.in_situ.level(model.blocks.moments.centroid[:, 0])

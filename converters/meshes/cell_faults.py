@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.errors import ModelError, listing
+from bsm_mesh.errors import ModelError, counted, listing
 from bsm_mesh.model.edges import LongArray
 
 CellSets = Mapping[str, Sequence[npt.ArrayLike | None]]
@@ -77,7 +77,7 @@ def refuse_missing_nodes(source: str, data: Sequence[tuple[str, LongArray]], n_p
         if nodes.size and (nodes.min() < 0 or nodes.max() >= n_points):
             bad = int(((nodes < 0) | (nodes >= n_points)).any(axis=1).sum())
             raise ModelError(
-                f"{source}: {bad} {kind} elements refer to nodes that are not in the file; "
+                f"{source}: {counted(bad, f'{kind} element')} with nodes that are not in the file; "
                 "it is damaged or incomplete: save the mesh again"
             )
 

@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.converters.meshes.repeats import first_of_equal
 from bsm_mesh.converters.meshes.report import Note, NoteKind, places
-from bsm_mesh.errors import ModelError, listing
+from bsm_mesh.errors import ModelError, counted, listing
 from bsm_mesh.model.block_faults import FARTHEST
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.model.edges import LongArray
@@ -94,7 +94,7 @@ def _used_nodes(cells: MeshCells, unit_scale: float) -> BoolArray:
     bad = np.flatnonzero(used & ~(np.abs(cells.points) < farthest).all(axis=1))
     if bad.size:
         raise ModelError(
-            f"{cells.source}: {bad.size} nodes have coordinates that are no numbers below {farthest:g} "
+            f"{cells.source}: coordinates of {counted(bad.size, 'node')} are no numbers below {farthest:g} "
             f"(counted from 0: {listing(bad)}); mend the mesh, or its unit of length"
         )
     return used

@@ -152,5 +152,5 @@ def test_a_mesh_without_nodes(tmp_path: Path) -> None:
     whole = msh(curves=CURVES)
     nodes = whole[whole.index("$Nodes") : whole.index("$Elements")]
     (tmp_path / "a.msh").write_text(whole.replace(nodes, "$Nodes\n0 0 0 0\n$EndNodes\n"))
-    with pytest.raises(ModelError, match="refer to nodes that are not in the file"):
+    with pytest.raises(ModelError, match="with nodes that are not in the file"):
         read_mesh(tmp_path / "a.msh")

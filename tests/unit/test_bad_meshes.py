@@ -20,9 +20,9 @@ def only(*quads: tuple[int, ...]) -> str:
 @pytest.mark.parametrize(
     ("mesh", "words"),
     [
-        (moved(4, "nan", 1), ["1 nodes have coordinates that are no numbers", "4", "mend the mesh"]),
-        (moved(4, "inf", 1), ["coordinates that are no numbers"]),
-        (moved(4, 1e200, 1), ["coordinates that are no numbers below 1e+12"]),
+        (moved(4, "nan", 1), ["coordinates of 1 node are no numbers", "4", "mend the mesh"]),
+        (moved(4, "inf", 1), ["are no numbers below 1e+12"]),
+        (moved(4, 1e200, 1), ["are no numbers below 1e+12"]),
         (moved(4, "abc", 1), ["meshio cannot read it", "damaged"]),
         (moved(4, 1, 1, 1), ["the mesh is not plane", "take one cross-section"]),
         (msh22([(x, y, x + y) for x, y in NODES]), ["tilted to the axes", "rotate it into the xy plane"]),

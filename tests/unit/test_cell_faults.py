@@ -28,7 +28,7 @@ def moved(x: float) -> np.ndarray:
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"points": moved(1e155)}, "1 nodes have coordinates that are no numbers below 1e+12 (counted from 0: 4)"),
+        ({"points": moved(1e155)}, "coordinates of 1 node are no numbers below 1e+12 (counted from 0: 4)"),
         ({"points": moved(1e200)}, "no numbers below 1e+12"),
         ({"points": moved(np.nan)}, "no numbers below 1e+12"),
         ({"points": moved(2e9), "unit_scale": 1e3}, "no numbers below 1e+09"),

@@ -75,7 +75,11 @@ def test_commands_refuse_what_nothing_loads(case: Case, command: str) -> None:
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_a_forgotten_unit_weight_is_told(case: Case, command: str) -> None:
     case.change('unit_weight = "26 kN/m^3"\n', "")
-    case.refuses(command, "model.toml", says=["[rock.gneiss]: needs the key 'unit_weight'"])
+    case.refuses(
+        command,
+        "model.toml",
+        says=["[rock.gneiss]: needs the key 'unit_weight', for example unit_weight = \"26 kN/m^3\""],
+    )
     with pytest.raises(TypeError, match="unit_weight"):
         bsm.Rock("gneiss")  # type: ignore[call-arg]
 

@@ -76,6 +76,15 @@ def test_an_excavation_that_nothing_excavates_is_told(case: Case) -> None:
     case.change("[rock.gneiss]", '[groups]\n"*" = "rock:gneiss"\n[rock.gneiss]')
     with pytest.warns(MeshWarning, match="excavation '1' \\(4 blocks\\) is left in place"):
         bsm.load("model.toml")
+    assert "note: excavation '1' (4 blocks) is left in place" in case.run("check", "model.toml").out
+
+
+def test_a_great_merge_tolerance_is_told(case: Case) -> None:
+    case.change("[mesh]\n", "[mesh]\nmerge_tolerance = 0.1\n")
+    for command, before in (("check", "mesh: note: "), ("run", "mesh: ")):
+        outcome = case.run(command, "model.toml")
+        note = f"{before}merge_tolerance = 0.1 m is unusual (0 to 0.01 m is usual); check the number and its unit"
+        assert note in (outcome.out + outcome.err).splitlines()
 
 
 GROUND = """
@@ -139,6 +148,7 @@ def test_ground_and_stages_in_the_file_and_in_python(case: Case) -> None:
     [
         ("surface = [[0", "surfaec = [[0", ["[in_situ]", "unknown key 'surfaec'", "did you mean 'surface'"]),
         ("k0 = {", "k0 = { d = 1,", ["[in_situ] k0", "a / h"]),
+        ("k0 = { a = 3, b = 0.5", "k0 = { a = 3, b = -5", ["[in_situ] k0", ": b must be 0 to 20"]),
         ('"10 kPa"', '"10 m"', ["[in_situ] surcharge", "does not convert"]),
         ("table = [[[0, 1]", "table = [[[0]", ["[water] table", "points [[x, y], ...]"]),
         ('head = "parallel"', 'head = "along"', ["[water] head", "not known"]),

@@ -63,6 +63,7 @@ def test_an_ordinary_model_has_none() -> None:
         ),
         ({"supports": [bsm.Fixed(blocks=range(4))]}, "every block is held by supports: nothing can move"),
         ({"gravity_direction": 90.0}, "gravity pulls upwards: its direction is 90 degrees (-90 is down)"),
+        ({"gravity_direction": -1.5708}, "gravity pulls sideways: its direction is -1.5708 degrees (-90 is down)"),
         ({"water": bsm.Water(table=[(0, 1)], unit_weight=1e5)}, "water: unit_weight = 100000 N/m^3 is unusual"),
         ({"water": bsm.Water(table=[(0, 1000)])}, "water: the table lies 998 m above the top of the model (y = 2 m)"),
         (

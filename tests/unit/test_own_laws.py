@@ -153,6 +153,26 @@ def test_lines_of_a_wrong_shape():
         bsm.limit_analysis(slab(Wrong(30.0)))
 
 
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (lambda length: 3, "strength_lines failed: TypeError: 'int' object is not iterable; it must return slope and"),
+        (lambda length: 1 / 0, "strength_lines failed: ZeroDivisionError"),
+        (lambda length: (np.full((len(length), 1), np.nan), np.zeros((len(length), 1))), "negative or no number"),
+        (lambda length: (np.full((len(length), 1), -0.5), np.zeros((len(length), 1))), "negative or no number"),
+        (lambda length: (np.full((len(length), 1), 0.5), np.full((len(length), 1), -1.0)), "negative or no number"),
+    ],
+)
+def test_lines_that_are_no_strength(answer, words):
+    class Wrong(Coulomb):
+        def strength_lines(self, length):
+            return answer(length)
+
+    with pytest.raises(bsm.ModelError, match=re.escape("the law Wrong: strength_lines ")) as caught:
+        bsm.limit_analysis(slab(Wrong(30.0)))
+    assert words in str(caught.value)
+
+
 def test_a_law_counts_by_its_content_in_the_digest_of_a_model():
     assert slab(Coulomb(30.0)) == slab(Coulomb(30.0))
     assert slab(Coulomb(30.0)) != slab(Coulomb(31.0))
@@ -205,16 +225,33 @@ class Spoils(Coulomb):
         return super().respond(pressure - 1.0, trial_shear, length, failed)
 
 
+class OnlyNearTheSurface(Coulomb):
+    """A parabola that falls below 0 in deep rock."""
+
+    def respond(self, pressure, trial_shear, length, failed):
+        p = np.maximum(pressure, 0.0)
+        return cut(trial_shear, p - 1e-6 * p**2, 1.0 - 2e-6 * p, failed)
+
+
+class OnlyUnderPressure(Coulomb):
+    def respond(self, pressure, trial_shear, length, failed):
+        if np.any((pressure > 0) & (pressure < 10)):
+            raise ValueError("out of range")
+        return super().respond(pressure, trial_shear, length, failed)
+
+
 @pytest.mark.parametrize(
     ("law", "words"),
     [
+        (OnlyNearTheSurface(30.0), r"respond returns a strength that is not 0 or more at the pressure 1e\+07 N/m"),
+        (OnlyUnderPressure(30.0), "respond failed on arrays of 8 contacts: ValueError: out of range"),
         (30.0, "the law float: has no method respond"),
         (Coulomb, "has no method respond"),  # the class instead of a law
         (NoJointResponse(30.0), "the law NoJointResponse: respond returns ndarray; it must return a bsm.JointResponse"),
-        (WrongArguments(30.0), "the law WrongArguments: respond failed on arrays of 5 contacts: TypeError"),
+        (WrongArguments(30.0), "the law WrongArguments: respond failed on arrays of 8 contacts: TypeError"),
         (Spoils(30.0), "changes the arrays that it is given"),
         (answering(shear=lambda a: 0.0), "returns shear as float; it must be an array of float64"),
-        (answering(by_pressure=lambda a: a[1:]), r"returns by_pressure as float64 of shape \(4,\)"),
+        (answering(by_pressure=lambda a: a[1:]), r"returns by_pressure as float64 of shape \(7,\)"),
         (answering(failed=lambda a: a.astype(int)), "returns failed as int64"),
         (answering(shear=lambda a: a * np.nan), "not finite"),
         (answering(strength=lambda a: a - 1.0), "strength that is not 0 or more"),

@@ -163,6 +163,10 @@ SILLY = [  # old, new, words: what was once taken without a word
             ("[in_situ]\nsurface = 2\nk0 = {a = 1e29}", "[in_situ] k0"),
             ("[in_situ]\nsurface = -1", "the whole model lies above the surface"),
             ("[in_situ]\nsurface = 20e3", "the surface lies 19998 m above the model, at most 10000 m"),
+            (
+                "[water]\ntable = [[0, 20e3]]",
+                "water: the table lies 19998 m above the model, at most 10000 m are taken",
+            ),
             ("[in_situ]\nsurface = 1e29", "[in_situ] surface = 1e+29: must be"),
             ("[in_situ]\nsurface = 2\nk0 = {b = 0.1, c = -0.1}", "a tension at the depth 2 m"),
             ('[in_situ]\nmethod = "gravity"\nk0 = 0.5', "in_situ: k0 belongs to a surface; give the surface"),

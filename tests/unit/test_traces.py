@@ -139,9 +139,17 @@ GEOJSON = '{"type": "LineString", "coordinates": COORDINATES}'
         ("a.csv", HEAD + '0,0,1,1,"J1\n', "is no table"),
         ("a.csv", "x,y,trace\n0,0,1\n", "line 1 of the set 'traces' has 1 point(s); it needs two"),
         ("a.json", GEOJSON.replace("COORDINATES", "[[0, 0], [1, NaN]]"), "coordinates that are no numbers below"),
-        ("a.json", GEOJSON.replace("COORDINATES", "[[0, 0], [1]]"), "no JSON file of traces"),
-        ("a.json", GEOJSON.replace("COORDINATES", "[0, 1]"), "no JSON file of traces"),
-        ("a.json", GEOJSON.replace("COORDINATES", '[["a", 0], [1, 1]]'), "no JSON file of traces"),
+        *(
+            (
+                "a.json",
+                GEOJSON.replace("COORDINATES", line),
+                "is no JSON file of traces: a position of the set 'traces' is not of the form [x, y]",
+            )
+            for line in ("[[0, 0], [1]]", "[0, 1]", '[["a", 0], [1, 1]]', "[[0, 0], [null, 1]]", "7", '{"a": 1}')
+        ),
+        ("a.json", GEOJSON.replace("COORDINATES", f"[[0, 0], [{'9' * 5000}, 1]]"), "coordinates that are no numbers"),
+        ("a.csv", "", "a.csv: has no rows; it needs a header and rows below it"),
+        ("a.csv", "x1,y1,x2,y2\n", "a.csv: has no rows; it needs a header and rows below it"),
         ("a.json", "[" * 100_000, "brackets nested too deep"),
         ("a.json", "[1, 2]", "no JSON file of traces"),
         ("a.json", '{"type": "FeatureCollection"}', "it has no 'features'"),
