@@ -350,3 +350,17 @@ def test_wedges_that_meet_in_a_point_do_not_pass_through_each_other(polygons, fi
     model = model_of([np.array(p, dtype=float) for p in polygons], friction=10, fixed=fixed)
     results = bsm.run(model, MOVING)
     assert results.check().overlap <= 1.3e-3
+
+
+@pytest.mark.parametrize("kn", [1e8, 1e12])
+@pytest.mark.parametrize("friction", [0.0, 35.0])
+@pytest.mark.parametrize("off", [0.0, 1e-3, -1e-3])
+def test_a_square_balanced_on_its_corner_falls_on_a_face(off, friction, kn):
+    """It is in equilibrium at 45 degrees, and falls from there; from beside it to the side on which it leans."""
+    leaning = turned(rectangle(-0.5, -0.5, 0.5, 0.5), 45.0 + off)
+    polygons = [rectangle(-3, -1, 3, 0), leaning - [0.0, leaning[:, 1].min()]]
+    stage = bsm.run(model_of(polygons, kn=kn, friction=friction)).stages[-1]
+    turn = np.degrees(stage.displacement[1, 2])
+    assert stage.status == "stable"
+    assert abs(turn) == pytest.approx(45.0, abs=0.1)
+    assert off == 0 or np.sign(turn) == np.sign(off)

@@ -27,7 +27,7 @@ from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.continuation.plan import PLANS, Phase
-from bsm_mesh.solve.continuation.stability import instability_rate
+from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
 from bsm_mesh.solve.motion.following import is_fast
@@ -35,7 +35,7 @@ from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Method
 from bsm_mesh.solve.step.block_system import BlockSystem
-from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.equations import StepEquations, moved_by
 from bsm_mesh.solve.step.factorization import Factors
 
 
@@ -55,6 +55,8 @@ class LoopSettings:
         Moving steps after which an equilibrium nearby is looked for again, at most.
     quiet_steps : int
         Steps in equilibrium that confirm it.
+    push : float
+        Movement out of an unstable equilibrium, over the step length.
     """
 
     min_inner: float = 0.5
@@ -62,6 +64,7 @@ class LoopSettings:
     min_lam: float = 1e-7
     max_pause: int = 8
     quiet_steps: int = 2
+    push: float = 0.01
 
 
 SETTINGS = LoopSettings()
@@ -74,6 +77,10 @@ class _Pace:
     wait: int = 0
     pause: int = 1
     moving_steps: int = 0
+
+    def follow(self) -> None:
+        """Follow blocks for as long as there is: they leave an unstable equilibrium, which is near."""
+        self.wait = self.pause = SETTINGS.max_pause
 
     def count(self, attempt: Attempt, *, near_rest: bool) -> None:
         """Count a step: begin anew at rest; `near_rest`: there was no equilibrium nearby, so wait longer."""
@@ -199,7 +206,8 @@ class Continuation:
     ) -> Attempt | None:
         """Return a method's attempt if the step may end with it.
 
-        Where it leads to an unstable equilibrium, it is asked once more with a regularisation that lets blocks fall.
+        Where it leads to an unstable equilibrium blocks are moved on a little, as they would fall from there, and
+        followed.
         """
         attempt = method.solve(equations, iterate, goal)
         if not attempt.may_end:
@@ -208,13 +216,12 @@ class Continuation:
             return attempt
         if not attempt.equations.within_search_range(attempt.position):
             return None
-        rate = 0.0 if quiet else instability_rate(attempt.equations, attempt.position, attempt.at, self.tolerance)
-        if rate == 0 or equations.lam >= 2 * rate:
+        mode = None if quiet else falling_mode(attempt.equations, attempt.position, attempt.at, self.tolerance)
+        if mode is None:
             return attempt
-        again = method.solve(equations.with_regularization(2 * rate), iterate, goal)
-        if again.may_end and again.equations.within_search_range(again.position):
-            return again
-        return None
+        self._pace.follow()
+        pushed = moved_by(attempt.position, SETTINGS.push * self.system.d * mode)
+        return replace(attempt, position=pushed, velocity=np.zeros_like(pushed))
 
     def _step_tolerance(self, residual: float) -> float:
         """Return the tolerance of a step that starts with a residual, over the mean weight."""

@@ -12,25 +12,28 @@ SHIFT, NEUTRAL = 4.0, 1e-3  # shift, and negative eigenvalue that counts as none
 ITERATIONS = 12
 
 
-def instability_rate(step: StepEquations, position: FloatArray, at: Evaluation, tolerance: float) -> float:
-    """Return the magnitude of the lowest negative eigenvalue of K x = w M x [1/m]; 0 if none, or without equilibrium.
+def falling_mode(step: StepEquations, position: FloatArray, at: Evaluation, tolerance: float) -> FloatArray | None:
+    """Return the movement (n, 3) by which blocks leave an equilibrium, of 1 m at most; None if they stay, or have none.
 
     An equilibrium is stable where the elastic tangent K is positive definite. Where it is not, power iteration on the
-    shifted inverse gives the lowest eigenvalue; a Rayleigh quotient is never below it, so that no stable equilibrium is
-    taken for unstable.
+    shifted inverse gives the lowest mode of K x = w M x; a Rayleigh quotient is never below its w, so that no stable
+    equilibrium is taken for unstable. The mode points where the forces at the start of the step led.
     """
     system, size = step.system, step.system.outlines.size
     static = step.static_problem_at(position, NEUTRAL / size)
     max_norm, _ = static.residual_norms(static.residual(position, at.forces), system.weight(at))
     if system.mean_weight == 0 or max_norm >= tolerance:
-        return 0.0
+        return None
     if step.factors.is_positive_definite(static.complete(_stiffest(static, at), position)):
-        return 0.0
+        return None
     shifted = step.static_problem_at(position, SHIFT / size)
     if not shifted.factorize(_stiffest(shifted, at), position):
-        return 0.0
-    lowest = _lowest_eigenvalue(shifted)
-    return -lowest if lowest < -NEUTRAL / size else 0.0
+        return None
+    lowest, mode = _lowest_mode(shifted)
+    if mode is None or lowest >= -NEUTRAL / size:
+        return None
+    forces = step.residual(step.start, step.evaluate(step.start).forces)
+    return mode / step.movement(mode) * (-1.0 if (forces * mode).sum() < 0 else 1.0)
 
 
 def _stiffest(static: StepEquations, at: Evaluation) -> FloatArray:
@@ -38,18 +41,18 @@ def _stiffest(static: StepEquations, at: Evaluation) -> FloatArray:
     return elastic_tangent(static.contacts, at, pattern.place, len(pattern.column), static.system.outlines.size)
 
 
-def _lowest_eigenvalue(shifted: StepEquations) -> float:
-    """Return an upper bound of the lowest eigenvalue, at most 0, of the factorized matrix without its shift."""
+def _lowest_mode(shifted: StepEquations) -> tuple[float, FloatArray | None]:
+    """Return a bound, at most 0, of the lowest eigenvalue of a factorized matrix without its shift, and the mode."""
     mass = shifted.system.mass
     vector = np.random.default_rng(0).normal(size=mass.shape) * shifted.system.scale
-    lowest = 0.0
+    lowest, mode = 0.0, None
     for k in range(ITERATIONS):
         pushed = mass * vector
         found = shifted.solve(pushed)
         square = float((found * mass * found).sum())
         if not (np.isfinite(square) and square > 0):
-            return 0.0
-        if k:
-            lowest = min(lowest, float((found * pushed).sum()) / square - shifted.lam)
+            return 0.0, None
+        if k and (quotient := float((found * pushed).sum()) / square - shifted.lam) < lowest:
+            lowest, mode = quotient, found
         vector = found / np.sqrt(square)
-    return lowest
+    return lowest, mode

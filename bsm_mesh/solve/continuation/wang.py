@@ -31,7 +31,7 @@ from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.continuation.loop import Continuation
-from bsm_mesh.solve.continuation.stability import instability_rate
+from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.equations import StepEquations, moved_by
 
@@ -110,7 +110,7 @@ class WangIteration(Continuation):
 
     def _at_rest(self, contacts: ContactSet, position: FloatArray, at: Evaluation) -> Motion:
         step = StepEquations(self.system, self.factors, contacts, position, self.min_lam)
-        if instability_rate(step, position, at, self.tolerance) > 0:
+        if falling_mode(step, position, at, self.tolerance) is not None:
             reason = "forces balance, but blocks stand on corners from which they would fall: not an answer"
             return self._end(Status.NOT_CONVERGED, reason, contacts, position)
         return self._end(Status.STABLE, "static equilibrium", contacts, position)

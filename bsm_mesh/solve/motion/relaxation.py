@@ -30,6 +30,8 @@ class RelaxationSettings:
     ----------
     pressed : float
         Part of the elastic solution from which it begins where no contact carries a force yet.
+    farthest : float
+        Movement to it at most, over the step length: of what nothing holds the elastic solution is far away.
     motion : MotionSettings
         How blocks are moved.
     ramp : float [transits]
@@ -51,6 +53,7 @@ class RelaxationSettings:
     """
 
     pressed: float = 0.1
+    farthest: float = 0.5
     motion: MotionSettings = LIGHTEST
     ramp: float = 60.0
     patience: float = 10.0
@@ -113,7 +116,9 @@ def _pressed(equations: StepEquations) -> StepEquations:
     if (equations.contacts.candidates.history >= 0).any():
         return equations
     movement = elastic_position(equations) - equations.start
-    return equations.static_problem_at(equations.start + SETTINGS.pressed * movement, equations.lam)
+    farthest = SETTINGS.farthest * equations.system.d
+    part = min(SETTINGS.pressed, farthest / max(equations.movement(movement), farthest))
+    return equations.static_problem_at(equations.start + part * movement, equations.lam)
 
 
 def _is_calm(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
