@@ -210,6 +210,23 @@ def plot(out: Path, animate: bool, step: int | None) -> None:
 
 
 @cli.command()
+@click.argument("out", type=PATH)
+@click.option(
+    "--proof/--no-proof", default=None, help="Ask limit analysis about a collapse; by default of up to 1000 blocks."
+)
+@json_option
+def verify(out: Path, proof: bool | None, as_json: bool) -> None:
+    """Check from the files in OUT alone on what every verdict rests.
+
+    At rest: forces that balance, within strength, without overlap. Unstable: proof by limit analysis that blocks must
+    move, or which were followed how far. Exit code 3 where a verdict does not hold.
+    """
+    from bsm_mesh.app.verify import verify as verify_results
+
+    sys.exit(verify_results(out, proof=proof, as_json=as_json))
+
+
+@cli.command()
 def schema() -> None:
     """Print the JSON Schema of the model file."""
     from bsm_mesh.app.model_tables import ModelFile
