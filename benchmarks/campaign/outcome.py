@@ -36,7 +36,7 @@ def record_of(scene: Scene, results: Results, seconds: float) -> Record:
     methods = Counter(step.method for step in steps if getattr(step, "method", None))
     record: Record = {
         "blocks": scene.count,
-        "digest": results.model_digest[:SHORT],
+        "digest": scene.digest[:SHORT],
         "status": str(results.status),
         "stage": f"{len(results.stages) - 1}/{len(scene.digs)}",
         "fallen": len(results.unstable_blocks),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import hashlib
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -79,6 +80,20 @@ class Scene:
     loads: tuple[tuple[int, tuple[float, float], tuple[float, float]], ...] = ()
     bolts: tuple[bsm.Bolt, ...] = ()
     digs: tuple[Dig, ...] = field(default_factory=tuple)
+
+    @property
+    def digest(self) -> str:
+        """Hash of all that it is made of: the same whatever the program makes of it."""
+        told = hashlib.sha256()
+        for part in fields(self):
+            value = getattr(self, part.name)
+            told.update(f"{part.name}:".encode())
+            arrays = value if part.name == "polygons" else [value] if isinstance(value, np.ndarray) else None
+            for array in arrays or ():
+                told.update(np.ascontiguousarray(array).tobytes())
+            if arrays is None:
+                told.update(repr(value).encode())
+        return told.hexdigest()
 
     @property
     def count(self) -> int:

@@ -22,6 +22,8 @@ def test_a_campaign_has_at_least_two_thousand_models():
 def test_the_same_seed_makes_the_same_sound_model(name):
     models = [trial_of(FAMILIES[name], seed).scene.model() for seed in (3, 3, 4)]
     assert models[0].digest == models[1].digest != models[2].digest
+    scenes = [trial_of(FAMILIES[name], seed).scene.digest for seed in (3, 3, 4)]
+    assert scenes[0] == scenes[1] != scenes[2]
     scene = trial_of(FAMILIES[name], 3).scene
     assert scene.free.size > 0
     assert models[0].blocks.count == scene.count
