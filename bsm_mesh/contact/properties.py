@@ -11,7 +11,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker
+from bsm_mesh.model.joint_laws import PROBED, Elastic, JointLaw, Weaker
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
@@ -191,8 +191,8 @@ def _in_series(
 
 
 def _is_smooth(law: JointLaw) -> bool:
-    """Return whether a law bears no shear at the pressures that occur in rock."""
-    pressure = np.geomspace(1.0, 1e12, 13)
+    """Return whether a law bears no shear at the pressures at which laws are asked beforehand."""
+    pressure = np.array(PROBED)
     one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
     return not law.respond(pressure, 1e15 * one, one, intact).strength.any()
 

@@ -278,6 +278,22 @@ def test_a_law_is_asked_for_tension_only_where_the_joint_bears_it():
 
 
 @pytest.mark.skipif(not THEORY.is_file(), reason="docs/theory.md")
+class FailsDeepDown(Coulomb):
+    """Beyond every pressure at which laws are asked beforehand."""
+
+    def respond(self, pressure, trial_shear, length, failed):
+        if (pressure > 2e7).any():
+            return self.nothing
+        return super().respond(pressure, trial_shear, length, failed)
+
+
+@pytest.mark.parametrize("scheme", ["continuation", "wang"])
+def test_a_law_that_fails_while_it_is_solved_is_told(scheme):
+    model = slab(FailsDeepDown(40.0), height=3000.0)
+    with pytest.raises(bsm.ModelError, match=r"the law FailsDeepDown: respond failed at pressures of .* Attribute"):
+        bsm.run(model, bsm.Options(scheme=scheme))
+
+
 def test_the_law_in_the_theory_is_one():
     """Its strength is Barton's, its derivative the difference quotient."""
     found = re.search(r"^```python\n(.*?)^```", THEORY.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)

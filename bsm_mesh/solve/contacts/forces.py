@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
+from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
@@ -175,10 +176,23 @@ def _answer(
     """Return the response of the rows k by a law; other arguments as in `respond`."""
     length, failed = contacts.candidates.length[k], contacts.failed[k]
     if in_friction is None:
-        return law.respond(pressure[k], trial[k], length, failed)
+        return _asked(law, pressure[k], trial[k], length, failed)
     active = in_friction[k]
-    answer = law.respond(np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), length, failed)
+    answer = _asked(law, np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), length, failed)
     return replace(answer, strength=np.where(active, answer.strength, 0.0), sticking=answer.sticking & active)
+
+
+def _asked(
+    law: JointLaw, pressure: FloatArray, trial: FloatArray, length: FloatArray, failed: BoolArray
+) -> JointResponse:
+    """Return a law's response; raise a `ModelError` where a law of the user's own fails."""
+    try:
+        return law.respond(pressure, trial, length, failed)
+    except Exception as error:
+        raise ModelError(
+            f"the law {type(law).__name__}: respond failed at pressures of {pressure.min(initial=0.0):.3g} to "
+            f"{pressure.max(initial=0.0):.3g} N/m: {type(error).__name__}: {error}"
+        ) from error
 
 
 def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
