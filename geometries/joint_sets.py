@@ -168,7 +168,7 @@ class JointSet:
             whole = np.array([reach])
             return [-whole] * count, [whole] * count
         period = self.bridge / (1 - self.persistence)
-        if count * 2 * reach / period > MOST_TRACES:
+        if max(count, 1) * 2 * reach / period > MOST_TRACES:
             raise GeometryError(f"joint set '{self.name}': too many bridges; give longer ones or a smaller model")
         shift = generator.uniform(0, period, count)
         if self.ends == "en_echelon":

@@ -193,3 +193,9 @@ def test_faults_of_a_description_are_collected() -> None:
         )
     with pytest.raises(GeometryError, match="there is no engine 'occ'"):
         cut_blocks(rock(), "occ")  # type: ignore[arg-type]
+
+
+def test_bridges_too_short_for_the_model_are_refused_though_no_line_crosses_it():
+    far_off = JointSet(name="J", dip=0.0, spacing=1e3, start=(0.0, 500.0), persistence=0.5, bridge=1e-12)
+    with pytest.raises(GeometryError, match="too many bridges"):
+        far_off.traces(np.zeros(2), np.full(2, 10.0), 1)
