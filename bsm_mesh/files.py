@@ -111,8 +111,19 @@ def scratch_folder() -> Iterator[Path]:
             with suppress(OSError):  # another user's
                 remove_tree(left)
     tell("make", place)
-    with tempfile.TemporaryDirectory(prefix=f"bsm-mesh.{_HERE}-{os.getpid()}-", dir=place) as folder:
-        yield Path(folder)
+    folder = Path(tempfile.mkdtemp(prefix=f"bsm-mesh.{_HERE}-{os.getpid()}-", dir=place))
+    try:
+        yield folder
+    finally:
+        _clear_away(folder)
+
+
+def _clear_away(folder: Path) -> None:
+    """Remove a scratch folder, at the second try if need be: what is left over must not end a run that is done."""
+    for _ in range(2):
+        with suppress(OSError):
+            remove_tree(folder)
+            return
 
 
 def private_folder() -> Path | None:

@@ -7,6 +7,7 @@ what was there before, also when the script raises. Importing this module needs 
 from __future__ import annotations
 
 import contextlib
+import errno
 import itertools
 import os
 import threading
@@ -204,7 +205,9 @@ def write_mesh(path: str | os.PathLike[str]) -> Path:
         with whole_file(target, parents=True) as draft:
             with _changed_options(gmsh, changed):
                 gmsh.write(str(draft))
-            _raise_faults(_lost_groups(gmsh, draft))
+            content = draft.read_bytes()
+            _refuse_cut_off(content)
+            _raise_faults(_lost_groups(gmsh, content))
     except OSError as fault:
         reason = fault.strerror or fault
         raise GeometryError(f"{target} cannot be written: {reason}; choose another folder") from fault
@@ -236,12 +239,18 @@ def _group_faults(gmsh: Any) -> list[str]:
     return faults
 
 
-def _lost_groups(gmsh: Any, draft: Path) -> list[str]:
+def _refuse_cut_off(content: bytes) -> None:
+    """Raise an `OSError` where a mesh file has no end: on a full disk Gmsh stops writing without a word."""
+    if not content.rstrip().endswith(b"$EndElements"):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def _lost_groups(gmsh: Any, content: bytes) -> list[str]:
     """Return the groups that lost curves or surfaces after they were named: Gmsh keeps their names only."""
     left = {group: len(gmsh.model.getEntitiesForPhysicalGroup(*group)) for group in gmsh.model.getPhysicalGroups()}
     given = dict(_NAMED[-1]) if _NAMED else {}
     names: dict[tuple[int, int], str] = {}
-    text = draft.read_bytes().partition(b"$PhysicalNames\n")[2].partition(b"$EndPhysicalNames")[0].decode()
+    text = content.partition(b"$PhysicalNames\n")[2].partition(b"$EndPhysicalNames")[0].decode()
     for line in text.splitlines()[1:]:
         dimension, number, name = line.split(maxsplit=2)
         names[int(dimension), int(number)] = name.strip('"')

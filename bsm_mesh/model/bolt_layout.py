@@ -16,7 +16,6 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.stages import Stage, presence
 
 SHORT = 1e-6  # of the bolt's length: what it passes of a block, or lies in the void, below this is rounding
-FINE = 0.15  # of the decay length of elastic bond: greatest distance of its nodes; the decay is 0.1 % off
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -294,8 +293,7 @@ def _nodes(bolt: Bolt, block: IntArray, first: FloatArray, last: FloatArray) -> 
         capacity = bolt.bond_capacity * (last - first)
         capacity[0] += bolt.plate
         return block, station, capacity, np.full(len(block), math.inf), first, last
-    most_apart = FINE * math.sqrt(bolt.axial_stiffness / bolt.bond_stiffness)
-    pieces = np.ceil((last - first) / most_apart).astype(np.int64)
+    pieces = np.ceil((last - first) / bolt.longest_piece).astype(np.int64)
     owner = np.repeat(np.arange(len(block)), pieces)
     piece = ((last - first) / pieces)[owner]
     within = np.arange(len(piece)) - np.repeat(np.cumsum(pieces) - pieces, pieces)

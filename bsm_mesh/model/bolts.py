@@ -28,6 +28,9 @@ ROUNDING = 1e-9  # of the capacity: a pretension that exceeds it by less is at i
 GROUTED_ONLY = ("bond_strength", "hole_diameter", "bond_steel_grout", "bond_grout_rock", "bond_stiffness", "plate")
 DOWEL = ("bearing_stiffness", "bearing_strength")
 
+FINE = 0.15  # of the decay length of elastic bond: greatest distance of its nodes; the decay is 0.1 % off
+MOST_PIECES = 2000  # of elastic bond along a bolt: a decay over a few millimetres is rigid bond
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bolt:
@@ -136,6 +139,12 @@ class Bolt:
             found.append(f"hole_diameter = {self.hole_diameter:g} m is less than the diameter {self.diameter:g} m")
         if self.bearing_strength is not None and (self.bearing_stiffness is None or self.yield_strength is None):
             found.append("bearing_strength needs bearing_stiffness and yield_strength; give both, or leave it out")
+        if self.length > MOST_PIECES * self.longest_piece:
+            stiffest = self.axial_stiffness * (MOST_PIECES * FINE / self.length) ** 2
+            found.append(
+                f"bond_stiffness = {self.bond_stiffness:g} N/m2 is too stiff to be resolved along {self.length:g} m; "
+                f"give {stiffest:.2g} or less, or leave it out for rigid bond"
+            )
         most = min(self.yield_force, math.inf if self.anchor_capacity is None else self.anchor_capacity)
         if self.pretension > most * (1 + ROUNDING):
             found.append(f"pretension = {self.pretension:g} N is more than the bolt bears, {most:g} N; lower it")
@@ -153,6 +162,14 @@ class Bolt:
     def axial_stiffness(self) -> float:
         """Elastic modulus times section, E A [N]."""
         return self.young * math.pi * self.diameter**2 / 4
+
+    @property
+    def longest_piece(self) -> float:
+        """Greatest distance of nodes that resolves elastic bond [m]; infinite where bond is rigid.
+
+        A part of ``sqrt(E A / k)``, over which the slip of a long bolt decays by e.
+        """
+        return math.inf if self.bond_stiffness is None else FINE * math.sqrt(self.axial_stiffness / self.bond_stiffness)
 
     @property
     def yield_force(self) -> float:

@@ -95,10 +95,8 @@ def _of_strength(rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str
             yield from _beyond_apex(f"joint '{joint.name}'", joint.tensile_strength, joint.law.cohesion, joint.law)
             yield from _kept_cohesion(f"joint '{joint.name}'", joint.law)
     for rock in rocks:
-        if rock.tensile_strength and rock.friction is not None:
-            law = MohrCoulomb(friction=rock.friction)
-            yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength, rock.cohesion or 0.0, law)
         if rock.law is not None:
+            yield from _beyond_apex(f"rock '{rock.name}'", rock.tensile_strength or 0.0, rock.law.cohesion, rock.law)
             yield from _kept_cohesion(f"rock '{rock.name}'", rock.law)
 
 

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from bsm_mesh.converters.meshes.cells import CellGroup, MeshCells
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import unnamed_file
+from bsm_mesh.files import temporary_place, unnamed_file
 from bsm_mesh.processes import python_command
 
 # Ten times what the slowest reader needs (a megabyte a second), and what small files take at most.
@@ -31,6 +31,7 @@ SECONDS, SECONDS_A_MEGABYTE = 5.0, 10.0  # of the processor: other programs on i
 WAITING = 60.0  # more of these may pass on the wall, and four times as many: a slow disk, a busy machine
 MEMORY, MEMORY_A_BYTE = 4 << 30, 200  # [bytes]; address space, of which little is ever touched
 _TIME_IS_UP = 24  # SIGXCPU
+_NO_ROOM = 74  # exit code of the process whose answer found no room
 ARRAYS = ("points", "corners", "offsets", "numbers", "pieces")
 
 
@@ -71,13 +72,18 @@ _CURE = "it is damaged or not what its ending says; write it again, or save it a
 def _reason(code: int, said: str, seconds: int) -> str:
     if code == -_TIME_IS_UP:
         return f"the reader of this format did not come to an end in {seconds} s; {_CURE}"
+    if code == _NO_ROOM:
+        return f"what is read of it cannot be kept in {temporary_place()}; make room there, or set TMPDIR"
     if code < 0 or code > 255:  # a signal; on Windows an exception's number
         return f"the reader of this format died of signal {abs(code)}; {_CURE}"
     last = (said.strip().splitlines() or ["no reason given"])[-1]
     return f"the reader of this format failed ({last}); {_CURE}"
 
 
-def _send(cells: MeshCells, stream: IO[bytes]) -> None:
+def _send(cells: MeshCells | ModelError, stream: IO[bytes]) -> None:
+    if isinstance(cells, ModelError):
+        stream.write(json.dumps({"faults": cells.faults}).encode() + b"\n")
+        return
     told = {
         "source": cells.source,
         "groups": [group.name for group in cells.groups],
@@ -135,19 +141,22 @@ def _limit(seconds: int, size: int) -> None:
 
 def _main(module: str, function: str, path: str, seconds: str) -> None:
     """Read a file within limits and send what is found, or the faults, down stdout."""
-    with os.fdopen(os.dup(1), "wb") as stream:
-        os.dup2(2, 1)  # what libraries print is no part of it
-        reader = import_module(module)
-        with contextlib.suppress(ImportError):  # the reader says what is missing
-            for library in reader.LIBRARY:
-                import_module(library)
-        _limit(int(seconds), os.stat(path).st_size)
-        try:
-            cells = getattr(reader, function)(Path(path))
-        except ModelError as error:
-            stream.write(json.dumps({"faults": error.faults}).encode() + b"\n")
-        else:
-            _send(cells, stream)
+    stream = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print is no part of it
+    reader = import_module(module)
+    with contextlib.suppress(ImportError):  # the reader says what is missing
+        for library in reader.LIBRARY:
+            import_module(library)
+    _limit(int(seconds), os.stat(path).st_size)
+    try:
+        found = getattr(reader, function)(Path(path))
+    except ModelError as error:
+        found = error
+    try:
+        with stream:
+            _send(found, stream)
+    except OSError:
+        sys.exit(_NO_ROOM)
 
 
 if __name__ == "__main__":

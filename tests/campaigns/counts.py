@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -50,18 +49,6 @@ def stored() -> dict[str, Any]:
     return known
 
 
-def known_findings(campaign: str) -> set[tuple[str, str, str]]:
-    """Return part, kind and signature of what a campaign found and nobody has mended yet."""
-    found = stored().get(campaign, {}).get("findings", [])
-    return {(of["part"], of["kind"], of["signature"]) for of in found}
-
-
-def steady_targets(names: Iterable[str]) -> list[str]:
-    """Return the targets in which no known input ends the process or never ends: those that a test can afford."""
-    broken = {part for part, kind, _ in known_findings("fuzz") if kind in ("crash", "hang")}
-    return [name for name in names if name not in broken]
-
-
 def tables(known: dict[str, Any]) -> str:
     """Return the tables of all campaigns as Markdown."""
     lines: list[str] = []
@@ -77,19 +64,16 @@ def tables(known: dict[str, Any]) -> str:
         total = tuple(sum(row[k] for row in rows) for k in range(1, len(kinds) + 2))
         for part, *numbers in [*rows, ("**all**", *total)] if len(rows) > 1 else rows:
             lines.append(f"| {part} | {' | '.join(f'{number:,}'.replace(',', ' ') for number in numbers)} |")
-        lines += ["", *_findings(name, told["findings"])]
+        lines += ["", *_findings(told["findings"])]
     return "\n".join(lines)
 
 
-def _findings(campaign: str, findings: list[dict[str, Any]]) -> list[str]:
-    """Return the table of what is known and not yet mended, which the tests' slices pass over."""
+def _findings(findings: list[dict[str, Any]]) -> list[str]:
+    """Return the table of what a campaign found."""
     if not findings:
         return ["Nothing was found.", ""]
-    lines = [f"Known and not yet mended ({len(findings)}); the slice in the tests passes over these:", ""]
-    left_out = sorted({of["part"] for of in findings if of["kind"] in ("crash", "hang")})
-    if campaign == "fuzz" and left_out:
-        lines = [f"Not in the slice of the tests, for inputs crash or hang: {', '.join(left_out)}.", "", *lines]
-    lines += ["| where | what | signature | times | for example input |", "|---|---|---|---:|---:|"]
+    lines = [f"Found ({len(findings)}):", "", "| where | what | signature | times | for example input |"]
+    lines.append("|---|---|---|---:|---:|")
     for of in findings:
         signature = of["signature"].replace("|", "\\|")[:120]
         lines.append(f"| {of['part']} | {of['kind']} | `{signature}` | {of['count']} | {of['input']} |")

@@ -38,6 +38,9 @@ def never_ends(path):
 
 def eats_memory(path):
     return bytearray(1 << 33)
+
+def finds_much(path):
+    raise ModelError(["a fault " * 10000])
 """
 MANY_CELLS = """<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid>
@@ -88,6 +91,16 @@ def test_bad_readers(tmp_path: Path, readers: Any, reader: str, message: str) ->
     (tmp_path / "a.bad").write_text("a mesh")
     with pytest.raises(ModelError, match=message):
         apart.read_apart(getattr(readers, reader), tmp_path / "a.bad")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+def test_an_answer_that_finds_no_room(tmp_path: Path, readers: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.bad").write_text("a mesh")
+    places = [Path("/dev/full"), tmp_path / "said"]
+    (tmp_path / "said").touch()
+    monkeypatch.setattr(apart, "unnamed_file", lambda: places.pop(0).open("r+b", buffering=0))
+    with pytest.raises(ModelError, match=r"what is read of it cannot be kept in .*make room there, or set TMPDIR"):
+        apart.read_apart(readers.finds_much, tmp_path / "a.bad")
 
 
 def test_a_small_file_that_declares_many_cells(tmp_path: Path) -> None:

@@ -121,3 +121,13 @@ def test_bolts_that_make_no_sense(keys, words):
         bsm.Bolt(**{"start": (0, 0), "end": (1, 0), "diameter": 0.02, "name": "B7", **keys})
     assert words in str(caught.value)
     assert "bolt 'B7'" in str(caught.value)
+
+
+def test_elastic_bond_too_stiff_to_be_resolved_is_refused():
+    """Its nodes would be millions; just below, there are as many as may be."""
+    with pytest.raises(
+        bsm.ModelError, match=r"bond_stiffness = 1e\+15 N/m2 is too stiff .* along 2 m; give 1.4e\+12 or"
+    ):
+        bolt((0, 0.5), (2, 0.5), bond_strength=1e5, bond_stiffness=1e15)
+    layout = lay_out_bolts([bolt((0, 0.5), (2, 0.5), bond_strength=1e5, bond_stiffness=1.4e12)], blocks_of(ROW))
+    assert 1900 < len(layout.block) <= 2002

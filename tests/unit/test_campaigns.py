@@ -21,28 +21,15 @@ SEED = 29
 SLICE = {"calls": 800, "traces": 400, "meshes": 16, "models": 40, "bolts": 10, "results": 30, "commands": 10}
 
 
-def _found(state: State) -> set[tuple[str, str, str]]:
-    return {(of["part"], of["kind"], of["signature"]) for of in state.told["findings"].values()}
-
-
-def _signatures(campaign: str) -> set[str]:
-    return {signature for _, _, signature in counts.known_findings(campaign)}
-
-
 def _told(state: State) -> str:
     return "\n".join(state.lines())
 
 
 def test_a_slice_of_faulty_inputs(tmp_path: Path) -> None:
-    """What is known and not yet mended (docs/campaigns.md) is passed over; where inputs crash or hang, all is."""
-    targets = counts.steady_targets(SLICE)
-    assert "calls" in targets
-    done = fuzz.fuzz(tmp_path, inputs=1, seed=SEED, processes=1, targets=targets, sizes=SLICE)
-    assert {name: sum(part["counts"].values()) for name, part in done.told["parts"].items()} == {
-        name: SLICE[name] for name in targets
-    }
-    assert _found(done) <= counts.known_findings("fuzz"), _told(done)
-    again = fuzz.fuzz(tmp_path, inputs=1, seed=SEED, processes=1, targets=targets, sizes=SLICE)
+    done = fuzz.fuzz(tmp_path, inputs=1, seed=SEED, processes=1, targets=list(SLICE), sizes=SLICE)
+    assert {name: sum(part["counts"].values()) for name, part in done.told["parts"].items()} == SLICE
+    assert done.told["findings"] == {}, _told(done)
+    again = fuzz.fuzz(tmp_path, inputs=1, seed=SEED, processes=1, targets=list(SLICE), sizes=SLICE)
     assert again.told == done.told  # what is done is not done again
 
 
@@ -52,10 +39,9 @@ def test_unstable_models_are_so_by_the_program_and_by_statics() -> None:
 
 
 def test_a_slice_of_slips_of_the_pen() -> None:
-    known = _signatures("verdict")
     with place() as there:
         found = [judge_slip(there, SEED, index) for index in range(12)]
-    assert [detail for kind, of, detail in found if kind in (FALSE, BROKEN) and of not in known] == []
+    assert [detail for kind, _, detail in found if kind in (FALSE, BROKEN)] == []
 
 
 def test_a_slice_of_kills(tmp_path: Path) -> None:
@@ -66,7 +52,7 @@ def test_a_slice_of_kills(tmp_path: Path) -> None:
     scene.put()
     done = kill.strike(scene, kill.Strike("SIGKILL", operation=whole.operations - 3))
     assert done.code == -9
-    assert [told for told in scene.faults(done.finished) if told[0] not in _signatures("kill")] == []
+    assert list(scene.faults(done.finished)) == []
 
 
 def test_a_slice_of_full_disks(tmp_path: Path) -> None:
@@ -75,7 +61,7 @@ def test_a_slice_of_full_disks(tmp_path: Path) -> None:
     for full in (disk.at_operation(last // 2, stays=True), disk.at_operation(last, stays=False), disk.at_size(500)):
         code, faults = disk.one(scene, full)
         assert code in (0, 2)
-        assert [told for told in faults if told[0] not in _signatures("disk")] == []
+        assert list(faults) == []
 
 
 def test_good_calls_are_taken() -> None:

@@ -6,6 +6,7 @@ import ast
 import errno
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -127,6 +128,24 @@ def test_a_scratch_folder_goes_and_takes_abandoned_ones_along(tmp_path: Path, mo
     assert names(tmp_path) == sorted([f"bsm-mesh.{host}-{os.getpid()}-abc", f"bsm-mesh.00000000-{gone.pid}-abc"])
 
 
+def test_a_scratch_folder_that_cannot_be_removed_ends_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[Path] = []
+
+    def refused(path: Path) -> None:
+        tried.append(path)
+        if len(tried) < 3:  # the first folder both times, the second once
+            raise OSError(errno.ENOSPC, "No space left on device")
+        path.rmdir()
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(shutil, "rmtree", refused)
+    for left in (1, 1):
+        with files.scratch_folder():
+            pass
+        assert len(names(tmp_path)) == left
+    assert len(tried) == 3
+
+
 def test_a_second_name_for_files_folders_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a/b").mkdir(parents=True)
     (tmp_path / "a/b/c.txt").write_text("c")
@@ -188,7 +207,8 @@ def test_the_folder_for_temporary_files_is_found_without_writing(
         with files.scratch_folder():
             pass
     assert tempfile.tempdir is None
-    assert {told.split()[0] for told in done} <= {"os.mkdir", "os.rmdir"}, done  # the scratch folder alone
+    own = {"os.mkdir", "os.rmdir", "bsm_mesh.files"}  # the scratch folder alone, and what its removal tells
+    assert {told.split()[0] for told in done} <= own, done
 
 
 def test_a_folder_for_temporary_files_that_is_not_there_is_passed_over(

@@ -188,6 +188,20 @@ def test_an_older_file_stays_whole_when_writing_fails(tmp_path, monkeypatch):
     assert [entry.name for entry in tmp_path.iterdir()] == ["square.msh"]
 
 
+def test_a_mesh_that_gmsh_cut_off_without_a_word_is_refused(tmp_path, monkeypatch):
+    write = gmsh.write
+
+    def write_and_lose_the_end(draft):
+        write(draft)
+        with open(draft, "r+b") as file:
+            file.truncate(500)
+
+    monkeypatch.setattr(gmsh, "write", write_and_lose_the_end)
+    with pytest.raises(GeometryError, match="No space left on device; choose another folder"):
+        write_square(tmp_path / "square.msh")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("name", ["square.vtk", "square", "a_file/square.msh", "a_folder.msh"])
 def test_a_path_that_cannot_be_written_is_named(name, tmp_path):
     (tmp_path / "a_file").touch()
