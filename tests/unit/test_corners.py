@@ -189,3 +189,26 @@ def test_a_contact_that_was_let_in_deep_is_remembered_until_it_has_come_out():
     assert second.active.key.tolist() == first.active.key.tolist()
     assert_allclose(second.offset, -1.5e-3, err_msg="what it has come out it is not let in again")
     assert len(taken(first, out).offset) == 0
+
+
+def test_beside_a_contact_that_bears_its_opposing_one_does_not_close():
+    """Of both the next search would keep one: steps flipped between the two for ever."""
+    rng, beside = np.random.default_rng(3), 0
+    for _ in range(300):
+        lower, upper = (wedge(rng.uniform(60, 120), rng.uniform(-25, 25), up=up) for up in (True, False))
+        moving = BlockSystem(model_of([lower, upper + np.array([rng.uniform(-0.02, 0.02), 0.005])], friction=0.0))
+
+        def moved(size, start, rng=rng):
+            return start + np.array([(0.0, 0.0, 0.0), (*rng.uniform(-size, size, 2), rng.uniform(-0.05, 0.05))])
+
+        first = moving.gather(History.none(), moving.start, first=False)
+        position = moved(0.01, moving.start - np.array([(0, 0, 0), (0, 0.01, 0)]))
+        history, _ = commit(first, moving.evaluate(first, position), position, moving.outlines.size)
+        contacts = moving.gather(history, position, first=False)
+        other = contacts.candidates.opposing_candidate[contacts.opposing]
+        bears = contacts.candidates.history[other] >= 0
+        for _ in range(20):
+            closed = moving.evaluate(contacts, moved(0.01, position)).closed
+            assert not (closed[contacts.opposing] & closed[other])[bears].any()
+            beside += int(closed[other][bears].sum())
+    assert beside > 100, "or nothing was tried"

@@ -119,7 +119,7 @@ def evaluate(
         contacts.old_shear,
     )
     if len(contacts.opposing) or len(contacts.entering):
-        closed &= resolve_corner_corner(contacts, position, gap, frames[0])
+        closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
         pressure[~closed] = 0.0
     answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
@@ -216,24 +216,38 @@ def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
 
 
 def resolve_corner_corner(
-    contacts: ContactSet, position: FloatArray, gap: FloatArray, tangent: FloatArray
+    contacts: ContactSet, position: FloatArray, gap: FloatArray, tangent: FloatArray, closed: BoolArray
 ) -> BoolArray:
     """Return which candidates may be closed at a position, (m,).
 
-    Of two opposing corner-corner candidates keep the one with the smaller penetration; of a corner with an entering
-    edge none, until the blocks have rotated.
+    Of two opposing corner-corner candidates keep the one that bears since the last accepted step, else the one with
+    the smaller penetration: with both, the next search would drop one of them, and steps would flip between the two
+    for ever. Of a corner with an entering edge keep none until the blocks have rotated.
+
+    Parameters
+    ----------
+    contacts : ContactSet
+        All candidates.
+    position : (n, 3) float64 [m, m, rad]
+        Where blocks are.
+    gap, tangent : (m,) float64 [m], (m, 2) float64
+        There.
+    closed : (m,) bool
+        Which are pressed, of those that may be and of the others.
     """
     allowed = np.ones(contacts.count, dtype=bool)
-    allowed[contacts.opposing] = _smaller_penetration(contacts.candidates, contacts.opposing, gap)
+    allowed[contacts.opposing] = _is_the_way_out(contacts.candidates, contacts.opposing, gap, closed)
     allowed[contacts.entering] &= _no_longer_entering(contacts, position, tangent)
     return allowed
 
 
-def _smaller_penetration(candidates: ContactPairs, rows: IntArray, gap: FloatArray) -> BoolArray:
-    """Return which rows have a smaller penetration than their opposing candidate, (k,); of equal ones the first."""
+def _is_the_way_out(candidates: ContactPairs, rows: IntArray, gap: FloatArray, closed: BoolArray) -> BoolArray:
+    """Return which rows go before their opposing candidate, (k,); of equally deep ones the first."""
     other = candidates.opposing_candidate[rows]
-    kept: BoolArray = (gap[rows] > gap[other]) | ((gap[rows] == gap[other]) & (rows < other))
-    return kept
+    smaller = (gap[rows] > gap[other]) | ((gap[rows] == gap[other]) & (rows < other))
+    other_bears = (candidates.history[other] >= 0) & closed[other]
+    first: BoolArray = smaller & ~other_bears
+    return first
 
 
 def _no_longer_entering(contacts: ContactSet, position: FloatArray, tangent: FloatArray) -> BoolArray:

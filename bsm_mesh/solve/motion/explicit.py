@@ -172,7 +172,7 @@ class ExplicitMotion:
         near = (gap < margin) & (low < margin) & (high > -margin) & (contacts.normal_stiffness > 0)
         if len(contacts.opposing) or len(contacts.entering):
             tangent = contacts.frames(at.position)[0]
-            near &= resolve_corner_corner(contacts, at.position, at.gap, tangent)
+            near &= resolve_corner_corner(contacts, at.position, at.gap, tangent, at.closed)
         rows = np.flatnonzero(at.closed | near)
         candidates = contacts.candidates
         frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
