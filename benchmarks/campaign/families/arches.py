@@ -29,7 +29,7 @@ def draw_arch(generator: np.random.Generator) -> Draft:
     is_plain = generator.random() < 0.5
     friction = STEEP if is_plain else generator.uniform(18, 60)
     ratio = near(generator, THICKNESS[count]) if is_plain else generator.uniform(0.09, 0.3)
-    stones, springings = _stones(count, radius, ratio * radius)
+    stones, springings = voussoirs(count, radius, ratio * radius)
     load, block = 0.0, int(generator.integers(count))
     if not is_plain and generator.random() < 0.5:
         load = 26e3 * np.pi * radius * ratio * radius * generator.uniform(0.01, 0.3)
@@ -88,7 +88,7 @@ def draw_beam(generator: np.random.Generator) -> Draft:
     )
 
 
-def _stones(count: int, radius: float, thickness: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def voussoirs(count: int, radius: float, thickness: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return the voussoirs from left to right, and the two springings."""
     angle = np.linspace(np.pi, 0, count + 1)
     ray = np.column_stack([np.cos(angle), np.sin(angle)])
