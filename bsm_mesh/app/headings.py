@@ -16,4 +16,5 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
     unfinished = told["status"] == Status.UNFINISHED
     at = f"stage {stage['name']}, " if len(told["stages"]) > 1 or unfinished else ""
     rest = ", of an unfinished run" if unfinished else ""
-    return f"{told['title'] or 'bsm-mesh'}: {at}{state or stage['status'].replace('_', ' ')}{rest}"
+    verdict = stage.get("verdict") or stage["status"]  # the latter in folders of before
+    return f"{told['title'] or 'bsm-mesh'}: {at}{state or verdict.replace('_', ' ')}{rest}"

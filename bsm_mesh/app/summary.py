@@ -15,7 +15,9 @@ import numpy as np
 
 from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results, StageResult, Status
 from bsm_mesh.results.stress import principal_stresses
 
@@ -38,7 +40,7 @@ def summary(results: Results) -> dict[str, Any]:
         "unstable_blocks": results.unstable_blocks.tolist(),
         "blocks": results.blocks.count,
         "joint_names": list(results.joint_names),
-        "stages": [_stage_summary(stage) for stage in results.stages],
+        "stages": [_stage_summary(results.blocks, stage) for stage in results.stages],
     }
 
 
@@ -47,11 +49,12 @@ def _versions() -> tuple[tuple[str, str], ...]:
     return tuple((name, metadata.version(name)) for name in VERSIONED)
 
 
-def _stage_summary(stage: StageResult) -> dict[str, Any]:
+def _stage_summary(blocks: Blocks, stage: StageResult) -> dict[str, Any]:
     sigma_1, sigma_3 = principal_stresses(stage.stress)
     return {
         "name": stage.name,
         "status": stage.status.value,
+        "verdict": verdict_in_words(blocks, stage),
         "reason": stage.reason,
         "steps": len(stage.steps),
         "methods": dict(Counter(step.method for step in stage.steps)),

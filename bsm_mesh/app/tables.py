@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.errors import one_line
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.stress import principal_stresses
 
@@ -85,7 +86,7 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
     if lifted.size:
         water.append(("blocks that water lifts", ", ".join(map(str, lifted[:12]))))
     rows = [
-        ("verdict", results.status.value),
+        ("verdict", verdict_in_words(results.blocks, stage) if results.finished else results.status.value),
         ("why", stage.reason),
         ("scheme", f"{results.scheme} ({results.linear_solver})"),
         ("blocks", f"{int(stage.present.sum())}"),
@@ -146,7 +147,7 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
     return [
         (
             stage.name,
-            stage.status.value,
+            verdict_in_words(results.blocks, stage),
             str(int(stage.present.sum())),
             f"{stage.start_residual:.1e}",
             engineering(stage.max_stage_displacement, "m"),

@@ -13,6 +13,7 @@ from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.submodel import submodel_of
 from bsm_mesh.model.supports import bars_of
+from bsm_mesh.results.movement import verdict_in_words
 from tests.scenes.models import LINEAR
 from tests.scenes.shapes import grid
 
@@ -213,3 +214,4 @@ def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
     assert stage.status == "stable"
     words = "before it came to rest, 1 block moved by more than a tenth of its size, up to 0.11 m: block 1"
     assert any(words in note and "displacement_limit" in note for note in stage.notes) is said
+    assert verdict_in_words(model.blocks, stage) == ("stable, after moving 0.11 m" if said else "stable")

@@ -17,12 +17,11 @@ from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.movement import moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Scheme
-
-FAR = 0.1  # of a block's size, the root of its area
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,10 +175,10 @@ class StageSolution:
 
 def _note_on_movement(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
     """Say which blocks at rest lie far from where the stage found them: they gave way first, and lie somewhere."""
-    moved = np.hypot(*stage.stage_displacement[:, :2].T)
-    far = np.flatnonzero(moved > FAR * np.sqrt(blocks.moments.area))
-    if stage.status is not Status.STABLE or not far.size:
+    far = moved_far(blocks, stage)
+    if not far.size:
         return ()
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
     return (
         f"before it came to rest, {counted(far.size, 'block')} moved by more than a tenth of its size, up to "
         f"{moved[far].max():.3g} m: block {listing(far)}; where that is a failure, give a smaller displacement_limit",
