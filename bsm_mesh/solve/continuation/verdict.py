@@ -13,6 +13,7 @@ from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.errors import place
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.contacts.forces import ContactSet
+from bsm_mesh.solve.continuation.state import CollapseMemory
 from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.step.block_system import BlockSystem
 
@@ -97,6 +98,24 @@ class CollapseCriterion:
         self.size = np.maximum(self.own_size, self.mean_size)  # small ones by the mean
         self.sizes_moved = np.zeros(len(position), dtype=int)
         self.speed = np.zeros(len(position))  # of every block when it had last moved by a whole number of sizes
+
+    @property
+    def memory(self) -> CollapseMemory:
+        """What it remembers now; the next check changes some of these arrays."""
+        return CollapseMemory(
+            last_supported=self.last_supported,
+            detached=self.detached,
+            thrown=self.thrown,
+            rest=self.rest,
+            sizes_moved=self.sizes_moved,
+            speed=self.speed,
+        )
+
+    def recall(self, memory: CollapseMemory) -> None:
+        """Remember what it did between two steps of the same run."""
+        self.last_supported = memory.last_supported.copy()
+        self.detached, self.thrown, self.rest = memory.detached, memory.thrown, memory.rest
+        self.sizes_moved, self.speed = memory.sizes_moved.copy(), memory.speed.copy()
 
     def check(
         self, contacts: ContactSet, contacted: BoolArray, position: FloatArray, velocity: FloatArray | None = None
