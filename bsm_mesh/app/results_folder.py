@@ -16,6 +16,7 @@ from pathlib import Path
 
 from bsm_mesh.app.own_files import (
     BESIDE,
+    CHECKPOINT,
     MARKER,
     OF_A_RUN,
     foreign_files,
@@ -26,7 +27,7 @@ from bsm_mesh.app.own_files import (
     run_number,
 )
 from bsm_mesh.errors import ModelError, raise_faults
-from bsm_mesh.files import exchange, make_folder, move, remove_empty, remove_tree, settle
+from bsm_mesh.files import exchange, make_folder, move, remove, remove_empty, remove_tree, settle
 from bsm_mesh.locks import free_lock, holder, take_lock
 
 CURE = "choose a new or an empty folder"
@@ -204,6 +205,7 @@ class ResultsFolder:
         What bsm-mesh did not write goes along. If a process dies in between, `recover` ends it.
         """
         self.carry_over()
+        remove(self.running / CHECKPOINT)  # nobody goes on with what is finished
         if self.is_free:
             if os.path.lexists(self.place):
                 remove_empty([self.place])

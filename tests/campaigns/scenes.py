@@ -33,6 +33,34 @@ def _models() -> dict[str, Tree]:
     return {"staged": staged, "bolted": bolted, "collapsing": collapsing}
 
 
+def put_model(
+    root: Path, name: str, *, title: str = "A run", unit_weight: str = "26 kN/m^3", solver: Tree | None = None
+) -> Path:
+    """Write a model with its mesh and bolts into a folder and return the model file.
+
+    Parameters
+    ----------
+    root : Path
+        The folder.
+    name : str
+        One of `NAMES`.
+    title, unit_weight : str
+        Of the model, and of all its rocks.
+    solver : dict, optional
+        What is to stand in ``[solver]`` beside what stands there.
+    """
+    tree = _models()[name]
+    tree["title"] = title
+    tree["solver"] = {**tree.get("solver", {}), **(solver or {})}
+    for rock in tree["rock"].values():
+        rock["unit_weight"] = unit_weight
+    root.mkdir(parents=True, exist_ok=True)
+    (root / "model.toml").write_bytes(written(tree))
+    (root / "mesh.msh").write_bytes(MESH)
+    (root / "bolts.csv").write_bytes(BOLT_TABLE)
+    return root / "model.toml"
+
+
 @dataclass
 class Scene:
     """A model in a folder of its own: the results of a former run, and those that a new run gives.
@@ -67,15 +95,8 @@ class Scene:
         return self.root.with_name(f"{self.root.name}.former")
 
     def _write(self, title: str, unit_weight: str) -> None:
-        tree = _models()[self.name]
-        tree["title"] = title
-        for rock in tree["rock"].values():
-            rock["unit_weight"] = unit_weight
-        for folder in (self.root, self.root / "tmp"):
-            folder.mkdir(parents=True, exist_ok=True)
-        (self.root / "model.toml").write_bytes(written(tree))
-        (self.root / "mesh.msh").write_bytes(MESH)
-        (self.root / "bolts.csv").write_bytes(BOLT_TABLE)
+        (self.root / "tmp").mkdir(parents=True, exist_ok=True)
+        put_model(self.root, self.name, title=title, unit_weight=unit_weight)
 
     def put(self) -> None:
         """Bring the folder to where it is before a new run."""

@@ -34,15 +34,15 @@ guarded(command, last=True)
 """
 WAIT_AT = """\
 from bsm_mesh.app import run_file
-whole = run_file.run
-def waiting(model, options, step, report, snapshot, finished):
+whole = run_file.solve
+def waiting(model, options, step, report, snapshot, finished, resumption):
     def look(record):
         if record.stage == {stage}:
             pathlib.Path("waiting").touch()
             import time; time.sleep(300)
         step(record)
-    return whole(model, options, look, report, snapshot, finished)
-run_file.run = waiting
+    return whole(model, options, look, report, snapshot, finished, resumption)
+run_file.solve = waiting
 """
 
 

@@ -82,3 +82,37 @@ class LoopState:
     double_precision: str
     slid: IntArray
     steps: tuple[StepRecord, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ContinuationState:
+    """What the scheme carries over stages, in the numbers of the whole, and over the steps of the one that it solves.
+
+    Attributes
+    ----------
+    moved : (n, 3) float64 [m, m, rad]
+        Displacement of every block where the loop began.
+    history : History
+        Contact history there; none while a loop goes on, which has its own.
+    bolts : BoltMemory
+        Of the bolts there.
+    origin : (n, 3) float64 [m, m, rad]
+        Where the movement of the stage counts from.
+    velocity : (n, 3) float64 or None
+        Of blocks that go on after a fall.
+    intact : bool
+        Whether nothing was solved yet.
+    linear_solver : str
+        Name of the solver used.
+    loop : LoopState or None
+        Of the loop under way.
+    """
+
+    moved: FloatArray
+    history: History
+    bolts: BoltMemory
+    origin: FloatArray
+    velocity: FloatArray | None
+    intact: bool
+    linear_solver: str
+    loop: LoopState | None

@@ -86,7 +86,7 @@ class CollapseCriterion:
     def __init__(self, system: BlockSystem, position: FloatArray, limit: float | None, falls: Falls) -> None:
         self.system, self.begin, self._followed = system, position, limit is not None
         self.limit = limit or float(np.ptp(system.model.blocks.vertices, axis=0).max())
-        self.last_supported = position.copy()  # position of each block when it last had a contact or a support
+        self.last_supported = position  # position of each block when it last had a contact or a support
         self.detached = np.zeros(len(position), dtype=bool)  # blocks without either after the last step,
         self.thrown = self.detached  # and not before
         self.rest = position  # the last equilibrium
@@ -101,7 +101,7 @@ class CollapseCriterion:
 
     @property
     def memory(self) -> CollapseMemory:
-        """What it remembers now; the next check changes some of these arrays."""
+        """What it remembers now."""
         return CollapseMemory(
             last_supported=self.last_supported,
             detached=self.detached,
@@ -113,9 +113,9 @@ class CollapseCriterion:
 
     def recall(self, memory: CollapseMemory) -> None:
         """Remember what it did between two steps of the same run."""
-        self.last_supported = memory.last_supported.copy()
-        self.detached, self.thrown, self.rest = memory.detached, memory.thrown, memory.rest
-        self.sizes_moved, self.speed = memory.sizes_moved.copy(), memory.speed.copy()
+        self.last_supported, self.rest = memory.last_supported, memory.rest
+        self.detached, self.thrown = memory.detached, memory.thrown
+        self.sizes_moved, self.speed = memory.sizes_moved, memory.speed
 
     def check(
         self, contacts: ContactSet, contacted: BoolArray, position: FloatArray, velocity: FloatArray | None = None
@@ -125,7 +125,7 @@ class CollapseCriterion:
         `contacted`: contacts (m,) closed at its end, or during the step.
         """
         system, supported = self.system, self._supported(contacts, contacted, position)
-        self.last_supported[supported] = position[supported]
+        self.last_supported = np.where(supported[:, None], position, self.last_supported)
         moved = np.hypot(*(position - self.begin)[:, :2].T)
         fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
         loose = ~supported & self.detached & (np.abs(system.loads).max(axis=1) > 0)
@@ -170,7 +170,7 @@ class CollapseCriterion:
         sizes = (moved / self.size).astype(int)
         passed = sizes > self.sizes_moved
         runs: BoolArray = passed & (sizes >= SETTINGS.runs) & (self.speed > 0) & (speed >= self.speed)
-        self.speed[passed], self.sizes_moved[passed] = speed[passed], sizes[passed]
+        self.speed, self.sizes_moved = np.where(passed, speed, self.speed), np.where(passed, sizes, self.sizes_moved)
         return runs
 
     def _sunk(self, free: IntArray, position: FloatArray) -> str:
