@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
 FORMAT = 1
+TOLD = ("identity", "files", "snapshots")  # what is told of a checkpoint: see `Checkpoints` and `RunWriter.keep`
 CURE = "run without --resume"
 _TEXT = "content"  # the member that holds the JSON
 _SEAL = 65  # bytes of the last line: SHA-256 and a line feed
@@ -96,6 +97,7 @@ def read_checkpoint(path: Path) -> tuple[dict[str, Any], Checkpoint]:
     told, arrays = _read(path, whole=True)
     try:
         checkpoint = _decoded(told.pop("checkpoint"), arrays)
+        told = {name: told[name] for name in TOLD}
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise ModelError(f"{path} is no checkpoint of this program ({error}); {CURE}") from error
     if type(checkpoint).__name__ != "Checkpoint":

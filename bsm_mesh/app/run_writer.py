@@ -270,7 +270,7 @@ class RunWriter:
 
     def _remove_additions(self) -> None:
         """Remove what was added while the run went on: pictures of another state."""
-        for name in own_files(self._place) - set(self._files) - {MARKER, SUMMARY}:
+        for name in own_files(self._place) - set(self._files) - {MARKER, SUMMARY, CHECKPOINT}:
             remove(self._place / name)
         write_text(self._place / MARKER, HEADER)
         self._loose.add(MARKER)

@@ -34,7 +34,7 @@ def _models() -> dict[str, Tree]:
 
 
 def put_model(
-    root: Path, name: str, *, title: str = "A run", unit_weight: str = "26 kN/m^3", solver: Tree | None = None
+    root: Path, name: str, *, title: str = "A run", unit_weight: str = "26 kN/m^3", tables: Tree | None = None
 ) -> Path:
     """Write a model with its mesh and bolts into a folder and return the model file.
 
@@ -46,14 +46,15 @@ def put_model(
         One of `NAMES`.
     title, unit_weight : str
         Of the model, and of all its rocks.
-    solver : dict, optional
-        What is to stand in ``[solver]`` beside what stands there.
+    tables : dict, optional
+        What is to stand in tables of the model file beside what stands there.
     """
     tree = _models()[name]
     tree["title"] = title
-    tree["solver"] = {**tree.get("solver", {}), **(solver or {})}
     for rock in tree["rock"].values():
         rock["unit_weight"] = unit_weight
+    for table, keys in (tables or {}).items():
+        tree[table] = {**tree.get(table, {}), **keys}
     root.mkdir(parents=True, exist_ok=True)
     (root / "model.toml").write_bytes(written(tree))
     (root / "mesh.msh").write_bytes(MESH)

@@ -116,6 +116,7 @@ def test_finished_stages_stay_and_are_told(case: Case, number: signal.Signals) -
     out, err = process.communicate(timeout=PATIENCE)
     which = "" if number == signal.SIGINT else f" ({number.name})"
     told = f"interrupted{which}: finished and in out/model.interrupted: 2 stages (initial, one)"
+    told += "; go on with: bsm-mesh run model.toml --resume"
     assert (process.returncode, out, err.strip()) == (130, "", told)
     left = Results.load("out/model.interrupted")
     assert (left.status, [stage.name for stage in left.stages]) == ("unfinished", ["initial", "one"])

@@ -128,7 +128,7 @@ class ContinuationScheme:
         number: int,
         bars_before: FloatArray,
         observer: Observer,
-        accepted: Callable[[], None] = lambda: None,
+        accepted: Callable[[], None],
     ) -> Outcome:
         """Return the part in equilibrium or collapse, and keep its position and history."""
         known = is_compiled(fill_tangent)

@@ -130,7 +130,7 @@ class LinearScheme:
         number: int,
         bars_before: FloatArray,
         observer: Observer,
-        accepted: Callable[[], None] = lambda: None,
+        accepted: Callable[[], None],
     ) -> Outcome:
         """Return the submodel in linear equilibrium and keep its contact forces.
 

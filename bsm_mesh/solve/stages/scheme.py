@@ -67,6 +67,6 @@ class Scheme(Protocol):
         number: int,
         bars_before: FloatArray,
         observer: Observer,
-        accepted: Callable[[], None] = lambda: None,
+        accepted: Callable[[], None],
     ) -> Outcome:
         """Return the submodel in equilibrium or collapse, and keep its state; `accepted` is called between steps."""
