@@ -24,7 +24,7 @@ from bsm_mesh.solve.algebra import linear_solvers
 from bsm_mesh.solve.algebra.pardiso import Pardiso, is_available
 from bsm_mesh.solve.step.elastic import elastic_position
 from bsm_mesh.solve.step.factorization import Factors
-from tests.campaigns.scenes import put_model
+from tests.campaigns.scenes import content, put_model
 from tests.file_operations import names
 from tests.scenes.large import tilted_courses
 from tests.scenes.small_case import Case, environment
@@ -61,19 +61,6 @@ def left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
 
     monkeypatch.setattr(checkpoints.Checkpoints, "write", and_copy)
     return copies
-
-
-def content(folder: Path) -> dict[str, Any]:
-    """Return what the files of a run hold, wall times aside."""
-    told: dict[str, Any] = {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
-    rows = [line.split(",") for line in told["history.csv"].decode().splitlines()]
-    at = rows[0].index("seconds")
-    told["history.csv"] = [row[:at] + row[at + 1 :] for row in rows]
-    summary = json.loads(told["summary.json"])
-    for stage in summary["stages"]:
-        del stage["seconds"]
-    del summary["checksum"], summary["files"]["history.csv"]
-    return {**told, "summary.json": summary}
 
 
 def interrupted(case: Path, copy: Path) -> None:
