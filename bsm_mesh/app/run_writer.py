@@ -175,7 +175,6 @@ class RunWriter:
             self._snapshots.drop(at_an_end)
             self._note(self._write_lists(results))
             self._remove_snapshots(at_an_end)
-            self._remove_additions()
             self._settle()
             self._write_summary(results)
             self._complete = True
@@ -267,13 +266,6 @@ class RunWriter:
             self.checkpoints.superseded.append(name)
             self._files.pop(name, None)
             self._loose.discard(name)
-
-    def _remove_additions(self) -> None:
-        """Remove what was added while the run went on: pictures of another state."""
-        for name in own_files(self._place) - set(self._files) - {MARKER, SUMMARY, CHECKPOINT}:
-            remove(self._place / name)
-        write_text(self._place / MARKER, HEADER)
-        self._loose.add(MARKER)
 
     def _end_early(self, error: BaseException | None) -> None:
         """Keep what is finished of a run that did not come to its end, and say where."""

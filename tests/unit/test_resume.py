@@ -25,7 +25,7 @@ from bsm_mesh.solve.algebra.pardiso import Pardiso, is_available
 from bsm_mesh.solve.step.elastic import elastic_position
 from bsm_mesh.solve.step.factorization import Factors
 from tests.campaigns.scenes import content, put_model
-from tests.file_operations import names
+from tests.file_operations import count_operations, full_disk, killed_at, names, watched
 from tests.scenes.large import tilted_courses
 from tests.scenes.small_case import Case, environment
 from tests.scenes.steps import begun
@@ -333,3 +333,67 @@ def test_a_pattern_that_needed_double_precision_still_does(monkeypatch: pytest.M
     again.recall(digest if same else digest[::-1])
     again.pattern_of(step.contacts)
     assert again.double_precision == (digest if same else "")
+
+
+def whole_run(model: Path, out: Path) -> dict[str, Any]:
+    """Return what a run that nothing interrupts leaves, and take it away again."""
+    shutil.rmtree(out, ignore_errors=True)
+    bsm.run(model, output=out)
+    wanted = content(out)
+    shutil.rmtree(out)
+    return wanted
+
+
+def fails(action: Callable[[], object], hook: Callable[..., None]) -> str:
+    """Return with which words an action is refused while a hook watches the operations on files; empty: it is not."""
+    try:
+        with watched(hook):
+            action()
+    except ModelError as error:
+        return "; ".join([str(error), *getattr(error, "__notes__", [])])
+    return ""
+
+
+@pytest.mark.usefixtures("at_every_step")
+@pytest.mark.parametrize("stays", [True, False], ids=["full from then on", "full once"])
+def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:
+    """At whatever operation: the message says how to go on, if there is anything to go on with, and that does."""
+    model, out = put_model(tmp_path / "case", "staged"), tmp_path / "case" / "out"
+    wanted = whole_run(model, out)
+    last = count_operations(lambda: bsm.run(model, output=out))
+    went_on = 0
+    for number in range(3, last, 11):
+        for left_over in out.parent.glob("out*"):
+            shutil.rmtree(left_over)
+        if said := fails(lambda: bsm.run(model, output=out), full_disk(number, stays)):
+            assert "No space left on device" in said
+            can = "go on with: bsm-mesh run" in said
+            assert can == any((out.parent / name / CHECKPOINT).exists() for name in ("out.interrupted", "out.running"))
+            why = fails(lambda: bsm.run(model, output=out, resume=True), lambda *told: None)
+            assert not why or (not can and "holds the finished results of this model" in why)
+            went_on += can
+        assert content(out) == wanted
+        assert names(out.parent) == ["bolts.csv", "mesh.msh", "model.toml", "out"]
+    assert went_on > 8
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that are killed are forked")
+def test_a_resumed_run_that_is_killed_in_its_turn(killed: tuple[Path, Path]) -> None:
+    """At whatever operation; what was left before is there still, or what it came to."""
+    model, out = killed
+    shutil.copytree(out.with_name("out.running"), out.with_name("kept"))
+    bsm.run(model, output=out, resume=True)
+    wanted, said = content(out), []
+    shutil.rmtree(out)
+    shutil.copytree(out.with_name("kept"), out.with_name("out.running"))
+    last = count_operations(lambda: bsm.run(model, output=out, resume=True))
+    for number in range(1, last + 1, 7):
+        for left_over in out.parent.glob("out*"):
+            shutil.rmtree(left_over)
+        shutil.copytree(out.with_name("kept"), out.with_name("out.interrupted"))
+        killed_at(number, lambda: bsm.run(model, output=out, resume=True))
+        why = fails(lambda: bsm.run(model, output=out, resume=True, report=said.append), lambda *told: None)
+        assert not why or "holds the finished results of this model" in why
+        assert content(out) == wanted
+        assert names(out.parent) == ["bolts.csv", "kept", "mesh.msh", "model.toml", "out"]
+    assert "no interrupted run to go on with: it begins at the start" not in said
