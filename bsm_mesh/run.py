@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.records import Results, StageResult, StepRecord
     from bsm_mesh.solve.options import Options
+    from bsm_mesh.solve.stages.checkpoint import Resumption
     from bsm_mesh.solve.stages.scheme import Reporter, Scheme
 
 Observer: TypeAlias = "Callable[[StepRecord], None]"
@@ -32,6 +33,7 @@ def run(
     *,
     output: Output = None,
     scripts: bool = True,
+    resume: bool = False,
 ) -> Results:
     """Return the results of a model, or of a model file, which is run as the command runs it.
 
@@ -57,15 +59,18 @@ def run(
     scripts : bool
         With a model file: whether it may run a geometry script and name any path. If not, no code of its own is run,
         and nothing outside its folder is read or written.
+    resume : bool
+        With a model file: go on where an interrupted run of it was, and end as if it had not been interrupted; where
+        there was none it begins at the start.
 
     Raises
     ------
     ModelError
         With everything that forbids to analyse the model: no load, no support, overlapping blocks, rigid rocks without
-        a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme.
+        a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme. With `resume` where what
+        was interrupted is damaged, of another model or version, or the model's finished results are there already.
     """
     from bsm_mesh.model.model import Model
-    from bsm_mesh.results.records import Results
     from bsm_mesh.solve.options import Options
 
     if not isinstance(options, Options | None):
@@ -77,14 +82,29 @@ def run(
             warnings.warn(one_line(note), MeshWarning, stacklevel=4)  # where this function was called
 
         given = options, observer, report, snapshot, finished
-        return run_file(Path(model), *given, output=output, scripts=scripts, noted=warn).results
+        return run_file(Path(model), *given, output=output, scripts=scripts, noted=warn, resume=resume).results
     if not isinstance(model, Model):
         raise ModelError(f"run: {type(model).__name__} is neither a bsm.Model nor the path of a model file")
     if output is not None:
         raise ModelError("run: output goes with a model file; write the results of a model by results.save(folder)")
-    options = options or model.options or Options()
+    if resume:
+        raise ModelError("run: resume goes with a model file: a run of a model leaves nothing to go on with")
+    return solve(model, options or model.options or Options(), observer, report, snapshot, finished)
+
+
+def solve(
+    model: Model,
+    options: Options,
+    observer: Observer | None,
+    report: Reporter,
+    snapshot: Snapshot,
+    finished: Finished,
+    resumption: Resumption | None = None,
+) -> Results:
+    """Return the results of a model, from where `resumption` says; other arguments as in `run`."""
+    from bsm_mesh.results.records import Results
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
-    from bsm_mesh.solve.stages.sequence import solve_stages
+    from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
 
     report("contacts")
     ready = make_ready(model, options)
@@ -127,4 +147,5 @@ def run(
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))
 
-    return results(solve_stages(model, scheme, report, watch, check, end, options.falls, notes))
+    begun = resumption or AT_THE_START
+    return results(solve_stages(model, scheme, report, watch, check, end, options.falls, notes, begun))

@@ -137,20 +137,32 @@ def check(
 @cli.command()
 @model_argument
 @click.option("-o", "--output", type=PATH, help="Folder for the results; the model's by default.")
+@click.option("--resume", is_flag=True, help="Go on where an interrupted run of MODEL was.")
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
 @no_scripts_option
 def run(
-    model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool, verbose: bool, no_scripts: bool
+    model: Path,
+    output: Path | None,
+    resume: bool,
+    pictures: bool,
+    as_json: bool,
+    quiet: bool,
+    verbose: bool,
+    no_scripts: bool,
 ) -> None:
-    """Solve MODEL; write VTU, PVD, CSV and JSON."""
+    """Solve MODEL; write VTU, PVD, CSV and JSON.
+
+    At the end of every stage, and every two minutes between, the state of the run is on disk. If it is interrupted, or
+    the machine goes down, --resume goes on from there, and ends with the same results to the last digit.
+    """
     from bsm_mesh.app.commands import run_model
     from bsm_mesh.app.progress import Progress
 
     progress, scripts = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose), not no_scripts
-    sys.exit(run_model(model, output, progress, pictures=pictures, as_json=as_json, scripts=scripts))
+    sys.exit(run_model(model, output, progress, pictures=pictures, as_json=as_json, scripts=scripts, resume=resume))
 
 
 @cli.command()

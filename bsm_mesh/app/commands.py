@@ -41,10 +41,11 @@ def run_model(
     pictures: bool,
     as_json: bool,
     scripts: bool = True,
+    resume: bool = False,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with told as progress:
-        done = run_file(path, observer=progress.step, report=progress.report, output=output, scripts=scripts)
+        done = run_file(path, None, progress.step, progress.report, output=output, scripts=scripts, resume=resume)
         results, notes, folder = done.results, done.notes, done.folder
         assert folder is not None
         drawn = []

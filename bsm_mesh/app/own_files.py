@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any
 
 from bsm_mesh.files import is_draft, keep, make_folder, remove, remove_empty, remove_tree
 
-MARKER, SUMMARY = ".bsm-mesh-results", "summary.json"
+MARKER, SUMMARY, CHECKPOINT = ".bsm-mesh-results", "summary.json", ".bsm-mesh-checkpoint.npz"
 HEADER = (
     "# bsm-mesh writes this folder. The next run into it replaces the files that summary.json lists\n"
     "# and those named here; all other files stay.\n"
@@ -51,7 +51,7 @@ def own_files(folder: Path) -> set[str]:
         names.update(line for line in lines if line and not line.startswith("#"))
     if folder.name.endswith(BESIDE) and folder.is_dir():  # a killed run has not listed what it wrote last
         names.update(entry.name for entry in folder.iterdir() if OF_A_RUN.fullmatch(entry.name))
-    return {name for name in names if _is_inside(name)} | {MARKER, SUMMARY}
+    return {name for name in names if _is_inside(name)} | {MARKER, SUMMARY, CHECKPOINT}
 
 
 def _is_inside(name: str) -> bool:
@@ -78,6 +78,11 @@ def foreign_files(folder: Path) -> list[str]:
     return list(look(folder, "")) if folder.is_dir() else []
 
 
+def is_lasting(name: str) -> bool:
+    """Return whether a file of a run is written once: a grid, and no table or list that grows."""
+    return name.endswith(".vtu") and OF_A_RUN.fullmatch(name) is not None
+
+
 def retire(folder: Path, heir: Path) -> None:
     """Remove a folder that another one stands for; what bsm-mesh did not write goes to the other one first."""
     for name in foreign_files(folder):
@@ -95,13 +100,16 @@ def clear(folder: Path) -> None:
     remove_empty(sorted({(folder / name).parent for name in own_files(folder)} - {folder}))
 
 
-def tidy(folder: Path) -> None:
-    """Remove drafts, and files of a stage that was not finished, from the folder of a run that is over."""
+def tidy(folder: Path, kept: Collection[str] = ()) -> None:
+    """Remove drafts, and files of a stage that was not finished, from the folder of a run that is over.
+
+    Files that are `kept` by their names stay: a checkpoint needs them.
+    """
     lists = [path.read_text(encoding="utf-8", errors="replace") for path in folder.glob("*.pvd")]
     listed = read_json(folder / SUMMARY).get("files", {})
     for path in sorted(folder.iterdir()):
         mine = OF_A_RUN.fullmatch(path.name) and path.suffix == ".vtu"
-        named = path.name in listed or any(f'"{path.name}"' in text for text in lists)
+        named = path.name in kept or path.name in listed or any(f'"{path.name}"' in text for text in lists)
         if is_draft(path.name) or (mine and not named):
             remove(path)
 

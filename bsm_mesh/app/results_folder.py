@@ -16,17 +16,20 @@ from pathlib import Path
 
 from bsm_mesh.app.own_files import (
     BESIDE,
+    HEADER,
     MARKER,
     OF_A_RUN,
+    SUMMARY,
     foreign_files,
     is_same,
     keep_in,
     own_files,
+    read_json,
     retire,
     run_number,
 )
 from bsm_mesh.errors import ModelError, raise_faults
-from bsm_mesh.files import exchange, make_folder, move, remove_empty, remove_tree, settle
+from bsm_mesh.files import exchange, make_folder, move, remove, remove_empty, remove_tree, settle, write_text
 from bsm_mesh.locks import free_lock, holder, take_lock
 
 CURE = "choose a new or an empty folder"
@@ -203,6 +206,7 @@ class ResultsFolder:
 
         What bsm-mesh did not write goes along. If a process dies in between, `recover` ends it.
         """
+        self._remove_unlisted()
         self.carry_over()
         if self.is_free:
             if os.path.lexists(self.place):
@@ -219,6 +223,17 @@ class ResultsFolder:
         with suppress(OSError):  # held open by another program; the next run removes it
             retire(self.former, self.place)
             retire(self.interrupted, self.place)
+
+    def _remove_unlisted(self) -> None:
+        """Remove what finished results do not list: the checkpoint and its files, and pictures of another state.
+
+        Not before they are finished: a run that ends while it completes them goes on from its checkpoint.
+        """
+        for name in sorted(own_files(self.running) - set(read_json(self.running / SUMMARY)["files"])):
+            if name not in (MARKER, SUMMARY):
+                remove(self.running / name)
+        if (self.running / MARKER).read_text(encoding="utf-8") != HEADER:
+            write_text(self.running / MARKER, HEADER, settled=True)
 
     def carry_over(self) -> None:
         """Give the folder of the run all files of the present one that bsm-mesh did not write.

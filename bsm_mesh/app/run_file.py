@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -14,12 +15,14 @@ from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.model_text import MODEL, as_run, tables_of
 from bsm_mesh.app.reach import Reach
+from bsm_mesh.app.resume import identity_of, take_up
 from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import write_text
 from bsm_mesh.results.records import Results, StepRecord
-from bsm_mesh.run import Finished, Observer, Output, Snapshot, run
+from bsm_mesh.run import Finished, Observer, Output, Snapshot, solve
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.checkpoint import Resumption
 
 if TYPE_CHECKING:
     from bsm_mesh.solve.stages.scheme import Reporter
@@ -55,6 +58,7 @@ def run_file(
     output: Output = None,
     scripts: bool = True,
     noted: Callable[[str], None] = lambda text: None,
+    resume: bool = False,
 ) -> FileRun:
     """Solve a model file and write its results.
 
@@ -72,20 +76,34 @@ def run_file(
         Whether the file may run a geometry script and name any path.
     noted : callable, optional
         Told each note on the mesh before anything is solved.
+    resume : bool
+        Go on where an interrupted run was; where there was none, begin at the start.
 
     Raises
     ------
     ModelError
-        For faults of the file, its mesh or the model, and for a folder that cannot be written to.
+        For faults of the file, its mesh or the model, and for a folder that cannot be written to; with `resume` where
+        what was interrupted cannot be taken up, or was finished.
     """
     file = read_model_file(path)
     reach = Reach(folder=path.parent, scripts=scripts)
     folder = _folder(file, path, reach, output)
+    if resume and folder is None:
+        raise ModelError("resume goes with a results folder, and output = False leaves nothing to go on with")
     with ExitStack() as held:
         writer = None
         if folder is not None:
             given, steps = _given(file, path, folder, options), file.output.snapshots == "steps"
-            writer = held.enter_context(RunWriter(folder, given, inputs=inputs_of(file, path), steps=steps))
+            writer = held.enter_context(
+                RunWriter(
+                    folder,
+                    given,
+                    inputs=inputs_of(file, path),
+                    steps=steps,
+                    again=_command(path, output, scripts=scripts),
+                    resumes=resume,
+                )
+            )
         loaded = build_model(file, path, reach, report)
         for note in loaded.notes:
             noted(note)
@@ -100,12 +118,37 @@ def run_file(
                 writer.stage(results)
             finished(results)
 
+        solver = options or loaded.model.options or Options()
+        resumption = None
+        if writer is not None:
+            writer.checkpoints.identity = identity_of(loaded.model, solver, file.output.snapshots)
+            resumption = _resumption(writer, report, resume=resume)
         with placed(path.name):
-            results = run(loaded.model, options, observer, report, watch, end)
+            results = solve(loaded.model, solver, observer, report, watch, end, resumption)
         if writer is not None:
             report(f"writing {folder}")
             writer.finish(results)
     return FileRun(results=results, notes=loaded.notes, folder=folder)
+
+
+def _resumption(writer: RunWriter, report: Reporter, *, resume: bool) -> Resumption:
+    """Return where the run goes on, or that it begins at the start, `writer` keeping its checkpoints."""
+    left = take_up(writer.folder, writer.checkpoints.identity) if resume else None
+    if left is not None:
+        writer.go_on(left)
+        stages = () if left.results is None else left.results.stages
+        return Resumption(begun=left.checkpoint, stages=stages, keep=writer.keep)
+    if resume:
+        writer.start_over()
+        report("no interrupted run to go on with: it begins at the start")
+    return Resumption(keep=writer.keep)
+
+
+def _command(path: Path, output: Output, *, scripts: bool) -> str:
+    """Return the command that goes on with a run."""
+    words = ["bsm-mesh", "run", str(path), "--resume"]
+    words += [] if output is None else ["-o", str(output)]
+    return shlex.join(words if scripts else [*words, "--no-scripts"])
 
 
 def _folder(file: ModelFile, path: Path, reach: Reach, output: Output) -> Path | None:

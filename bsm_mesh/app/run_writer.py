@@ -8,17 +8,21 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from bsm_mesh.app.checkpoint_file import named_by_checkpoint
+from bsm_mesh.app.checkpoints import Checkpoints
 from bsm_mesh.app.history import HISTORY, write_history
-from bsm_mesh.app.own_files import HEADER, MARKER, SUMMARY, clear, own_files, run_number, tidy
+from bsm_mesh.app.own_files import CHECKPOINT, HEADER, MARKER, SUMMARY, clear, is_lasting, own_files, run_number, tidy
 from bsm_mesh.app.results_folder import ResultsFolder, told_fault
 from bsm_mesh.app.snapshots import Snapshots
 from bsm_mesh.app.summary import fingerprint, finished_stages, summary_text
 from bsm_mesh.errors import ModelError, counted
-from bsm_mesh.files import copy_mode, keep, make_folder, remove, settle, write_text
+from bsm_mesh.files import copy_mode, keep, make_folder, move, remove, remove_abandoned, settle, write_text
 from bsm_mesh.results.records import Results, StageResult, StepRecord
 
 if TYPE_CHECKING:
+    from bsm_mesh.app.resume import TakenUp
     from bsm_mesh.converters.result_files import Instant
+    from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
 BOLT_TABLE = "bolts.csv"
 Given = Mapping[str, Callable[[Path], object]]
@@ -43,6 +47,10 @@ class RunWriter:
         Files that the run reads. Those that lie in the folder stay there.
     steps : bool
         Write snapshots of the steps as well.
+    again : str
+        The command that goes on with the run if it is interrupted.
+    resumes : bool
+        Whether what an interrupted run left is to stay until `go_on` or `start_over` is called.
 
     Raises
     ------
@@ -51,10 +59,19 @@ class RunWriter:
     """
 
     def __init__(
-        self, folder: Path, given: Given | None = None, *, inputs: Iterable[Path] = (), steps: bool = False
+        self,
+        folder: Path,
+        given: Given | None = None,
+        *,
+        inputs: Iterable[Path] = (),
+        steps: bool = False,
+        again: str = "",
+        resumes: bool = False,
     ) -> None:
         self.folder = ResultsFolder(folder)
         self._given, self._inputs, self._steps = dict(given or {}), tuple(inputs), steps
+        self._again, self._resumes = again, resumes
+        self.checkpoints = Checkpoints()
         self._snapshots = Snapshots()
         self._stages: tuple[StageResult, ...] = ()
         self._files: dict[str, dict[str, Any]] = {}
@@ -67,7 +84,8 @@ class RunWriter:
             self.folder.refuse(self._inputs)
             self._held.enter_context(self.folder.locked())
             try:
-                self._put_away()
+                if not self._resumes:
+                    self.start_over()
             except BaseException:
                 self._held.close()
                 raise
@@ -85,6 +103,43 @@ class RunWriter:
                 self._end_early(error)
         finally:
             self._held.close()
+
+    def start_over(self) -> None:
+        """Keep what a run that was killed left for whoever goes on with it, and remove the rest."""
+        place = self._place
+        if finished_stages(place) or (place / CHECKPOINT).is_file():
+            tidy(place, named_by_checkpoint(place))
+            self.folder.set_aside()
+        else:
+            clear(place)
+
+    def go_on(self, left: TakenUp) -> None:
+        """Go on writing where an interrupted run was at its last checkpoint; what came after it is removed."""
+        with self._told_faults():
+            if left.place != self._place:
+                clear(self._place)
+                move(left.place, self._place)
+            self._begun, self._files = True, dict(left.told["files"])
+            self._snapshots.recall(left.told["snapshots"])
+            if left.results is None:
+                remove(self._place / SUMMARY)
+            else:
+                self._stages = left.results.stages
+                self._write_summary(left.results)
+            for name in sorted(own_files(self._place) - set(self._files)):
+                if is_lasting(name):
+                    remove(self._place / name)
+            remove_abandoned(self._place)
+            self._put_given()
+
+    def keep(self, make: Callable[[], Checkpoint], ended: bool) -> None:
+        """Have a checkpoint on the disk itself at the end of a stage, and in time between steps; `solve` calls this."""
+        if not self.checkpoints.is_due(ended=ended):
+            return
+        with self._told_faults():
+            self._begin()
+            self._settle()  # what it names is there before it is
+            self.checkpoints.write(self._place, make(), {"files": self._files, "snapshots": self._snapshots.told})
 
     def step(self, record: StepRecord, results: Callable[[], Results]) -> None:
         """Write the results of a step if it is its turn; `bsm_mesh.run` calls this."""
@@ -120,7 +175,6 @@ class RunWriter:
             self._snapshots.drop(at_an_end)
             self._note(self._write_lists(results))
             self._remove_snapshots(at_an_end)
-            self._remove_additions()
             self._settle()
             self._write_summary(results)
             self._complete = True
@@ -145,14 +199,6 @@ class RunWriter:
         except OSError as error:
             raise ModelError(f"cannot write results to {self.folder.path}: {told_fault(error)}") from error
 
-    def _put_away(self) -> None:
-        """Keep the finished stages of a run that was killed, and remove what else it left."""
-        if finished_stages(self._place):
-            tidy(self._place)
-            self.folder.set_aside()
-        else:
-            clear(self._place)
-
     def _begin(self) -> None:
         if self._begun:
             return
@@ -163,9 +209,15 @@ class RunWriter:
             copy_mode(place, self._place)
         write_text(self._place / MARKER, HEADER + "".join(f"{name}\n" for name in self._given))
         self._loose.add(MARKER)
+        self._put_given()
+
+    def _put_given(self) -> None:
+        """Put what says what is run into the folder, and what the run reads of the present results."""
+        place = self.folder.place
         own = own_files(place)
         for name in self.folder.inside(self._inputs):
             make_folder((self._place / name).parent)
+            remove(self._place / name)
             keep(place / name, self._place / name)
             if name in own:
                 self._note([name])
@@ -211,25 +263,18 @@ class RunWriter:
         from bsm_mesh.converters.result_files import SERIES
 
         for name in [instant.file(kind) for instant in gone for kind in SERIES]:
-            remove(self._place / name)
+            self.checkpoints.superseded.append(name)
             self._files.pop(name, None)
             self._loose.discard(name)
 
-    def _remove_additions(self) -> None:
-        """Remove what was added while the run went on: pictures of another state."""
-        for name in own_files(self._place) - set(self._files) - {MARKER, SUMMARY}:
-            remove(self._place / name)
-        write_text(self._place / MARKER, HEADER)
-        self._loose.add(MARKER)
-
     def _end_early(self, error: BaseException | None) -> None:
         """Keep what is finished of a run that did not come to its end, and say where."""
-        stages = finished_stages(self._place)
+        stages, goes_on = finished_stages(self._place), (self._place / CHECKPOINT).is_file()
         moved = bool(self._snapshots.instants) and isinstance(error, KeyboardInterrupt)
         where = self.folder.told(self.folder.interrupted)
         try:
-            if stages or moved:
-                tidy(self._place)
+            if stages or moved or goes_on:
+                tidy(self._place, named_by_checkpoint(self._place))
                 self.folder.set_aside()
             else:
                 clear(self._place)
@@ -242,4 +287,5 @@ class RunWriter:
             told += f"; the movement up to step {self._snapshots.instants[-1].time} is in {where}"
         if error is not None:
             former = run_number(self.folder.place) is not None
-            error.add_note(told + (f"; {self.folder.path} holds the former results" if former else ""))
+            told += f"; {self.folder.path} holds the former results" if former else ""
+            error.add_note(told + (f"; go on with: {self._again}" if self._again and goes_on else ""))

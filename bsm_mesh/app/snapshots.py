@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bsm_mesh.results.records import StepRecord
 
@@ -26,6 +26,19 @@ class Snapshots:
     def __init__(self) -> None:
         self.instants: list[Instant] = []
         self._taken, self._stride = 0, 1
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """How far it is, as JSON can say it."""
+        instants = [[instant.time, instant.stage, instant.step] for instant in self.instants]
+        return {"taken": self._taken, "stride": self._stride, "instants": instants}
+
+    def recall(self, told: dict[str, Any]) -> None:
+        """Be where it was when it told so."""
+        from bsm_mesh.converters.result_files import Instant
+
+        self._taken, self._stride = told["taken"], told["stride"]
+        self.instants = [Instant(*numbers) for numbers in told["instants"]]
 
     def instant(self, record: StepRecord) -> Instant | None:
         """Count a step, and return its instant if it is its turn."""

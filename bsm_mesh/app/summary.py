@@ -30,7 +30,7 @@ def summary(results: Results) -> dict[str, Any]:
     """Return what ``summary.json`` holds: versions, verdict, and the numbers of every stage."""
     return {
         "schema_version": SCHEMA_VERSION,
-        "versions": dict(_versions()),
+        "versions": versions(),
         "title": results.title,
         "model_hash": results.model_digest,
         "scheme": results.scheme,
@@ -42,6 +42,11 @@ def summary(results: Results) -> dict[str, Any]:
         "joint_names": list(results.joint_names),
         "stages": [_stage_summary(results.blocks, stage) for stage in results.stages],
     }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the libraries on which the digits of results depend, and the writer of files."""
+    return dict(_versions())
 
 
 @cache

@@ -92,9 +92,12 @@ def _kinds(name: str, parts: dict[str, dict[str, int]]) -> list[str]:
     return [*(kind for kind in there if kind != "faults"), "faults"]
 
 
+RESUMED = ("resumed", "begins at the start", "was finished")  # what became of a run that was killed, gone on with
+
+
 def _row(name: str, counts: dict[str, int], kinds: list[str]) -> list[int]:
     """Return the numbers of a part; in the kill and disk campaigns a strike has a kind, and an end."""
-    ends = ("struck", "ended before it was struck", "refused", "finished", "broken", "faults")
+    ends = ("struck", "ended before it was struck", "refused", "finished", "broken", "faults", *RESUMED)
     counted = counts if name in ("fuzz", "verdict") else {k: n for k, n in counts.items() if k not in ends}
     return [sum(counted.values()), *(counts.get(kind, 0) for kind in kinds)]
 

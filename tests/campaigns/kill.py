@@ -53,6 +53,11 @@ class Struck:
         return max([int(line.split()[1]) for line in self.log if line.startswith("stage ")], default=0)
 
     @property
+    def steps(self) -> int:
+        """Steps that had ended, of all stages."""
+        return self.log.count("step")
+
+    @property
     def operations(self) -> int:
         """Operations on files."""
         return sum(line.split()[0].isdigit() for line in self.log)
@@ -183,6 +188,10 @@ def _one(state: State, scene: Scene, part: str, number: int, blow: Strike, secon
             )
     elif done.code not in (0, -signal.SIGKILL):
         faults.append((f"exit code {done.code}", done.err[-1500:]))
+    if done.code:
+        kind_of_end, found = scene.resumed(done.steps)
+        counts[kind_of_end] += 1
+        faults.extend(found)
     faults.extend(scene.faults(0 if done.code == 0 else done.finished))
     for signature, detail in faults:
         counts["faults"] += 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import io
+import json
 import os
 import shutil
 import tempfile
@@ -13,11 +14,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from .inputs import ROOT
 from .small import MESH, MODELS
 from .targets.models import BOLT_TABLE, written
 from .unstable import Tree
+
+if TYPE_CHECKING:
+    from bsm_mesh.results import StepRecord
 
 OUT = "out"
 KEPT_BESIDE = (f"{OUT}.interrupted",)  # what the program may leave on purpose: the finished stages of the struck run
@@ -31,6 +36,35 @@ def _models() -> dict[str, Tree]:
     collapsing = tomllib.loads((ROOT / "examples/incline/slides.toml").read_text(encoding="utf-8"))
     collapsing["output"] = {"snapshots": "steps"}
     return {"staged": staged, "bolted": bolted, "collapsing": collapsing}
+
+
+def put_model(
+    root: Path, name: str, *, title: str = "A run", unit_weight: str = "26 kN/m^3", tables: Tree | None = None
+) -> Path:
+    """Write a model with its mesh and bolts into a folder and return the model file.
+
+    Parameters
+    ----------
+    root : Path
+        The folder.
+    name : str
+        One of `NAMES`.
+    title, unit_weight : str
+        Of the model, and of all its rocks.
+    tables : dict, optional
+        What is to stand in tables of the model file beside what stands there.
+    """
+    tree = _models()[name]
+    tree["title"] = title
+    for rock in tree["rock"].values():
+        rock["unit_weight"] = unit_weight
+    for table, keys in (tables or {}).items():
+        tree[table] = {**tree.get(table, {}), **keys}
+    root.mkdir(parents=True, exist_ok=True)
+    (root / "model.toml").write_bytes(written(tree))
+    (root / "mesh.msh").write_bytes(MESH)
+    (root / "bolts.csv").write_bytes(BOLT_TABLE)
+    return root / "model.toml"
 
 
 @dataclass
@@ -53,13 +87,18 @@ class Scene:
 
     @cached_property
     def _prepared(self) -> tuple[str, str, list[str]]:
-        """Return the fingerprints of the former and the new results, and all names after a run that nothing struck."""
+        """Return the fingerprints of the former and the new results, and all names after a run that nothing struck.
+
+        What its files hold and how many steps it took is kept too.
+        """
         self._write("The former run", "12 kN/m^3")
         self.run()
         shutil.copytree(self.root / OUT, self._kept)
         old = fingerprint(self.root / OUT)
         self._write("The new run", "26 kN/m^3")
         self.run()
+        self._content = content(self.root / OUT)
+        self._steps = len(self._content["history.csv"]) - 1
         return old, fingerprint(self.root / OUT), self.names()
 
     @property
@@ -67,15 +106,8 @@ class Scene:
         return self.root.with_name(f"{self.root.name}.former")
 
     def _write(self, title: str, unit_weight: str) -> None:
-        tree = _models()[self.name]
-        tree["title"] = title
-        for rock in tree["rock"].values():
-            rock["unit_weight"] = unit_weight
-        for folder in (self.root, self.root / "tmp"):
-            folder.mkdir(parents=True, exist_ok=True)
-        (self.root / "model.toml").write_bytes(written(tree))
-        (self.root / "mesh.msh").write_bytes(MESH)
-        (self.root / "bolts.csv").write_bytes(BOLT_TABLE)
+        (self.root / "tmp").mkdir(parents=True, exist_ok=True)
+        put_model(self.root, self.name, title=title, unit_weight=unit_weight)
 
     def put(self) -> None:
         """Bring the folder to where it is before a new run."""
@@ -92,15 +124,45 @@ class Scene:
         """The command."""
         return ["run", str(self.root / "model.toml"), "-o", str(self.root / OUT), "--json"]
 
-    def run(self) -> tuple[int, str]:
-        """Run the command in this process; return its exit code and what it says on stderr."""
+    def resumed(self, steps: int) -> tuple[str, list[tuple[str, str]]]:
+        """Go on with a run that was struck, bring the folder back, and return how it went and what is wrong.
+
+        Parameters
+        ----------
+        steps : int
+            Steps that had ended: all but the last must not be done again, for a checkpoint follows each.
+        """
+        _, new, clean = self._prepared
+        aside = self.root.with_name(f"{self.root.name}.struck")
+        shutil.copytree(self.root, aside, symlinks=True)
+        faults, end = [], "resumed"
+        with counted_steps() as seen:
+            code, said = self.run("--resume")
+        if code == 2 and "there is nothing to go on with" in said and fingerprint(self.root / OUT) == new:
+            end = "was finished"
+        elif code:
+            faults.append(("resuming fails", said))
+        else:
+            end = end if "it begins at the start" not in said else "begins at the start"
+            if content(self.root / OUT) != self._content:
+                faults.append(("a resumed run ends otherwise", said))
+            if len(seen) > self._steps - max(0, steps - 1):
+                faults.append(("more than a step is lost", f"{steps} of {self._steps} were done, then {len(seen)}"))
+            if left := [name for name in self.names() if name not in clean]:
+                faults.append((f"left after the resumed run: {generic(left[0])}", str(left)))
+        shutil.rmtree(self.root)
+        aside.rename(self.root)
+        return end, faults
+
+    def run(self, *more: str) -> tuple[int, str]:
+        """Run the command in this process, with more arguments; return its exit code and what it says on stderr."""
         from bsm_mesh.app.cli import main
 
         err = io.StringIO()
         kept, tempfile.tempdir = tempfile.tempdir, str(self.root / "tmp")
         try:
             with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(err):
-                main(self.arguments)
+                main([*self.arguments, *more])
         except SystemExit as leaving:
             return int(leaving.code or 0), err.getvalue()
         finally:
@@ -159,6 +221,38 @@ class Scene:
                     if results.title == "The new run":
                         found = max(found, len(results.stages))
         return found
+
+
+@contextmanager
+def counted_steps() -> Iterator[list[int]]:
+    """Give a list to which the command adds the stage of every step."""
+    from bsm_mesh.app.progress import Progress
+
+    seen: list[int] = []
+    step = Progress.step
+
+    def counted(self: Progress, record: StepRecord) -> None:
+        seen.append(record.stage)
+        step(self, record)
+
+    Progress.step = counted  # type: ignore[method-assign]
+    try:
+        yield seen
+    finally:
+        Progress.step = step  # type: ignore[method-assign]
+
+
+def content(folder: Path) -> dict[str, Any]:
+    """Return what the files of a run hold, wall times and the number of the run aside."""
+    told: dict[str, Any] = {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
+    rows = [line.split(",") for line in told["history.csv"].decode().splitlines()]
+    at = rows[0].index("seconds")
+    told["history.csv"] = [row[:at] + row[at + 1 :] for row in rows]
+    summary = json.loads(told["summary.json"])
+    for stage in summary["stages"]:
+        del stage["seconds"]
+    del summary["checksum"], summary["run"], summary["files"]["history.csv"]
+    return {**told, "summary.json": summary}
 
 
 def generic(name: str) -> str:

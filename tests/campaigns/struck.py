@@ -2,7 +2,8 @@
 
 ``python -m tests.campaigns.struck N ROOT LOG ARGUMENTS...`` runs ``bsm-mesh ARGUMENTS`` and kills itself before
 operation N on files in ROOT (0: never). Into LOG go a line when it begins, one an operation, one when a stage makes its
-first step.
+first step, one when
+a step has ended. Checkpoints are written after every step.
 """
 
 from __future__ import annotations
@@ -77,8 +78,9 @@ def sample(last: int, every: int) -> list[int]:
 def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
     """Run the program; it does not come back from operation `number`."""
     from bsm_mesh.__main__ import main as program
-    from bsm_mesh.app import progress
+    from bsm_mesh.app import checkpoints, progress
 
+    checkpoints.SETTINGS.interval = 0.0
     stages: set[int] = set()
     step = progress.Progress.step
 
@@ -86,6 +88,7 @@ def main(number: int, root: Path, log: int, arguments: list[str]) -> None:
         if record.stage not in stages:
             stages.add(record.stage)
             os.write(log, f"stage {record.stage}\n".encode())
+        os.write(log, b"step\n")
         step(self, record)
 
     progress.Progress.step = tell_stage  # type: ignore[method-assign]

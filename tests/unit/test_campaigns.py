@@ -52,7 +52,11 @@ def test_a_slice_of_kills(tmp_path: Path) -> None:
     scene.put()
     done = kill.strike(scene, kill.Strike("SIGKILL", operation=whole.operations - 3))
     assert done.code == -9
+    assert scene.resumed(done.steps) == ("was finished", [])
     assert list(scene.faults(done.finished)) == []
+    scene.put()
+    done = kill.strike(scene, kill.Strike("SIGKILL", operation=whole.operations // 2))
+    assert scene.resumed(done.steps) == ("resumed", [])
 
 
 def test_a_slice_of_full_disks(tmp_path: Path) -> None:

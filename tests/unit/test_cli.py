@@ -282,7 +282,7 @@ from bsm_mesh.app import run_file
 def wait(*_):
     pathlib.Path("started").touch()
     time.sleep(60)
-run_file.run = wait
+run_file.solve = wait
 sys.argv[1:] = ["run", "model.toml"]
 bsm_mesh.__main__.main()
 """

@@ -33,8 +33,8 @@ def tampered(monkeypatch, scheme, change, when=lambda part, number: True):
     kind = SCHEMES[scheme]
     solve = kind.solve
 
-    def tamper(self, part, number, bars_before, observer):
-        outcome = solve(self, part, number, bars_before, observer)
+    def tamper(self, part, number, *given):
+        outcome = solve(self, part, number, *given)
         return replace(outcome, stage=change(outcome.stage)) if when(part, number) else outcome
 
     monkeypatch.setattr(kind, "solve", tamper)
@@ -73,8 +73,8 @@ def test_blocks_inside_each_other(monkeypatch):
     kind = ContinuationScheme
     solve = kind.solve
 
-    def turned(self, part, number, bars_before, observer):
-        outcome = solve(self, part, number, bars_before, observer)
+    def turned(self, *given):
+        outcome = solve(self, *given)
         self.moved[-1, 2] += 0.3
         return outcome
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.own_files import MARKER, own_files
+from bsm_mesh.app.own_files import CHECKPOINT, MARKER, own_files
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.summary import _checksum
 from bsm_mesh.converters.vtk_files import read_pvd
@@ -157,7 +157,7 @@ def test_a_list_of_files_names_none_outside_the_folder(folder: Path) -> None:
     names = ["../mine", "/etc/passwd", "a/../../mine", "", "a\0b"]
     forge(folder, lambda summary: summary.update(files=dict.fromkeys([*names, "pictures/a.png"])))
     (folder / MARKER).write_text("../mine\n/tmp/mine\n")
-    assert own_files(folder) == {"pictures/a.png", MARKER, "summary.json"}
+    assert own_files(folder) == {"pictures/a.png", MARKER, CHECKPOINT, "summary.json"}
 
 
 @pytest.mark.parametrize(

@@ -34,15 +34,15 @@ guarded(command, last=True)
 """
 WAIT_AT = """\
 from bsm_mesh.app import run_file
-whole = run_file.run
-def waiting(model, options, step, report, snapshot, finished):
+whole = run_file.solve
+def waiting(model, options, step, report, snapshot, finished, resumption):
     def look(record):
         if record.stage == {stage}:
             pathlib.Path("waiting").touch()
             import time; time.sleep(300)
         step(record)
-    return whole(model, options, look, report, snapshot, finished)
-run_file.run = waiting
+    return whole(model, options, look, report, snapshot, finished, resumption)
+run_file.solve = waiting
 """
 
 
@@ -116,6 +116,7 @@ def test_finished_stages_stay_and_are_told(case: Case, number: signal.Signals) -
     out, err = process.communicate(timeout=PATIENCE)
     which = "" if number == signal.SIGINT else f" ({number.name})"
     told = f"interrupted{which}: finished and in out/model.interrupted: 2 stages (initial, one)"
+    told += "; go on with: bsm-mesh run model.toml --resume"
     assert (process.returncode, out, err.strip()) == (130, "", told)
     left = Results.load("out/model.interrupted")
     assert (left.status, [stage.name for stage in left.stages]) == ("unfinished", ["initial", "one"])

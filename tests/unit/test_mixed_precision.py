@@ -93,6 +93,6 @@ def test_refinement_goes_on_while_each_leaves_less_than_half(monkeypatch, lacks,
     solver = MixedPrecisionPardiso(pattern)
     solver.factorize(data)
     assert_allclose(matrix @ solver.solve(force).ravel(), force.ravel(), rtol=1e-3)
-    assert solver._single == single
+    assert solver.single == single
     assert (len(count) == 6) == single
     solver.close()

@@ -45,6 +45,7 @@ def make_linear_solver(
     once: bool = False,
     corrections: bool = False,
     definite: bool = False,
+    single: bool = True,
 ) -> LinearSolver:
     """Return the named solver with the pattern analysed when first factorized.
 
@@ -63,9 +64,10 @@ def make_linear_solver(
         Whether the pattern will be factorized once only: then Pardiso takes a quick order instead of a good one.
     corrections : bool
         Whether solutions need four digits only: then Pardiso factorizes large systems in single precision.
-
     definite : bool
         Whether `factorize` must find out that a matrix is not positive definite.
+    single : bool
+        False: double precision also where single would do for corrections.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def make_linear_solver(
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
     if name == "pardiso" and corrections and pattern.rows >= WORTH_SINGLE:
-        return MixedPrecisionPardiso(pattern, threads)
+        return MixedPrecisionPardiso(pattern, threads, single=single)
     if name == "pardiso":
         return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
     if name == "cluster":

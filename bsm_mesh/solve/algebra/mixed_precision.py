@@ -23,13 +23,20 @@ class MixedPrecisionPardiso:
         The whole matrix.
     threads : int
         As `Pardiso` takes them.
+    single : bool
+        False: double precision from the start.
+
+    Attributes
+    ----------
+    single : bool
+        Whether factors are of single precision still.
     """
 
     name = "pardiso"
 
-    def __init__(self, pattern: BlockPattern, threads: int = 0) -> None:
+    def __init__(self, pattern: BlockPattern, threads: int = 0, *, single: bool = True) -> None:
         self._pattern, self._threads = pattern, threads
-        self._solver, self._single = Pardiso(pattern, threads, single=True), True
+        self._solver, self.single = Pardiso(pattern, threads, single=single), single
         self._data = self._root = np.zeros(0)
 
     def factorize(self, data: FloatArray) -> None:
@@ -39,13 +46,13 @@ class MixedPrecisionPardiso:
         try:
             self._solver.factorize(data)
         except SingularMatrixError:
-            if not self._single:
+            if not self.single:
                 raise
             self._go_double()
 
     def solve(self, right_side: FloatArray) -> FloatArray:
         """Return the solution (n, 3) to `ACCURACY`; not a number where the matrix turns out to be singular."""
-        if not self._single:
+        if not self.single:
             return self._solver.solve(right_side)
         matrix = bsr_array((self._data, self._pattern.column, self._pattern.row_start))
         wanted = ACCURACY * self._size(right_side)
@@ -74,7 +81,7 @@ class MixedPrecisionPardiso:
 
     def _go_double(self) -> None:
         self._solver.close()
-        self._solver, self._single = Pardiso(self._pattern, self._threads), False
+        self._solver, self.single = Pardiso(self._pattern, self._threads), False
         self._solver.factorize(self._data)
 
     def close(self) -> None:

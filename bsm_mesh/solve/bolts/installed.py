@@ -117,7 +117,7 @@ class InstalledBolts:
         alive = self.alive | chosen
         return replace(
             self,
-            pairs=_pairs(layout, alive),
+            pairs=coupled_pairs(layout, alive),
             alive=alive,
             rest=np.where(chosen, tensioned, self.rest),
             dowels=self.dowels.install(position, chosen),
@@ -128,14 +128,14 @@ class InstalledBolts:
         first = self.layout.first_node
         cut = gone[self.layout.block[first]] | gone[self.layout.block[first + 1]]
         alive = self.alive & ~cut
-        return replace(self, pairs=_pairs(self.layout, alive), alive=alive)
+        return replace(self, pairs=coupled_pairs(self.layout, alive), alive=alive)
 
     def in_part(self, part: SubModel) -> InstalledBolts:
         """Return the bolts in the block numbers of a submodel; nodes of absent blocks have no force."""
         number = np.where(part.present, np.cumsum(part.present) - 1, 0).astype(np.int32)
         layout = replace(self.layout, block=number[self.layout.block])
         dowels = replace(self.dowels, near=number[self.dowels.near], far=number[self.dowels.far])
-        return replace(self, layout=layout, pairs=_pairs(layout, self.alive), dowels=dowels)
+        return replace(self, layout=layout, pairs=coupled_pairs(layout, self.alive), dowels=dowels)
 
     def after(self, other: InstalledBolts) -> InstalledBolts:
         """Return a copy with the state of another."""
@@ -283,7 +283,7 @@ class InstalledBolts:
         return found
 
 
-def _pairs(layout: BoltLayout, alive: BoolArray) -> tuple[IntArray, IntArray]:
+def coupled_pairs(layout: BoltLayout, alive: BoolArray) -> tuple[IntArray, IntArray]:
     """Return the pairs of different blocks that a bolt couples: each with every other on the same bolt."""
     working = np.zeros(len(layout.block), dtype=bool)
     working[layout.first_node[alive]] = working[layout.first_node[alive] + 1] = True

@@ -21,75 +21,41 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
+from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
-from bsm_mesh.solve.continuation.plan import PLANS, Phase
-from bsm_mesh.solve.continuation.stability import falling_mode
+from bsm_mesh.solve.continuation.state import LoopState
+from bsm_mesh.solve.continuation.step_solver import StepSolver
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
-from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
-from bsm_mesh.solve.motion.following import is_fast
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Method
+from bsm_mesh.solve.step.attempt import Iterate
 from bsm_mesh.solve.step.block_system import BlockSystem
-from bsm_mesh.solve.step.equations import StepEquations, moved_by
+from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.factorization import Factors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
-    """How exactly a step is solved, and when an equilibrium is looked for.
+    """What a step's equations have beside forces, and when an equilibrium is confirmed.
 
     Attributes
     ----------
-    min_inner : float
-        Smallest tolerance of a step over that of rest: in large models rounding is near.
-    reduction : float
-        Part of a step's residual to which it is solved.
     min_lam : float
         Regularisation of a step that leads to rest, over the inverse of the step length: hardly more than nothing.
-    max_pause : int
-        Moving steps after which an equilibrium nearby is looked for again, at most.
     quiet_steps : int
         Steps in equilibrium that confirm it.
-    push : float
-        Movement out of an unstable equilibrium, over the step length.
     """
 
-    min_inner: float = 0.5
-    reduction: float = 1e-2
     min_lam: float = 1e-7
-    max_pause: int = 8
     quiet_steps: int = 2
-    push: float = 0.01
 
 
 SETTINGS = LoopSettings()
-
-
-@dataclass(slots=True)
-class _Pace:
-    """For how many steps blocks are followed before an equilibrium is looked for, twice as many after each failure."""
-
-    wait: int = 0
-    pause: int = 1
-    moving_steps: int = 0
-
-    def follow(self) -> None:
-        """Follow blocks for as long as there is: they leave an unstable equilibrium, which is near."""
-        self.wait = self.pause = SETTINGS.max_pause
-
-    def count(self, attempt: Attempt, *, near_rest: bool) -> None:
-        """Count a step: begin anew at rest; `near_rest`: there was no equilibrium nearby, so wait longer."""
-        if attempt.velocity is None:
-            self.wait, self.pause, self.moving_steps = 0, 1, 0
-            return
-        if near_rest:
-            self.wait, self.pause = self.pause, min(2 * self.pause, SETTINGS.max_pause)
-        self.wait, self.moving_steps = max(0, self.wait - 1), self.moving_steps + 1
+NONE = np.zeros(0, np.int64)
 
 
 class Continuation:
@@ -105,6 +71,15 @@ class Continuation:
         Gets every accepted step's record, and a function that returns the state then.
     start : Start, optional
         Initial state; by default the given geometry, with contacts without forces.
+    resumed : LoopState, optional
+        Where the same run was after one of its steps, to go on from there.
+    accepted : callable
+        Called between two steps, where `state` may be taken.
+
+    Attributes
+    ----------
+    state : LoopState
+        What the last accepted step hands to the next; none before the first.
     """
 
     def __init__(
@@ -113,8 +88,10 @@ class Continuation:
         options: Options,
         observer: Callable[[StepRecord, Callable[[], Motion]], None],
         start: Start | None = None,
+        resumed: LoopState | None = None,
+        accepted: Callable[[], None] = lambda: None,
     ) -> None:
-        self.options, self.observer = options, observer
+        self.options, self.observer, self._between_steps = options, observer, accepted
         self.system = BlockSystem(model) if start is None else BlockSystem(model, start.bolts, start.position)
         self.factors = Factors(self.system, options)
         self.begin = start or Start(
@@ -124,46 +101,94 @@ class Continuation:
         self.origin = self.begin.position if self.begin.origin is None else self.begin.origin
         self.collapse = CollapseCriterion(self.system, self.origin, options.displacement_limit, options.falls)
         self.min_lam = SETTINGS.min_lam / self.system.d
-        self._pace = _Pace()
+        self._solver = StepSolver(self.system, options, intact=self.begin.intact)
         self.steps: list[StepRecord] = []
+        begin = self.begin
+        first = self._state_after(0, begin.position, begin.history, velocity=begin.velocity)
+        self.state = first if resumed is None else self._recall(resumed)
 
     @property
     def tolerance(self) -> float:
         """Maximum norm of the residual at rest, over the mean weight."""
-        return self.options.tolerance * self.system.residual_scale
+        return self._solver.tolerance
 
     def run(self) -> Motion:
         """Return the final state: equilibrium, collapse, or not converged."""
-        system = self.system
-        position, history, velocity, quiet = self.begin.position, self.begin.history, self.begin.velocity, 0
-        for number in range(self.options.max_steps):
-            began, count = time.perf_counter(), self.factors.count
-            contacts = system.gather(history, position, first=number == 0 and self.begin.intact)  # (1)
-            if number == 0:
-                self._set_residual_scale(contacts, position)
-            equations = StepEquations(system, self.factors, contacts, position, self.min_lam)
-            residual = system.static_residual(contacts, position)
-            iterate = Iterate(residual=residual, velocity=velocity, moving_steps=self._pace.moving_steps)
-            tried, attempt = self._solve_step(equations, iterate, number, quiet=quiet > 0)  # (2), (3)
-            if attempt is None:
-                reason = f"no method found the end of a step: {', '.join(tried)} were tried"
-                return self._end(Status.NOT_CONVERGED, reason, contacts, position)
-            contacts, position, velocity = attempt.contacts, attempt.position, attempt.velocity
-            at, system.bolts = attempt.at, attempt.equations.system.bolts
-            history, changed = commit(contacts, at, position, system.outlines.size)  # (4)
-            system.bolts = system.bolts.commit(system.bolts.evaluate(position))
-            residual = system.static_residual(contacts, position)
-            self._record(number, residual, position, contacts, at, began, count, tried)
-            at_rest = residual < self.options.tolerance and changed == 0 and velocity is None
-            quiet = quiet + 1 if at_rest and system.prescription_complete(position) else 0
-            if quiet >= SETTINGS.quiet_steps:  # (5)
-                return self._end(Status.STABLE, "static equilibrium", contacts, position)
-            contacted = at.closed if attempt.contacted is None else attempt.contacted
-            if collapse := self.collapse.check(contacts, contacted, position, velocity):
-                return self._collapsed(collapse, contacts, position, velocity)
-            if velocity is not None:  # what has been thrown off falls from rest: statics knows no flight
-                velocity = np.where(self.collapse.thrown[:, None], 0.0, velocity)
-        return self._end(Status.NOT_CONVERGED, self._exhausted("steps", residual, position), contacts, position)
+        while True:
+            after = self._step(self.state)
+            if isinstance(after, Motion):
+                return after
+            self.state = after
+            self._between_steps()
+
+    def _step(self, state: LoopState) -> LoopState | Motion:
+        """Return the state after one more step, or the final one."""
+        system, number = self.system, state.number
+        began, count = time.perf_counter(), self.factors.count
+        contacts = system.gather(state.history, state.position, first=number == 0 and self.begin.intact)  # (1)
+        if number == 0:
+            self._set_residual_scale(contacts, state.position)
+        equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)
+        residual = system.static_residual(contacts, state.position)
+        iterate = Iterate(residual=residual, velocity=state.velocity, moving_steps=self._solver.pace.moving_steps)
+        tried, attempt = self._solver.solve(equations, iterate, number, quiet=state.quiet > 0)  # (2), (3)
+        if attempt is None:
+            reason = f"no method found the end of a step: {', '.join(tried)} were tried"
+            return self._end(Status.NOT_CONVERGED, reason, contacts, state.position)
+        contacts, position, velocity = attempt.contacts, attempt.position, attempt.velocity
+        at, system.bolts = attempt.at, attempt.equations.system.bolts
+        history, changed = commit(contacts, at, position, system.outlines.size)  # (4)
+        system.bolts = system.bolts.commit(system.bolts.evaluate(position))
+        residual = system.static_residual(contacts, position)
+        self._record(number, residual, position, contacts, at, began, count, tried)
+        at_rest = residual < self.options.tolerance and changed == 0 and velocity is None
+        quiet = state.quiet + 1 if at_rest and system.prescription_complete(position) else 0
+        if quiet >= SETTINGS.quiet_steps:  # (5)
+            return self._end(Status.STABLE, "static equilibrium", contacts, position)
+        contacted = at.closed if attempt.contacted is None else attempt.contacted
+        if collapse := self.collapse.check(contacts, contacted, position, velocity):
+            return self._collapsed(collapse, contacts, position, velocity)
+        if number + 1 == self.options.max_steps:
+            return self._end(Status.NOT_CONVERGED, self._exhausted("steps", residual, position), contacts, position)
+        if velocity is not None:  # what has been thrown off falls from rest: statics knows no flight
+            velocity = np.where(self.collapse.thrown[:, None], 0.0, velocity)
+        return self._state_after(number + 1, position, history, velocity=velocity, quiet=quiet)
+
+    def _state_after(
+        self,
+        steps: int,
+        position: FloatArray,
+        history: History,
+        *,
+        velocity: FloatArray | None = None,
+        quiet: int = 0,
+        slid: IntArray = NONE,
+    ) -> LoopState:
+        """Return the state after so many steps."""
+        return LoopState(
+            number=steps,
+            position=position,
+            history=history,
+            velocity=velocity,
+            quiet=quiet,
+            bolts=BoltMemory.of(self.system.bolts),
+            pace=self._solver.pace,
+            collapse=self.collapse.memory,
+            residual_scale=self.system.residual_scale,
+            start_residual=self.start_residual,
+            double_precision=self.factors.double_precision,
+            slid=slid,
+            steps=tuple(self.steps),
+        )
+
+    def _recall(self, state: LoopState) -> LoopState:
+        """Go back to a state of the same run, and return it."""
+        self.system.bolts = state.bolts.recalled(self.system.bolts)
+        self.system.residual_scale, self.start_residual = state.residual_scale, state.start_residual
+        self.collapse.recall(state.collapse)
+        self.factors.recall(state.double_precision)
+        self._solver.pace, self.steps = state.pace, list(state.steps)
+        return state
 
     def _exhausted(self, steps: str, residual: float, position: FloatArray) -> str:
         """Return why the run ended without a verdict, and what may help."""
@@ -176,60 +201,6 @@ class Continuation:
     def _set_residual_scale(self, contacts: ContactSet, position: FloatArray) -> None:
         self.system.set_residual_scale(contacts, position)
         self.start_residual = self.system.static_residual(contacts, position)
-
-    def _solve_step(
-        self, equations: StepEquations, iterate: Iterate, number: int, *, quiet: bool
-    ) -> tuple[tuple[str, ...], Attempt | None]:
-        """Return the names of the methods tried, and the last one's attempt: the first that is acceptable, or None."""
-        tried: tuple[str, ...] = ()
-        phase = self._phase(equations, iterate, number)
-        goal = Goal(max_residual=self._step_tolerance(iterate.residual), rest=self.tolerance)
-        for method in PLANS[phase]:
-            if not method.applies(equations, iterate, goal):
-                continue
-            tried = (*tried, method.name)
-            attempt = self._accepted(method, equations, iterate, goal, quiet=quiet)
-            if attempt is not None:
-                self._pace.count(attempt, near_rest=phase is Phase.NEAR_REST)
-                return tried, attempt
-        return tried, None
-
-    def _phase(self, equations: StepEquations, iterate: Iterate, number: int) -> Phase:
-        if number == 0 and iterate.velocity is None:
-            return Phase.START if self.begin.intact else Phase.AFTER_CHANGE
-        if iterate.velocity is not None and (self._pace.wait > 0 or is_fast(equations, iterate)):
-            return Phase.MOVING
-        return Phase.NEAR_REST
-
-    def _accepted(
-        self, method: Method, equations: StepEquations, iterate: Iterate, goal: Goal, *, quiet: bool
-    ) -> Attempt | None:
-        """Return a method's attempt if the step may end with it.
-
-        Where it leads to an unstable equilibrium blocks are moved on a little, as they would fall from there, and
-        followed.
-        """
-        attempt = method.solve(equations, iterate, goal)
-        if not attempt.may_end:
-            return None
-        if attempt.velocity is not None:
-            return attempt
-        if not attempt.equations.within_search_range(attempt.position):
-            return None
-        mode = None if quiet else falling_mode(attempt.equations, attempt.position, attempt.at, self.tolerance)
-        if mode is None:
-            return attempt
-        self._pace.follow()
-        pushed = moved_by(attempt.position, SETTINGS.push * self.system.d * mode)
-        return replace(attempt, position=pushed, velocity=np.zeros_like(pushed))
-
-    def _step_tolerance(self, residual: float) -> float:
-        """Return the tolerance of a step that starts with a residual, over the mean weight."""
-        tolerance = self.options.tolerance
-        inner = max(SETTINGS.min_inner * tolerance, SETTINGS.reduction * min(residual, 1.0))
-        if residual < NEARBY.confirmed * tolerance:  # at rest already, confirmed by this step
-            inner = max(inner, residual / NEARBY.confirmed)
-        return inner * self.system.residual_scale
 
     def _record(
         self,

@@ -20,12 +20,14 @@ from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, 
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import turned
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
 from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.continuation.state import ContinuationState, LoopState
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
@@ -61,6 +63,8 @@ class ContinuationScheme:
 
     _velocity: FloatArray | None = None  # of blocks that go on after a fall, in the numbers of the whole
     _intact = True  # until the first solution
+    _engine: Continuation | None = None  # while it solves
+    _resumed: LoopState | None = None  # of the solution that goes on
 
     def __init__(self, model: Model, options: Options, report: Reporter) -> None:
         self.model, self.options, self.report = model, options, report
@@ -69,6 +73,27 @@ class ContinuationScheme:
         self.bolts = InstalledBolts.of(model, self.moved)
         self._origin = self.moved.copy()
         self.linear_solver = ""
+
+    @property
+    def state(self) -> ContinuationState:
+        """What it carries from stage to stage, and from step to step while it solves one."""
+        loop = None if self._engine is None else self._engine.state
+        return ContinuationState(
+            moved=self.moved.copy(),
+            history=self.history if loop is None else History.none(),
+            bolts=BoltMemory.of(self.bolts),
+            origin=self._origin,
+            velocity=self._velocity,
+            intact=self._intact,
+            linear_solver=self.linear_solver,
+            loop=loop,
+        )
+
+    def restore(self, state: ContinuationState) -> None:
+        """Go back to a state of the same run; `solve` then goes on where it was."""
+        self.moved, self._origin, self._velocity = state.moved.copy(), state.origin, state.velocity
+        self.history, self.bolts = state.history, state.bolts.recalled(self.bolts)
+        self._intact, self.linear_solver, self._resumed = state.intact, state.linear_solver, state.loop
 
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return notes on it."""
@@ -97,7 +122,14 @@ class ContinuationScheme:
         centroid, moved = self.model.blocks.moments.centroid[block], self.moved[block]
         return centroid + turned(point - centroid - moved[:, :2], -moved[:, 2])
 
-    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+    def solve(
+        self,
+        part: SubModel,
+        number: int,
+        bars_before: FloatArray,
+        observer: Observer,
+        accepted: Callable[[], None],
+    ) -> Outcome:
         """Return the part in equilibrium or collapse, and keep its position and history."""
         known = is_compiled(fill_tangent)
         self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
@@ -115,8 +147,10 @@ class ContinuationScheme:
         def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
             observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
 
-        engine = kind(part.model, self.options, watch, start)
+        engine = self._engine = kind(part.model, self.options, watch, start, self._resumed, accepted)
+        self._resumed = None
         motion = engine.run()
+        self._engine = None
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
         self.moved[part.block] = motion.position

@@ -13,6 +13,7 @@ from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.errors import place
 from bsm_mesh.solve.bolts.state import holding_pairs
 from bsm_mesh.solve.contacts.forces import ContactSet
+from bsm_mesh.solve.continuation.state import CollapseMemory
 from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.step.block_system import BlockSystem
 
@@ -85,7 +86,7 @@ class CollapseCriterion:
     def __init__(self, system: BlockSystem, position: FloatArray, limit: float | None, falls: Falls) -> None:
         self.system, self.begin, self._followed = system, position, limit is not None
         self.limit = limit or float(np.ptp(system.model.blocks.vertices, axis=0).max())
-        self.last_supported = position.copy()  # position of each block when it last had a contact or a support
+        self.last_supported = position  # position of each block when it last had a contact or a support
         self.detached = np.zeros(len(position), dtype=bool)  # blocks without either after the last step,
         self.thrown = self.detached  # and not before
         self.rest = position  # the last equilibrium
@@ -98,6 +99,24 @@ class CollapseCriterion:
         self.sizes_moved = np.zeros(len(position), dtype=int)
         self.speed = np.zeros(len(position))  # of every block when it had last moved by a whole number of sizes
 
+    @property
+    def memory(self) -> CollapseMemory:
+        """What it remembers now."""
+        return CollapseMemory(
+            last_supported=self.last_supported,
+            detached=self.detached,
+            thrown=self.thrown,
+            rest=self.rest,
+            sizes_moved=self.sizes_moved,
+            speed=self.speed,
+        )
+
+    def recall(self, memory: CollapseMemory) -> None:
+        """Remember what it did between two steps of the same run."""
+        self.last_supported, self.rest = memory.last_supported, memory.rest
+        self.detached, self.thrown = memory.detached, memory.thrown
+        self.sizes_moved, self.speed = memory.sizes_moved, memory.speed
+
     def check(
         self, contacts: ContactSet, contacted: BoolArray, position: FloatArray, velocity: FloatArray | None = None
     ) -> Collapse | None:
@@ -106,7 +125,7 @@ class CollapseCriterion:
         `contacted`: contacts (m,) closed at its end, or during the step.
         """
         system, supported = self.system, self._supported(contacts, contacted, position)
-        self.last_supported[supported] = position[supported]
+        self.last_supported = np.where(supported[:, None], position, self.last_supported)
         moved = np.hypot(*(position - self.begin)[:, :2].T)
         fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
         loose = ~supported & self.detached & (np.abs(system.loads).max(axis=1) > 0)
@@ -151,7 +170,7 @@ class CollapseCriterion:
         sizes = (moved / self.size).astype(int)
         passed = sizes > self.sizes_moved
         runs: BoolArray = passed & (sizes >= SETTINGS.runs) & (self.speed > 0) & (speed >= self.speed)
-        self.speed[passed], self.sizes_moved[passed] = speed[passed], sizes[passed]
+        self.speed, self.sizes_moved = np.where(passed, speed, self.speed), np.where(passed, sizes, self.sizes_moved)
         return runs
 
     def _sunk(self, free: IntArray, position: FloatArray) -> str:

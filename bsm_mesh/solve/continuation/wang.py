@@ -24,7 +24,7 @@ import time
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.results.records import Status
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
@@ -45,25 +45,28 @@ class WangIteration(Continuation):
 
     def run(self) -> Motion:
         """Return the final state: equilibrium, collapse, or not converged."""
-        position, quiet = self.begin.position, 0
-        contacts = self.system.gather(self.begin.history, position, first=self.begin.intact)
-        self._set_residual_scale(contacts, position)
-        closed, sliding = contacts.within_tolerance, np.zeros(contacts.count, dtype=bool)
-        for number in range(self.options.max_steps):
+        state = self.state
+        contacts = self.system.gather(state.history, state.position, first=state.number == 0 and self.begin.intact)
+        if state.number:
+            _, closed, sliding = self._continuing(contacts, state.position, state.slid)
+        else:
+            self._set_residual_scale(contacts, state.position)
+            closed, sliding = contacts.within_tolerance, np.zeros(contacts.count, dtype=bool)
+        position, quiet = state.position, state.quiet
+        for number in range(state.number, self.options.max_steps):
             began = time.perf_counter()
             count = self.factors.count
             moved = self._cycle(contacts, position, closed, sliding)
             if moved is None:
                 return self._end(Status.NOT_CONVERGED, "the stiffness matrix is singular", contacts, position)
             position = moved
-            at = self.system.evaluate(contacts, position)  # (7)
-            history, failures = commit(contacts, at, position, self.system.outlines.size)  # (8)
+            reset = self.system.evaluate(contacts, position)  # (7)
+            history, failures = commit(contacts, reset, position, self.system.outlines.size)  # (8)
             self.system.bolts = self.system.bolts.commit(self.system.bolts.evaluate(position))
-            slid = contacts.candidates.key[at.closed & ~at.sticking]
-            ended, reset = contacts, at
+            slid = contacts.candidates.key[reset.closed & ~reset.sticking]
+            ended = contacts
             contacts = self.system.gather(history, position, first=False)  # (1)
-            at = self.system.evaluate(contacts, position)
-            closed, sliding = at.closed, np.isin(contacts.candidates.key, slid)
+            at, closed, sliding = self._continuing(contacts, position, slid)
             residual = self.system.static_residual(contacts, position)
             self._record(number, residual, position, ended, reset, began, count, (NAME,))
             complete = self.system.prescription_complete(position)
@@ -73,7 +76,17 @@ class WangIteration(Continuation):
                 return self._at_rest(contacts, position, at)
             if collapse := self.collapse.check(contacts, at.closed, position):
                 return self._collapsed(collapse, contacts, position)
+            self.state = self._state_after(number + 1, position, history, quiet=quiet, slid=slid)
+            self._between_steps()
+        residual = self.steps[-1].residual
         return self._end(Status.NOT_CONVERGED, self._exhausted("cycles", residual, position), contacts, position)
+
+    def _continuing(
+        self, contacts: ContactSet, position: FloatArray, slid: IntArray
+    ) -> tuple[Evaluation, BoolArray, BoolArray]:
+        """Return the forces of contacts, which of them are closed, and which slid in the last cycle by their keys."""
+        at = self.system.evaluate(contacts, position)
+        return at, at.closed, np.isin(contacts.candidates.key, slid)
 
     def _cycle(
         self, contacts: ContactSet, position: FloatArray, closed: BoolArray, sliding: BoolArray

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import fields, replace
 
 import numpy as np
@@ -23,8 +24,10 @@ from bsm_mesh.solve.algebra.loads import relative_residual
 from bsm_mesh.solve.algebra.mechanisms import FreePart
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
+from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
 from bsm_mesh.solve.contacts.in_situ import beyond_strength, in_situ_contacts
+from bsm_mesh.solve.linear.state import LinearState
 from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.new_faces import concatenate
@@ -69,6 +72,28 @@ class LinearScheme:
         self.tension, self.bolt_shear = at.tension, at.dowels.force
         self.linear_solver = ""
 
+    @property
+    def state(self) -> LinearState:
+        """What it carries from stage to stage."""
+        return LinearState(
+            normal_force=self.normal_force.copy(),
+            shear_force=self.shear_force.copy(),
+            opening=self.opening.copy(),
+            slip=self.slip.copy(),
+            moved=self.moved.copy(),
+            bolts=BoltMemory.of(self.bolts),
+            tension=self.tension,
+            bolt_shear=self.bolt_shear,
+            linear_solver=self.linear_solver,
+        )
+
+    def restore(self, state: LinearState) -> None:
+        """Go back to a state of the same run."""
+        self.normal_force, self.shear_force = state.normal_force.copy(), state.shear_force.copy()
+        self.opening, self.slip, self.moved = state.opening.copy(), state.slip.copy(), state.moved.copy()
+        self.bolts, self.tension, self.bolt_shear = state.bolts.recalled(self.bolts), state.tension, state.bolt_shear
+        self.linear_solver = state.linear_solver
+
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field, and return notes on it."""
         self.normal_force, self.shear_force = in_situ_contacts(self.model, self.contacts)
@@ -99,7 +124,14 @@ class LinearScheme:
         """Return the positions in the given geometry of points (k, 2) of blocks (k,): displacements are small."""
         return point
 
-    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
+    def solve(
+        self,
+        part: SubModel,
+        number: int,
+        bars_before: FloatArray,
+        observer: Observer,
+        accepted: Callable[[], None],
+    ) -> Outcome:
         """Return the submodel in linear equilibrium and keep its contact forces.
 
         Where a part of it is free to move nothing is solved: a stage has taken its hold away, and it is unstable.

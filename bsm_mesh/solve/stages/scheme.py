@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -39,6 +39,13 @@ class Scheme(Protocol):
     moved: FloatArray
     """Displacement of every block since it was given, or placed, (n, 3)."""
 
+    @property
+    def state(self) -> object:
+        """What it carries from stage to stage, and from step to step while it solves one: a dataclass."""
+
+    def restore(self, state: Any) -> None:
+        """Go back to a state of the same run; `solve` then goes on where it was."""
+
     def set_in_situ(self) -> tuple[str, ...]:
         """Set the contact forces from the in-situ field; return notes on it."""
 
@@ -54,5 +61,12 @@ class Scheme(Protocol):
     def as_given(self, block: IntArray, point: FloatArray) -> FloatArray:
         """Return the positions in the given geometry of points (k, 2) of blocks (k,)."""
 
-    def solve(self, part: SubModel, number: int, bars_before: FloatArray, observer: Observer) -> Outcome:
-        """Return the submodel in equilibrium or collapse, and keep its state."""
+    def solve(
+        self,
+        part: SubModel,
+        number: int,
+        bars_before: FloatArray,
+        observer: Observer,
+        accepted: Callable[[], None],
+    ) -> Outcome:
+        """Return the submodel in equilibrium or collapse, and keep its state; `accepted` is called between steps."""

@@ -6,18 +6,26 @@ numbers of the whole model, and solves the blocks present as a submodel.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
+from bsm_mesh.errors import counted
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
-from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.supports import Bars, bars_of
+from bsm_mesh.model.water import Water
 from bsm_mesh.results.records import ContactForces, StageResult
+from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
 from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.stages.new_faces import forces_on_new_faces, pressure_on_new_faces
 from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Reporter, Scheme
 from bsm_mesh.solve.stages.solution import Analysis, StageSolution, StageState
+
+INITIAL = "initial"
+AT_THE_START = Resumption()
 
 
 def solve_stages(
@@ -29,21 +37,57 @@ def solve_stages(
     finished: Finished,
     falls: Falls,
     notes: tuple[str, ...] = (),
+    resumption: Resumption = AT_THE_START,
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `finished` gets the stages so
     far at the end of each. `falls` says what is done with blocks that come down. `notes` belong to the first.
+    `resumption` says where the run goes on, if it was interrupted.
 
     Raises
     ------
     ModelError
         If the start cannot be analysed.
     """
-    here = presence(model.stages, model.blocks)
+    here, begun = presence(model.stages, model.blocks), resumption.begun
     bars = bars_of(model.supports, model.blocks)
+    if begun is None:
+        state, notes = _first_state(model, scheme, report, bars, here[0], notes)
+    else:
+        scheme.restore(begun.scheme)
+        state = StageState.recalled(begun, bars, _water(model, begun))
+    run = Analysis(model=model, scheme=scheme, observer=observer, check=check, falls=falls, keep=resumption.keep)
+    results = list(resumption.stages)
+    for number in range(len(results), 1 + len(model.stages)):
+        if results and not results[-1].status.is_stable:
+            break
+        stage = model.stages[number - 1] if number else None
+        name, parts = (INITIAL, (1.0,)) if stage is None else (stage.name, stage.relaxation)
+        progress = begun.stage if begun is not None and begun.finished == number else None
+        if progress is not None:
+            report(f"stage {name} goes on after {counted(len(progress.steps), 'step')}")
+        elif stage is not None:
+            report(f"stage {name}")
+            now = here[number].copy()
+            now[state.fallen] = False
+            _begin(model, scheme, state, stage, now, results[-1].contacts)
+            scheme.install(number)
+        solution = StageSolution(run, state, name, number, () if number else notes, progress)
+        results.append(solution.result(parts))
+        finished(tuple(results))
+        if number == 0 and model.in_situ is not None:
+            state.origin = scheme.moved.copy()
+        resumption.keep(partial(state.checkpoint, number + 1, scheme), True)
+    return tuple(results)
+
+
+def _first_state(
+    model: Model, scheme: Scheme, report: Reporter, bars: Bars, present: BoolArray, notes: tuple[str, ...]
+) -> tuple[StageState, tuple[str, ...]]:
+    """Return the state before the first stage, under the in-situ field where it is given directly, and the notes."""
     state = StageState(
-        present=here[0],
+        present=present,
         bars=bars,
         bar_forces=np.zeros(len(bars.block)),
         forces=[point_forces_of(model.acting_loads, model.blocks)],
@@ -56,22 +100,13 @@ def solve_stages(
         report("in-situ stress")
         notes = (*notes, *scheme.set_in_situ())
         state.bar_forces = in_situ_bars(model, bars)
-    run = Analysis(model=model, scheme=scheme, observer=observer, check=check, falls=falls)
-    results = [StageSolution(run, state, "initial", 0, notes).result((1.0,))]
-    finished(tuple(results))
-    if model.in_situ is not None:
-        state.origin = scheme.moved.copy()
-    for number, stage in enumerate(model.stages, start=1):
-        if not results[-1].status.is_stable:
-            break
-        report(f"stage {stage.name}")
-        now = here[number].copy()
-        now[state.fallen] = False
-        _begin(model, scheme, state, stage, now, results[-1].contacts)
-        scheme.install(number)
-        results.append(StageSolution(run, state, stage.name, number).result(stage.relaxation))
-        finished(tuple(results))
-    return tuple(results)
+    return state, notes
+
+
+def _water(model: Model, begun: Checkpoint) -> Water | None:
+    """Return the water at a checkpoint: that of the last stage which changed it, the stage under way included."""
+    stages = model.stages[: begun.finished if begun.stage is not None else max(0, begun.finished - 1)]
+    return next((stage.water for stage in reversed(stages) if stage.water is not None), model.water)
 
 
 def _begin(

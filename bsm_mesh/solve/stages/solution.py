@@ -16,9 +16,9 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.movement import moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
+from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Scheme
@@ -40,6 +40,8 @@ class Analysis:
         Says what speaks against a stage at rest.
     falls : Falls
         What is done with blocks that come down.
+    keep : callable
+        Gets a checkpoint after every step.
     """
 
     model: Model
@@ -47,6 +49,7 @@ class Analysis:
     observer: Observer
     check: Checker
     falls: Falls
+    keep: Keep
 
 
 @dataclass(eq=False, slots=True)
@@ -61,6 +64,34 @@ class StageState:
     unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
     origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     fallen: list[int] = field(default_factory=list)
+
+    @classmethod
+    def recalled(cls, begun: Checkpoint, bars: Bars, water: Water | None) -> StageState:
+        """Return the state at a checkpoint."""
+        return cls(
+            present=begun.present,
+            bars=bars,
+            bar_forces=begun.bar_forces.copy(),
+            forces=list(begun.forces),
+            water=water,
+            unreleased_forces=list(begun.unreleased),
+            origin=begun.origin.copy(),
+            fallen=list(begun.fallen),
+        )
+
+    def checkpoint(self, finished: int, scheme: Scheme, stage: StageProgress | None = None) -> Checkpoint:
+        """Return the checkpoint after so many finished stages, `stage` being under way."""
+        return Checkpoint(
+            finished=finished,
+            stage=stage,
+            scheme=scheme.state,
+            present=self.present,
+            bar_forces=self.bar_forces.copy(),
+            origin=self.origin.copy(),
+            forces=tuple(self.forces),
+            unreleased=tuple(self.unreleased_forces),
+            fallen=tuple(self.fallen),
+        )
 
     def release(self, part: float) -> None:
         """Release the excavation forces up to a part of them."""
@@ -100,23 +131,37 @@ class StageSolution:
         Its number, from 0.
     notes : tuple of str
         Notes that belong to it.
+    progress : StageProgress, optional
+        How far it is already, `state` and the scheme being there.
     """
 
-    def __init__(self, run: Analysis, state: StageState, name: str, number: int, notes: tuple[str, ...] = ()) -> None:
-        self._run, self._state, self._name, self._number, self._notes = run, state, name, number, notes
-        self._before = run.scheme.moved.copy()
-        self._steps: list[StepRecord] = []
-        self._fallen: list[Fall] = []
-        self._start_residual: float | None = None
+    def __init__(
+        self,
+        run: Analysis,
+        state: StageState,
+        name: str,
+        number: int,
+        notes: tuple[str, ...] = (),
+        progress: StageProgress | None = None,
+    ) -> None:
+        self._run, self._state, self._name, self._number = run, state, name, number
+        if progress is None:
+            before = run.scheme.moved.copy()
+            progress = StageProgress(part=0, before=before, steps=(), fallen=(), start_residual=None, notes=notes)
+        self._now, self._before, self._notes = progress.part, progress.before, progress.notes
+        self._steps, self._fallen = list(progress.steps), list(progress.fallen)
+        self._start_residual = progress.start_residual
 
     def result(self, parts: tuple[float, ...]) -> StageResult:
         """Return the equilibrium after every released part of the excavation forces, or the first failure."""
         run, state = self._run, self._state
-        for part in parts:
-            state.release(part)
+        while True:
+            state.release(parts[self._now])
             stage = self._part()
-            if stage.status is not Status.STABLE:
+            self._now += 1
+            if stage.status is not Status.STABLE or self._now == len(parts):
                 break
+            self._keep()
         state.forget_released()
         if state.water is not None and state.water.table and not stage.water.any():
             dry = "no block lies below the water table: check its level and unit"
@@ -130,7 +175,7 @@ class StageSolution:
         while True:
             bars = run.scheme.stage_bars(state.bars, self._number)
             part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
-            outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part))
+            outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
             state.bar_forces[part.bar] = outcome.bar_forces
             if self._start_residual is None:
                 self._start_residual = outcome.stage.start_residual
@@ -141,6 +186,23 @@ class StageSolution:
             self._fallen.extend(falls_of(run.model, down, outcome.small, stage, run.scheme.moved))
             state.take_away(down)
             run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
+            self._keep()
+
+    def _keep(self) -> None:
+        """Have the state between two steps kept."""
+
+        def make() -> Checkpoint:
+            progress = StageProgress(
+                part=self._now,
+                before=self._before,
+                steps=tuple(self._steps),
+                fallen=tuple(self._fallen),
+                start_residual=self._start_residual,
+                notes=self._notes,
+            )
+            return self._state.checkpoint(self._number, self._run.scheme, progress)
+
+        self._run.keep(make, False)
 
     def _watch(self, part: SubModel) -> Observer:
         """Return what gets the steps of a part."""

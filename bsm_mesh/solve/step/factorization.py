@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.heap import give_back
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern, upper_triangle, whole_pattern
 from bsm_mesh.solve.algebra.linear_solvers import LinearSolver, make_linear_solver
+from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
 from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.block_system import BlockSystem
@@ -46,6 +48,19 @@ class Factors:
         self.name, self.count, self.ready = "", 0, False
         self._solver: LinearSolver | None = None
         self._pattern: BlockPattern | None = None
+        self._recalled = ""
+
+    @property
+    def double_precision(self) -> str:
+        """Digest of the last pattern if its matrix needed factors of double precision; else empty.
+
+        Such a pattern's factors stay of double precision, and the last digit of what follows depends on it.
+        """
+        return _digest(self._pattern) if self._pattern is not None and _needs_double(self._solver) else ""
+
+    def recall(self, double_precision: str) -> None:
+        """Take double precision at once for the first pattern, if it is that of a digest."""
+        self._recalled = double_precision
 
     def pattern_of(self, contacts: ContactSet) -> BlockPattern:
         """Return the pattern of candidates and bolts, `place` being the candidates', and prepare its factorization."""
@@ -70,7 +85,10 @@ class Factors:
         """Make the linear solver of the last pattern."""
         assert self._pattern is not None
         options, centroid = self.options, self.blocks.moments.centroid
-        solver = make_linear_solver(options.linear_solver, self._pattern, centroid, options.threads, corrections=True)
+        name, threads, pattern = options.linear_solver, options.threads, self._pattern
+        single = not (self._recalled and self._recalled == _digest(pattern))
+        self._recalled = ""
+        solver = make_linear_solver(name, pattern, centroid, threads, corrections=True, single=single)
         self._solver, self.name, self.ready = solver, solver.name, False
         return solver
 
@@ -117,3 +135,11 @@ class Factors:
         if self._solver is not None:
             self._solver.close()
             self._solver, self.ready = None, False
+
+
+def _needs_double(solver: LinearSolver | None) -> bool:
+    return isinstance(solver, MixedPrecisionPardiso) and not solver.single
+
+
+def _digest(pattern: BlockPattern) -> str:
+    return hashlib.sha256(pattern.row_start.tobytes() + pattern.column.tobytes()).hexdigest()

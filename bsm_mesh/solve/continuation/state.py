@@ -1,0 +1,118 @@
+"""What an accepted step hands to the next: with it a run goes on as if it had not been interrupted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.solve.bolts.memory import BoltMemory
+from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.continuation.pace import Pace
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class CollapseMemory:
+    """What the collapse criterion remembers of the blocks, an entry a block.
+
+    Attributes
+    ----------
+    last_supported : (n, 3) float64 [m, m, rad]
+        Position when it last had a contact or a support.
+    detached, thrown : (n,) bool
+        Without either after the last step; and not before.
+    rest : (n, 3) float64 [m, m, rad]
+        Position at the last equilibrium.
+    sizes_moved : (n,) int64
+        Whole sizes that it has moved by.
+    speed : (n,) float64 [sqrt(m)]
+        Its speed when that last grew.
+    """
+
+    last_supported: FloatArray
+    detached: BoolArray
+    thrown: BoolArray
+    rest: FloatArray
+    sizes_moved: IntArray
+    speed: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class LoopState:
+    """The state of a continuation between two steps; all else follows from what it began with.
+
+    Attributes
+    ----------
+    number : int
+        Steps so far.
+    position : (n, 3) float64 [m, m, rad]
+        The accepted position.
+    history : History
+        Of the contacts there.
+    velocity : (n, 3) float64 or None
+        As in `Iterate`.
+    quiet : int
+        Steps in equilibrium, running.
+    bolts : BoltMemory
+        Of the bolts there.
+    pace : Pace
+        When an equilibrium is looked for.
+    collapse : CollapseMemory
+        Of the collapse criterion.
+    residual_scale, start_residual : float
+        As found by the first step.
+    double_precision : str
+        Digest of the last step's pattern if its matrix needed factors of double precision; else empty.
+    slid : (k,) int64
+        Keys of contacts that slid in the last cycle of Wang's iteration.
+    steps : tuple of StepRecord
+        Records of the steps so far.
+    """
+
+    number: int
+    position: FloatArray
+    history: History
+    velocity: FloatArray | None
+    quiet: int
+    bolts: BoltMemory
+    pace: Pace
+    collapse: CollapseMemory
+    residual_scale: float
+    start_residual: float
+    double_precision: str
+    slid: IntArray
+    steps: tuple[StepRecord, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ContinuationState:
+    """What the scheme carries over stages, in the numbers of the whole, and over the steps of the one that it solves.
+
+    Attributes
+    ----------
+    moved : (n, 3) float64 [m, m, rad]
+        Displacement of every block where the loop began.
+    history : History
+        Contact history there; none while a loop goes on, which has its own.
+    bolts : BoltMemory
+        Of the bolts there.
+    origin : (n, 3) float64 [m, m, rad]
+        Where the movement of the stage counts from.
+    velocity : (n, 3) float64 or None
+        Of blocks that go on after a fall.
+    intact : bool
+        Whether nothing was solved yet.
+    linear_solver : str
+        Name of the solver used.
+    loop : LoopState or None
+        Of the loop under way.
+    """
+
+    moved: FloatArray
+    history: History
+    bolts: BoltMemory
+    origin: FloatArray
+    velocity: FloatArray | None
+    intact: bool
+    linear_solver: str
+    loop: LoopState | None

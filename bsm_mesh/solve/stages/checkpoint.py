@@ -1,0 +1,100 @@
+"""A checkpoint of a run: with it, and the results of finished stages, a run goes on as if it had never ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.loads import PointForces
+from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.records import StageResult, StepRecord
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StageProgress:
+    """How far a stage is that is not at its end.
+
+    Attributes
+    ----------
+    part : int
+        Which of the released parts of its excavation forces is being solved, from 0.
+    before : (n, 3) float64 [m, m, rad]
+        Displacement of every block at its start.
+    steps : tuple of StepRecord
+        Its steps so far.
+    fallen : tuple of Fall
+        Blocks that came down in it and were taken away.
+    start_residual : float or None
+        Before its first step; None in its first part.
+    notes : tuple of str
+        Notes that belong to it.
+    """
+
+    part: int
+    before: FloatArray
+    steps: tuple[StepRecord, ...]
+    fallen: tuple[Fall, ...]
+    start_residual: float | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Checkpoint:
+    """The state of a run between two steps or two stages, in the numbers of the whole.
+
+    Attributes
+    ----------
+    finished : int
+        Stages that are at their end; their results are no part of it.
+    stage : StageProgress or None
+        The stage under way; None between two.
+    scheme : object
+        What the scheme carries: its `state`.
+    present : (n,) bool
+        Which blocks are there.
+    bar_forces : (n_bars,) float64 [N/m]
+        Forces in the supports.
+    origin : (n, 3) float64 [m, m, rad]
+        Where displacements count from.
+    forces : tuple of PointForces
+        Loads so far.
+    unreleased : tuple of (PointForces, float)
+        Excavation forces, and the part of each that is released.
+    fallen : tuple of int
+        Blocks that came down and were taken away.
+    """
+
+    finished: int
+    stage: StageProgress | None
+    scheme: object
+    present: BoolArray
+    bar_forces: FloatArray
+    origin: FloatArray
+    forces: tuple[PointForces, ...]
+    unreleased: tuple[tuple[PointForces, float], ...]
+    fallen: tuple[int, ...]
+
+
+Keep: TypeAlias = Callable[[Callable[[], Checkpoint], bool], None]
+"""Gets what makes the checkpoint, and whether a stage has ended; it is to be called at once, if at all."""
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Resumption:
+    """Where a run goes on, and what keeps its checkpoints.
+
+    Attributes
+    ----------
+    begun : Checkpoint or None
+        Where it goes on; None: it begins at the start.
+    stages : tuple of StageResult
+        Results of the stages that were finished there.
+    keep : callable
+        Gets a checkpoint after every step and stage.
+    """
+
+    begun: Checkpoint | None = None
+    stages: tuple[StageResult, ...] = ()
+    keep: Keep = lambda make, ended: None
