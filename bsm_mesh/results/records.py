@@ -14,6 +14,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 
 if TYPE_CHECKING:
@@ -208,6 +209,10 @@ class StageResult(Portable):
         What a reader should know, a sentence each.
     falls : tuple of Fall
         Blocks that came down in the stage and were taken away.
+    evidence : Evidence or None
+        What checking the verdict takes besides; every run gives it.
+    proof : Proof or None
+        What limit analysis says of the start, where it was asked: of a stage that is unstable.
     """
 
     name: str
@@ -233,6 +238,8 @@ class StageResult(Portable):
     steps: tuple[StepRecord, ...]
     notes: tuple[str, ...] = ()
     falls: tuple[Fall, ...] = ()
+    evidence: Evidence | None = None
+    proof: Proof | None = None
 
     def __post_init__(self) -> None:
         show_only(self)

@@ -25,6 +25,7 @@ from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import turned
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
+from bsm_mesh.solve.continuation.evidence import evidence_of
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
@@ -140,7 +141,8 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
     placed = engine.system.outlines.placed(motion.position)
     supports = support_forces(bars, placed[bars.block, :2] + arm, size)
-    contacts = _contact_forces(motion, placed, engine.system.water)
+    kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
+    contacts = _contact_forces(motion, kept, placed, engine.system.water)
     block, point, force = engine.system.point_forces_at(motion.position)
     corners = corner_positions(engine.system.outlines, placed)
     stress, effective = total_and_effective_stress(
@@ -176,14 +178,14 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         residual=motion.residual,
         reference_weight=motion.reference,
         steps=motion.steps,
+        evidence=evidence_of(engine.system, motion, kept),
     )
     return Outcome(stage, size, motion.down, motion.small)
 
 
-def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:
-    """Return the forces of the contacts within tolerance at the end, of placed blocks (n, 3)."""
+def _contact_forces(motion: Motion, kept: IntArray, placed: FloatArray, water: WaterLoad) -> ContactForces:
+    """Return the forces of the contacts `kept` (k,) at the end, of placed blocks (n, 3)."""
     table, at = motion.contacts, motion.at
-    kept = np.flatnonzero(at.closed | table.within_tolerance)
     c = table.candidates
     tangent, arm_a = (vectors[kept] for vectors in table.frames(at.position)[:2])
     status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)

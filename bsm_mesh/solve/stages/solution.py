@@ -16,6 +16,7 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.evidence import Evidence
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
@@ -217,4 +218,16 @@ def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
         contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
+        evidence=None if stage.evidence is None else _evidence_in_whole(stage.evidence, part),
+    )
+
+
+def _evidence_in_whole(evidence: Evidence, part: SubModel) -> Evidence:
+    """Return a part's evidence in the numbers of the whole."""
+    return replace(
+        evidence,
+        bar_block=part.block[evidence.bar_block],
+        bolt_pair=part.block[evidence.bolt_pair],
+        weight=part.in_whole(evidence.weight),
+        velocity=None if evidence.velocity is None else part.in_whole(evidence.velocity),
     )
