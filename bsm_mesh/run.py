@@ -12,6 +12,7 @@ from bsm_mesh.errors import MeshWarning, ModelError, one_line
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
+    from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import Results, StageResult, StepRecord
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.scheme import Reporter, Scheme
@@ -124,7 +125,13 @@ def run(
     def check(stage: StageResult) -> tuple[str, ...]:
         return results((stage,)).check().faults
 
+    def prove(part: Model) -> Proof:
+        from bsm_mesh.solve.limit.proof import prove as proof_of  # of what comes down only
+
+        report("limit analysis")
+        return proof_of(part)
+
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))
 
-    return results(solve_stages(model, scheme, report, watch, check, end, options.falls, notes))
+    return results(solve_stages(model, scheme, report, watch, check, prove, end, options.falls, notes))

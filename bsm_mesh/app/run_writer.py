@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from bsm_mesh.app.certificate import write_arrays, write_certificate
 from bsm_mesh.app.history import HISTORY, write_history
 from bsm_mesh.app.own_files import HEADER, MARKER, SUMMARY, clear, own_files, run_number, tidy
 from bsm_mesh.app.results_folder import ResultsFolder, told_fault
@@ -183,6 +184,7 @@ class RunWriter:
 
         for number in range(len(self._stages), len(results.stages)):
             self._note(write_stage(results, number, self._place))
+            self._note(write_arrays(results, number, self._place))
 
     def _write_lists(self, results: Results) -> list[str]:
         """Write what tells of all stages: tables that grow, and the PVD files, whose names are returned."""
@@ -190,7 +192,7 @@ class RunWriter:
         from bsm_mesh.converters.result_files import write_lists
 
         write_history(results, self._place)
-        self._note([HISTORY])
+        self._note([HISTORY, *write_certificate(results, self._place)])
         if results.stages[0].bolts.count:
             write_bolt_table(results, self._place / BOLT_TABLE)
             self._note([BOLT_TABLE])

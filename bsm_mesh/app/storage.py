@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import time
 import warnings
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.certificate import CERTIFICATE, arrays_file, read_evidence
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
 from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
@@ -304,7 +306,16 @@ def _load_stage(
         steps=tuple(step for step in steps if step.stage == number),
         notes=tuple(told["notes"]),
         falls=tuple(Fall(**{**fall, "place": tuple(fall["place"])}) for fall in told.get("falls", ())),
+        **_evidence(saved, number),
     )
+
+
+def _evidence(saved: SavedResults, number: int) -> dict[str, Any]:
+    """Return evidence and proof of a stage; nothing where results without any were saved."""
+    if CERTIFICATE not in saved:
+        return {}
+    told = json.loads(saved.content(CERTIFICATE))["stages"][number]
+    return dict(zip(("evidence", "proof"), read_evidence(told, saved.content(arrays_file(number))), strict=True))
 
 
 def _tensors(six: FloatArray) -> FloatArray:

@@ -90,6 +90,24 @@ class Witness(Portable):
         Slope and intercept of the lines that bound the shear by the pressure; infinite intercept: no bound.
     bar_block, bar_point, bar_direction, bar_turns : as in `Evidence`
         The supports.
+    node_block : (k,) int32
+        Block of every node of the bolts.
+    node_point : (k, 2) float64 [m]
+        Where the nodes are.
+    node_capacity : (k,) float64 [N/m]
+        Greatest force on the rock, over the spacing; infinite: no bound.
+    node_slip : (k,) float64
+        Velocity of the bolt against the rock in the mechanism, towards the tip positive.
+    element_node : (e,) int32
+        First node of every element; the second is the next one.
+    element_yield : (e,) float64 [N/m]
+        Greatest tension, over the spacing; infinite: no bound.
+    dowel_block : (d, 2) int32
+        Blocks on both sides of every crossing that resists shear.
+    dowel_point, dowel_across : (d, 2) float64 [m, -]
+        Where, and the unit vector across the bolt.
+    dowel_strength : (d,) float64 [N/m]
+        Greatest shear, over the spacing; infinite: no bound.
     """
 
     velocity: FloatArray
@@ -107,6 +125,16 @@ class Witness(Portable):
     bar_point: FloatArray
     bar_direction: FloatArray
     bar_turns: BoolArray
+    node_block: IntArray
+    node_point: FloatArray
+    node_capacity: FloatArray
+    node_slip: FloatArray
+    element_node: IntArray
+    element_yield: FloatArray
+    dowel_block: IntArray
+    dowel_point: FloatArray
+    dowel_across: FloatArray
+    dowel_strength: FloatArray
 
     def __post_init__(self) -> None:
         show_only(self)

@@ -16,7 +16,7 @@ from bsm_mesh.model.supports import bars_of
 from bsm_mesh.results.records import ContactForces, StageResult
 from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.stages.new_faces import forces_on_new_faces, pressure_on_new_faces
-from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Reporter, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Prover, Reporter, Scheme
 from bsm_mesh.solve.stages.solution import Analysis, StageSolution, StageState
 
 
@@ -26,14 +26,15 @@ def solve_stages(
     report: Reporter,
     observer: Observer,
     check: Checker,
+    prove: Prover,
     finished: Finished,
     falls: Falls,
     notes: tuple[str, ...] = (),
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
-    A stage that a scheme calls stable is so only where `check` finds nothing against it. `finished` gets the stages so
-    far at the end of each. `falls` says what is done with blocks that come down. `notes` belong to the first.
+    A stage that a scheme calls stable is so only where `check` finds nothing against it. `prove` is asked about the
+    start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with blocks that come down. `notes` belong to the first.
 
     Raises
     ------
@@ -56,7 +57,7 @@ def solve_stages(
         report("in-situ stress")
         notes = (*notes, *scheme.set_in_situ())
         state.bar_forces = in_situ_bars(model, bars)
-    run = Analysis(model=model, scheme=scheme, observer=observer, check=check, falls=falls)
+    run = Analysis(model=model, scheme=scheme, observer=observer, check=check, prove=prove, falls=falls)
     results = [StageSolution(run, state, "initial", 0, notes).result((1.0,))]
     finished(tuple(results))
     if model.in_situ is not None:

@@ -16,14 +16,15 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.evidence import Evidence
+from bsm_mesh.results.evidence import Evidence, Proof, Witness
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
-from bsm_mesh.solve.stages.scheme import Checker, Observer, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Scheme
 
 FAR = 0.1  # of a block's size, the root of its area
+STILL = 1e-3  # the same: blocks that have moved by less are where they were given, to the tolerance of contacts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +41,8 @@ class Analysis:
         Gets every step.
     check : callable
         Says what speaks against a stage at rest.
+    prove : callable
+        Says whether forces within strength balance the loads of a model.
     falls : Falls
         What is done with blocks that come down.
     """
@@ -48,6 +51,7 @@ class Analysis:
     scheme: Scheme
     observer: Observer
     check: Checker
+    prove: Prover
     falls: Falls
 
 
@@ -110,6 +114,7 @@ class StageSolution:
         self._steps: list[StepRecord] = []
         self._fallen: list[Fall] = []
         self._start_residual: float | None = None
+        self._began_at = self._before  # where blocks were when the last part began
 
     def result(self, parts: tuple[float, ...]) -> StageResult:
         """Return the equilibrium after every released part of the excavation forces, or the first failure."""
@@ -124,6 +129,8 @@ class StageSolution:
             dry = "no block lies below the water table: check its level and unit"
             stage = replace(stage, notes=(*stage.notes, dry))
         stage = replace(stage, notes=(*stage.notes, *_note_on_movement(run.model.blocks, stage)))
+        if stage.status is Status.UNSTABLE:
+            stage = replace(stage, proof=self._proof())
         return after_falls(stage, tuple(self._fallen))
 
     def _part(self) -> StageResult:
@@ -131,6 +138,7 @@ class StageSolution:
         run, state = self._run, self._state
         while True:
             bars = run.scheme.stage_bars(state.bars, self._number)
+            self._began_at = run.scheme.moved.copy()
             part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
             outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part))
             state.bar_forces[part.bar] = outcome.bar_forces
@@ -143,6 +151,21 @@ class StageSolution:
             self._fallen.extend(falls_of(run.model, down, outcome.small, stage, run.scheme.moved))
             state.take_away(down)
             run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
+
+    def _proof(self) -> Proof:
+        """Return what limit analysis says of the blocks that are there, where they were given."""
+        run, state = self._run, self._state
+        bolts = run.model.bolts
+        if bolts and self._number:
+            return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
+        moved = float(np.hypot(*self._began_at[state.present, :2].T).max(initial=0.0))
+        if moved > STILL * float(np.sqrt(np.median(run.model.blocks.moments.area))):
+            return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
+        bars = run.scheme.stage_bars(state.bars, self._number)
+        part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
+        proof = run.prove(part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None)))
+        witness = None if proof.witness is None else _witness_in_whole(proof.witness, part)
+        return replace(proof, witness=witness)
 
     def _watch(self, part: SubModel) -> Observer:
         """Return what gets the steps of a part."""
@@ -219,6 +242,17 @@ def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
         evidence=None if stage.evidence is None else _evidence_in_whole(stage.evidence, part),
+    )
+
+
+def _witness_in_whole(witness: Witness, part: SubModel) -> Witness:
+    """Return a part's witness in the numbers of the whole."""
+    numbered = ("block_a", "block_b", "bar_block", "node_block", "dowel_block")
+    return replace(
+        witness,
+        velocity=part.in_whole(witness.velocity),
+        loads=part.in_whole(witness.loads),
+        **{name: part.block[getattr(witness, name)] for name in numbered},
     )
 
 
