@@ -77,9 +77,7 @@ def _left_out(model: Model, program: LimitProgram) -> str:
     return f"{counted(alone.size, 'corner')} touch an edge without a common face (blocks {a} and {b})"
 
 
-def _witness(
-    model: Model, program: LimitProgram, loads: FloatArray, velocity: FloatArray, slip: FloatArray
-) -> Witness:
+def _witness(model: Model, program: LimitProgram, loads: FloatArray, velocity: FloatArray, slip: FloatArray) -> Witness:
     """Return the mechanism with all that a check of it takes."""
     contacts, bolts, dowels = program.contacts, program.bolts, program.dowels
     strength = contact_strength(model, contacts)
