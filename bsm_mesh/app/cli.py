@@ -211,19 +211,17 @@ def plot(out: Path, animate: bool, step: int | None) -> None:
 
 @cli.command()
 @click.argument("out", type=PATH)
-@click.option(
-    "--proof/--no-proof", default=None, help="Ask limit analysis about a collapse; by default of up to 1000 blocks."
-)
 @json_option
-def verify(out: Path, proof: bool | None, as_json: bool) -> None:
+def verify(out: Path, as_json: bool) -> None:
     """Check from the files in OUT alone on what every verdict rests.
 
-    At rest: forces that balance, within strength, without overlap. Unstable: proof by limit analysis that blocks must
-    move, or which were followed how far. Exit code 3 where a verdict does not hold.
+    At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
+    a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
+    not hold.
     """
     from bsm_mesh.app.verify import verify as verify_results
 
-    sys.exit(verify_results(out, proof=proof, as_json=as_json))
+    sys.exit(verify_results(out, as_json=as_json))
 
 
 @cli.command()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.solve.bolts.tangent import bolt_tangent

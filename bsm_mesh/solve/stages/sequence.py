@@ -34,7 +34,8 @@ def solve_stages(
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `prove` is asked about the
-    start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with blocks that come down. `notes` belong to the first.
+    start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with
+    blocks that come down. `notes` belong to the first.
 
     Raises
     ------
