@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import Results, StageResult, StepRecord
+    from bsm_mesh.solve.continuation.plan import Route
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.scheme import Reporter, Scheme
 
@@ -66,7 +67,6 @@ def run(
         a joint, stiffness that numbers cannot hold; parts free to move in the linear scheme.
     """
     from bsm_mesh.model.model import Model
-    from bsm_mesh.results.records import Results
     from bsm_mesh.solve.options import Options
 
     if not isinstance(options, Options | None):
@@ -83,7 +83,57 @@ def run(
         raise ModelError(f"run: {type(model).__name__} is neither a bsm.Model nor the path of a model file")
     if output is not None:
         raise ModelError("run: output goes with a model file; write the results of a model by results.save(folder)")
-    options = options or model.options or Options()
+    return run_model(model, options or model.options or Options(), observer, report, snapshot, finished)
+
+
+def spread(model: Model, results: Results, report: Reporter = lambda text: None) -> Results:
+    """Return results with where other routes lead: other methods first, loads in parts.
+
+    Raises
+    ------
+    ModelError
+        If the results are not of the continuation: other schemes have one route.
+    """
+    from dataclasses import replace
+
+    from bsm_mesh.results.spread import route_end
+    from bsm_mesh.solve.continuation.plan import OTHERS, USUAL
+
+    options = results.options
+    if options is None or options.scheme != "continuation":
+        raise ModelError("spread: only scheme = 'continuation' knows several routes")
+    ends = [route_end(USUAL.name, results, results)]
+    for route in OTHERS:
+        report(f"spread: {route.name}")
+        ends.append(route_end(route.name, run_model(_in_parts(model, route.parts), options, route=route), results))
+    return replace(results, spread=tuple(ends))
+
+
+def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
+    """Return a model whose stages release the excavation forces in more parts."""
+    from dataclasses import replace
+
+    def finer(relaxation: tuple[float, ...]) -> tuple[float, ...]:
+        before, found = 0.0, []
+        for part in relaxation:
+            found += [before + share * (part - before) for share in parts]
+            before = part
+        return tuple(found)
+
+    return model.replace(stages=[replace(stage, relaxation=finer(stage.relaxation)) for stage in model.stages])
+
+
+def run_model(
+    model: Model,
+    options: Options,
+    observer: Observer | None = None,
+    report: Reporter = lambda text: None,
+    snapshot: Snapshot = lambda record, results: None,
+    finished: Finished = lambda results: None,
+    route: Route | None = None,
+) -> Results:
+    """Return the results of a model; arguments as `run` takes them, and the route of the continuation."""
+    from bsm_mesh.results.records import Results
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages.sequence import solve_stages
 
@@ -96,9 +146,10 @@ def run(
 
         scheme = LinearScheme(model, options, report, ready.contacts)
     else:
+        from bsm_mesh.solve.continuation.plan import USUAL
         from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 
-        scheme = ContinuationScheme(model, options, report)
+        scheme = ContinuationScheme(model, options, report, route or USUAL)
     del ready  # of a million blocks 1 GB
     model_digest = model.digest
 

@@ -141,16 +141,24 @@ def check(
 @json_option
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
+@click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
 @no_scripts_option
 def run(
-    model: Path, output: Path | None, pictures: bool, as_json: bool, quiet: bool, verbose: bool, no_scripts: bool
+    model: Path,
+    output: Path | None,
+    pictures: bool,
+    as_json: bool,
+    quiet: bool,
+    verbose: bool,
+    spread: bool,
+    no_scripts: bool,
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON."""
     from bsm_mesh.app.commands import run_model
     from bsm_mesh.app.progress import Progress
 
     progress, scripts = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose), not no_scripts
-    sys.exit(run_model(model, output, progress, pictures=pictures, as_json=as_json, scripts=scripts))
+    sys.exit(run_model(model, output, progress, pictures=pictures, as_json=as_json, scripts=scripts, spread=spread))
 
 
 @cli.command()

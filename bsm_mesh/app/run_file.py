@@ -19,6 +19,7 @@ from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import write_text
 from bsm_mesh.results.records import Results, StepRecord
 from bsm_mesh.run import Finished, Observer, Output, Snapshot, run
+from bsm_mesh.run import spread as with_spread
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ def run_file(
     output: Output = None,
     scripts: bool = True,
     noted: Callable[[str], None] = lambda text: None,
+    spread: bool = False,
 ) -> FileRun:
     """Solve a model file and write its results.
 
@@ -72,6 +74,8 @@ def run_file(
         Whether the file may run a geometry script and name any path.
     noted : callable, optional
         Told each note on the mesh before anything is solved.
+    spread : bool
+        Whether the model is solved by other routes too, and how far they lead apart is told.
 
     Raises
     ------
@@ -102,6 +106,8 @@ def run_file(
 
         with placed(path.name):
             results = run(loaded.model, options, observer, report, watch, end)
+            if spread:
+                results = with_spread(loaded.model, results, report)
         if writer is not None:
             report(f"writing {folder}")
             writer.finish(results)

@@ -26,6 +26,7 @@ from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
+from bsm_mesh.results.spread import RouteEnd
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
@@ -264,7 +265,12 @@ def _load(saved: SavedResults) -> Results:
         model_digest=told["model_hash"],
         title=told["title"],
         finished=saved.finished,
+        spread=tuple(_route_end(end) for end in told.get("spread", ())),
     )
+
+
+def _route_end(told: dict[str, Any]) -> RouteEnd:
+    return RouteEnd(**{**told, "status": Status(told["status"]), "unstable_blocks": tuple(told["unstable_blocks"])})
 
 
 def _load_stage(

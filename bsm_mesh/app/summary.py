@@ -39,6 +39,7 @@ def summary(results: Results) -> dict[str, Any]:
         "blocks": results.blocks.count,
         "joint_names": list(results.joint_names),
         "stages": [_stage_summary(stage) for stage in results.stages],
+        **({"spread": [asdict(end) for end in results.spread]} if results.spread else {}),
     }
 
 

@@ -20,6 +20,7 @@ from bsm_mesh.results.falls import Fall
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
+    from bsm_mesh.results.spread import RouteEnd
     from bsm_mesh.solve.options import Options
 
 
@@ -310,6 +311,8 @@ class Results:
         What was run; None for results that were read back.
     options : Options or None
         How it was solved; None for results that were read back.
+    spread : tuple of RouteEnd
+        Where other routes led, the usual one first; none where it was not asked.
     """
 
     blocks: Blocks
@@ -323,6 +326,7 @@ class Results:
     finished: bool = True
     model: Model | None = None
     options: Options | None = None
+    spread: tuple[RouteEnd, ...] = ()
 
     @property
     def status(self) -> Status:

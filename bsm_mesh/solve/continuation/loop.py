@@ -26,7 +26,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
-from bsm_mesh.solve.continuation.plan import PLANS, Phase
+from bsm_mesh.solve.continuation.plan import USUAL, Phase, Route
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
@@ -105,6 +105,8 @@ class Continuation:
         Gets every accepted step's record, and a function that returns the state then.
     start : Start, optional
         Initial state; by default the given geometry, with contacts without forces.
+    route : Route
+        Its plans.
     """
 
     def __init__(
@@ -113,8 +115,9 @@ class Continuation:
         options: Options,
         observer: Callable[[StepRecord, Callable[[], Motion]], None],
         start: Start | None = None,
+        route: Route = USUAL,
     ) -> None:
-        self.options, self.observer = options, observer
+        self.options, self.observer, self.route = options, observer, route
         self.system = BlockSystem(model) if start is None else BlockSystem(model, start.bolts, start.position)
         self.factors = Factors(self.system, options)
         self.begin = start or Start(
@@ -184,7 +187,7 @@ class Continuation:
         tried: tuple[str, ...] = ()
         phase = self._phase(equations, iterate, number)
         goal = Goal(max_residual=self._step_tolerance(iterate.residual), rest=self.tolerance)
-        for method in PLANS[phase]:
+        for method in self.route.plan(phase):
             if not method.applies(equations, iterate, goal):
                 continue
             tried = (*tried, method.name)
