@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from bsm_mesh.errors import MeshWarning, ModelError, one_line
 
 if TYPE_CHECKING:
+    from bsm_mesh.arrays import IntArray
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import Results, StageResult, StepRecord
@@ -176,11 +177,11 @@ def run_model(
     def check(stage: StageResult) -> tuple[str, ...]:
         return results((stage,)).check().faults
 
-    def prove(part: Model) -> Proof:
+    def prove(part: Model, down: IntArray) -> Proof:
         from bsm_mesh.solve.limit.proof import prove as proof_of  # of what comes down only
 
         report("limit analysis")
-        return proof_of(part)
+        return proof_of(part, down)
 
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))

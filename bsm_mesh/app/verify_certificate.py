@@ -241,7 +241,10 @@ def pairs_of_edges(corner: Any, a: Arrays) -> tuple[Any, Any]:
 
 
 def falling(a: Arrays, *, linear: bool) -> tuple[str, list[str]]:
-    """Return whether blocks would fall from the equilibrium: its stiffness, contacts sticking, is not positive."""
+    """Return whether blocks would fall from the equilibrium: its stiffness is not positive.
+
+    Slipping contacts slip: they keep their shear, and turn it with them, but bear no more.
+    """
     here = np.flatnonzero(a["present"])
     if len(here) > MAX_DENSE:
         return "falling directions are not looked for here in so large a model", []
@@ -278,7 +281,7 @@ def free_axes(a: Arrays, here: Any) -> Any:
 
 
 def stiffness(a: Arrays, here: Any, *, linear: bool) -> Any:
-    """Return the stiffness (3n, 3n) of the blocks (n,): closed contacts, which stick, and bolts."""
+    """Return the stiffness (3n, 3n) of the blocks (n,): closed contacts, and bolts."""
     number = np.zeros(len(a["present"]), dtype=int)
     number[here] = np.arange(len(here))
     K = np.zeros((3 * len(here), 3 * len(here)))
@@ -290,7 +293,9 @@ def stiffness(a: Arrays, here: Any, *, linear: bool) -> Any:
     place = np.column_stack([3 * number[block] + axis for block in blocks for axis in range(3)])
     for along, turned, name in (n, t, "normal"), (t, -n, "shear"):
         moves = np.column_stack([along, cross(arms[0], along), -along, -cross(arms[1], along)])
-        parts = a[f"{name}_stiffness"][acts][:, None, None] * moves[:, :, None] * moves[:, None, :]
+        slips = (a["contact_status"][acts] == 1) & (name == "shear")
+        springs = np.where(slips, 0.0, a[f"{name}_stiffness"][acts])
+        parts = springs[:, None, None] * moves[:, :, None] * moves[:, None, :]
         if not linear:
             parts += a[f"contact_{name}_force"][acts][:, None, None] * turning(along, turned, *arms)
         np.add.at(K, (place[:, :, None], place[:, None, :]), parts)
@@ -400,7 +405,8 @@ def dissipation(opens: Any, slips: Any, p: Arrays) -> tuple[float, float]:
 def witness_faults(stage: dict[str, Any], a: Arrays, p: Arrays) -> list[str]:
     """Return where loads and strength of the mechanism are not those of the certificate."""
     faults = []
-    forces = (a["weight"] + a["applied"][:, :2] - p["loads"][:, :2]) * ~(a["water"].any())
+    moves = p["velocity"].any(axis=1) & (not a["water"].any())  # water presses where the blocks have come to
+    forces = (a["weight"] + a["applied"][:, :2] - p["loads"][:, :2])[moves]
     if np.abs(forces).max(initial=0.0) > AGREES * np.abs(p["loads"]).max(initial=0.0):
         faults.append("the mechanism is loaded otherwise than the blocks")
     used = [stage["proof"]["laws"][number] for number in np.unique(p["law"])]

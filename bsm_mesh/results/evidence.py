@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 
 KINDS = {Elastic: "elastic", Patton: "patton", MohrCoulomb: "mohr_coulomb", Weaker: "weaker"}
@@ -66,6 +67,16 @@ class Evidence(Portable):
 
     def __post_init__(self) -> None:
         show_only(self)
+
+    def in_whole(self, part: SubModel) -> Evidence:
+        """Return a part's evidence in the numbers of the whole."""
+        return replace(
+            self,
+            bar_block=part.block[self.bar_block],
+            bolt_pair=part.block[self.bolt_pair],
+            weight=part.in_whole(self.weight),
+            velocity=None if self.velocity is None else part.in_whole(self.velocity),
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -138,6 +149,16 @@ class Witness(Portable):
 
     def __post_init__(self) -> None:
         show_only(self)
+
+    def in_whole(self, part: SubModel) -> Witness:
+        """Return a part's witness in the numbers of the whole; the other blocks do not move in it."""
+        numbered = ("block_a", "block_b", "bar_block", "node_block", "dowel_block")
+        return replace(
+            self,
+            velocity=part.in_whole(self.velocity),
+            loads=part.in_whole(self.loads),
+            **{name: part.block[getattr(self, name)] for name in numbered},
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

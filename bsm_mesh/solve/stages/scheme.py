@@ -17,7 +17,7 @@ from bsm_mesh.results.records import StageResult, StepRecord
 
 Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
-Prover = Callable[[Model], Proof]  # whether forces within strength balance the loads where blocks were given
+Prover = Callable[[Model, IntArray], Proof]  # whether it can be at rest as given; blocks that come down
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
 Finished = Callable[[tuple[StageResult, ...]], None]
 

@@ -16,7 +16,7 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.evidence import Evidence, Proof, Witness
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
@@ -42,7 +42,7 @@ class Analysis:
     check : callable
         Says what speaks against a stage at rest.
     prove : callable
-        Says whether forces within strength balance the loads of a model.
+        Says whether forces within strength balance the loads of a model, of which some blocks come down.
     falls : Falls
         What is done with blocks that come down.
     """
@@ -130,7 +130,7 @@ class StageSolution:
             stage = replace(stage, notes=(*stage.notes, dry))
         stage = replace(stage, notes=(*stage.notes, *_note_on_movement(run.model.blocks, stage)))
         if stage.status is Status.UNSTABLE:
-            stage = replace(stage, proof=self._proof())
+            stage = replace(stage, proof=self._proof(stage.unstable_blocks))
         return after_falls(stage, tuple(self._fallen))
 
     def _part(self) -> StageResult:
@@ -152,8 +152,8 @@ class StageSolution:
             state.take_away(down)
             run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
 
-    def _proof(self) -> Proof:
-        """Return what limit analysis says of the blocks that are there, where they were given."""
+    def _proof(self, down: IntArray) -> Proof:
+        """Return what limit analysis says of the blocks that are there, of which some (k,) come down."""
         run, state = self._run, self._state
         bolts = run.model.bolts
         if bolts and self._number:
@@ -163,9 +163,9 @@ class StageSolution:
             return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
         bars = run.scheme.stage_bars(state.bars, self._number)
         part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
-        proof = run.prove(part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None)))
-        witness = None if proof.witness is None else _witness_in_whole(proof.witness, part)
-        return replace(proof, witness=witness)
+        there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
+        proof = run.prove(there, np.searchsorted(part.block, down).astype(np.int32))
+        return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
     def _watch(self, part: SubModel) -> Observer:
         """Return what gets the steps of a part."""
@@ -241,27 +241,5 @@ def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
         contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
-        evidence=None if stage.evidence is None else _evidence_in_whole(stage.evidence, part),
-    )
-
-
-def _witness_in_whole(witness: Witness, part: SubModel) -> Witness:
-    """Return a part's witness in the numbers of the whole."""
-    numbered = ("block_a", "block_b", "bar_block", "node_block", "dowel_block")
-    return replace(
-        witness,
-        velocity=part.in_whole(witness.velocity),
-        loads=part.in_whole(witness.loads),
-        **{name: part.block[getattr(witness, name)] for name in numbered},
-    )
-
-
-def _evidence_in_whole(evidence: Evidence, part: SubModel) -> Evidence:
-    """Return a part's evidence in the numbers of the whole."""
-    return replace(
-        evidence,
-        bar_block=part.block[evidence.bar_block],
-        bolt_pair=part.block[evidence.bolt_pair],
-        weight=part.in_whole(evidence.weight),
-        velocity=None if evidence.velocity is None else part.in_whole(evidence.velocity),
+        evidence=None if stage.evidence is None else stage.evidence.in_whole(part),
     )
