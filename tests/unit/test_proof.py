@@ -49,7 +49,7 @@ def test_neighbours_may_move_too(monkeypatch, layers, proved):
     wedge = np.array([(-x, -y), (x, y), (-x, y)])
     plane = turned(rectangle(-9, -2, 3, 0), 30.0)
     others = [p + np.array([20.0, 0.0]) for p in grid(3, 3)]
-    polygons = [plane, wedge, rectangle(-x, y, x, y + 0.5), *others]
+    polygons = [plane, wedge, rectangle(-x, y, x - 0.2, y + 0.5), *others]
     monkeypatch.setattr(proof, "LAYERS", layers)
     monkeypatch.setattr(proof, "MAX_BLOCKS", 5)
     found = prove(model_of(polygons, friction=25.0, fixed=(0, *range(3, 12))), block(2))
