@@ -1,6 +1,7 @@
 """Run every example and check its certificates apart: ``python -m benchmarks.certificates``.
 
-Exit code 1 where one does not hold. The check is `bsm_mesh/app/verify_certificate.py`, in a Python that finds nothing of the package.
+Exit code 1 where one does not hold. The check is `bsm_mesh/app/verify_certificate.py`, in a
+Python that finds nothing of the package.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ def checked(model: Path, place: Path) -> list[tuple[str, ...]]:
     """Return a row a stage: example, stage, verdict, ground, whether it holds, seconds of run and check, size."""
     name = f"{model.parent.name}/{model.name}"
     out, began = place / f"{model.parent.name}-{model.stem}", time.perf_counter()
-    ran = subprocess.run([sys.executable, "-m", "bsm_mesh", "run", str(model), "-o", str(out), "-q"], check=False)
+    command = [sys.executable, "-m", "bsm_mesh", "run", str(model), "-o", str(out), "-q"]
+    ran = subprocess.run(command, check=False, stdout=subprocess.DEVNULL)
     run, began = time.perf_counter() - began, time.perf_counter()
     if ran.returncode not in (0, 3):
         return [(name, "-", "-", "-", "no run", f"{run:.1f}", "-", "-")]

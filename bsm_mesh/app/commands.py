@@ -83,7 +83,7 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         say(f"spread: {spread_text(results.spread)}")
     series = "blocks.pvd, contacts.pvd, supports.pvd" + (", water.pvd" if (folder / "water.pvd").exists() else "")
     series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
-    say(f"written to {folder}: {series}, history.csv, summary.json, model.toml")
+    say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     for picture in drawn:
         say(picture)

@@ -13,6 +13,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.app import verify_certificate
+from bsm_mesh.converters.vtk_files import read_vtu
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
@@ -249,6 +250,12 @@ def test_an_equilibrium_from_which_blocks_would_fall_is_refused(tmp_path):
     code, lines = checked(changed(save("at rest", tmp_path), tmp_path / "out", soft))
     assert code == 1
     assert "there is a direction in which blocks fall" in lines[-1]
+
+
+def test_the_mechanism_is_in_the_blocks_file(tmp_path):
+    cells = read_vtu(save("slides", tmp_path) / "blocks_0000.vtu").cell_data["mechanism"]
+    u, v, _ = cells[1]
+    assert np.degrees(np.arctan2(v, u)) % 360 == pytest.approx(210.0 - 25.0)
 
 
 def test_read_back_results_have_the_same_certificate(tmp_path):
