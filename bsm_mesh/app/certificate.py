@@ -78,13 +78,19 @@ def _stage(stage: StageResult, number: int) -> dict[str, Any]:
         "arrays": arrays_file(number),
         "reference_weight": stage.reference_weight,
         "residual": stage.residual,
-        "laws": list(stage.evidence.laws),
         "steps": len(stage.steps),
         "methods": methods_of(stage),
         "unstable_blocks": stage.unstable_blocks.tolist(),
     }
     if stage.status is Status.UNSTABLE:
         told["movement"] = movement_of(stage)
+    return told | words_of(stage)
+
+
+def words_of(stage: StageResult) -> dict[str, Any]:
+    """Return what is no array of a stage's evidence: the laws, and the words and laws of the proof."""
+    assert stage.evidence is not None
+    told: dict[str, Any] = {"laws": list(stage.evidence.laws)}
     if stage.proof is not None:
         witness = stage.proof.witness
         told["proof"] = {"text": stage.proof.text, **({} if witness is None else {"laws": list(witness.laws)})}
@@ -135,6 +141,7 @@ def certificate_arrays(results: Results, stage: StageResult) -> dict[str, Any]:
         **_columns("support_", stage.supports, SupportForces),
         **dict(zip(("bolt_block", "bolt_point", "bolt_force"), stage.bolts.on_blocks(), strict=True)),
         **_columns("", evidence, Evidence),
+        "told": np.array(json.dumps(words_of(stage))),  # so that a finished stage of an unfinished run is whole
     }
     if stage.proof is not None and stage.proof.witness is not None:
         arrays |= _columns(OF_PROOF, stage.proof.witness, Witness)
@@ -147,10 +154,11 @@ def _columns(prefix: str, table: Any, kind: type) -> dict[str, Any]:
     return {name: values for name, values in columns.items() if isinstance(values, np.ndarray)}
 
 
-def read_evidence(told: dict[str, Any], content: bytes) -> tuple[Evidence, Proof | None]:
-    """Return evidence and proof of a stage from its part of the certificate and the content of its arrays."""
+def read_evidence(content: bytes) -> tuple[Evidence, Proof | None]:
+    """Return evidence and proof of a stage from the content of its arrays."""
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
         arrays = {name: file[name] for name in file.files}
+    told = json.loads(str(arrays["told"]))
     names = [field.name for field in fields(Evidence) if field.name in arrays]
     evidence = Evidence(laws=tuple(told["laws"]), **{name: arrays[name] for name in names})
     if "proof" not in told:

@@ -120,6 +120,7 @@ class RunWriter:
             at_an_end = [instant for instant in self._snapshots.instants if instant.time in taken]
             self._snapshots.drop(at_an_end)
             self._note(self._write_lists(results))
+            self._note(write_certificate(results, self._place))  # not before: it tells of all stages
             self._remove_snapshots(at_an_end)
             self._remove_additions()
             self._settle()
@@ -192,7 +193,7 @@ class RunWriter:
         from bsm_mesh.converters.result_files import write_lists
 
         write_history(results, self._place)
-        self._note([HISTORY, *write_certificate(results, self._place)])
+        self._note([HISTORY])
         if results.stages[0].bolts.count:
             write_bolt_table(results, self._place / BOLT_TABLE)
             self._note([BOLT_TABLE])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import time
 import warnings
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.certificate import CERTIFICATE, arrays_file, read_evidence
+from bsm_mesh.app.certificate import arrays_file, read_evidence
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
 from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
@@ -318,10 +317,9 @@ def _load_stage(
 
 def _evidence(saved: SavedResults, number: int) -> dict[str, Any]:
     """Return evidence and proof of a stage; nothing where results without any were saved."""
-    if CERTIFICATE not in saved:
+    if arrays_file(number) not in saved:
         return {}
-    told = json.loads(saved.content(CERTIFICATE))["stages"][number]
-    return dict(zip(("evidence", "proof"), read_evidence(told, saved.content(arrays_file(number))), strict=True))
+    return dict(zip(("evidence", "proof"), read_evidence(saved.content(arrays_file(number))), strict=True))
 
 
 def _tensors(six: FloatArray) -> FloatArray:

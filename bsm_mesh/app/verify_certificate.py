@@ -69,7 +69,7 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
     if stage["verdict"] == "unstable":
         text, found = movement(stage, a, residual - rounding > told["tolerance"])
         if stage["ground"] == "proved":
-            proof, more = proved(stage, a)
+            proof, more = proved(stage, a, linear=linear)
             return f"{proof}; {text}", faults + found + more
         return text, faults + found
     allowed = min(told["tolerance"], LINEAR) if linear else told["tolerance"]
@@ -333,7 +333,7 @@ def movement(stage: dict[str, Any], a: Arrays, unbalanced: Any) -> tuple[str, li
     return f"{text}{stage['reason']}; of {stage['steps']} steps {methods}{why}", faults
 
 
-def proved(stage: dict[str, Any], a: Arrays) -> tuple[str, list[str]]:
+def proved(stage: dict[str, Any], a: Arrays, *, linear: bool) -> tuple[str, list[str]]:
     """Return what the mechanism proves by virtual work where the blocks were given, and whether it does not."""
     p = {name.removeprefix("proof_"): values for name, values in a.items() if name.startswith("proof_")}
     v, centroid, gyration = p["velocity"], a["centroid"], a["gyration"]
@@ -363,7 +363,7 @@ def proved(stage: dict[str, Any], a: Arrays) -> tuple[str, list[str]]:
     every = float(np.hypot(*p["loads"][:, :2].T).sum())
     left = (power - taken) / every
     least = left / loose if loose > 0 else np.copysign(np.inf, left)
-    faults = witness_faults(stage, a, p)
+    faults = witness_faults(stage, a, p, linear=linear)
     if not (power > 0 and least >= ENORMOUS):
         faults.append("the mechanism proves nothing: forces within strength can take up the power of the loads")
     text = (
@@ -402,7 +402,7 @@ def dissipation(opens: Any, slips: Any, p: Arrays) -> tuple[float, float]:
     return float(taken.sum()), float(lacks.sum())
 
 
-def witness_faults(stage: dict[str, Any], a: Arrays, p: Arrays) -> list[str]:
+def witness_faults(stage: dict[str, Any], a: Arrays, p: Arrays, *, linear: bool) -> list[str]:
     """Return where loads and strength of the mechanism are not those of the certificate."""
     faults = []
     moves = p["velocity"].any(axis=1) & (not a["water"].any())  # water presses where the blocks have come to
@@ -410,7 +410,7 @@ def witness_faults(stage: dict[str, Any], a: Arrays, p: Arrays) -> list[str]:
     if np.abs(forces).max(initial=0.0) > AGREES * np.abs(p["loads"]).max(initial=0.0):
         faults.append("the mechanism is loaded otherwise than the blocks")
     used = [stage["proof"]["laws"][number] for number in np.unique(p["law"])]
-    if any(law not in stage["laws"] for law in used):
+    if not linear and any(law not in stage["laws"] for law in used):  # that scheme knows no strength
         faults.append("the mechanism has laws that the contacts have not")
     for number, law in enumerate(stage["proof"]["laws"]):
         rows, lines = p["law"] == number, p["lines"][p["law"] == number]

@@ -39,7 +39,7 @@ def results() -> Results:
 def assert_same(one: object, two: object) -> None:
     for field in fields(one):  # type: ignore[arg-type]
         a, b = getattr(one, field.name), getattr(two, field.name)
-        if isinstance(a, BoltForces | ContactForces | SupportForces):
+        if isinstance(a, BoltForces | ContactForces | Evidence | SupportForces):
             assert_same(a, b)
         else:
             np.testing.assert_array_equal(a, b, err_msg=field.name)
