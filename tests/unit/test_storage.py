@@ -12,6 +12,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import BoltForces, ContactForces, Results, StageResult, SupportForces
+from bsm_mesh.results.evidence import Evidence
 from tests.scenes import models, shapes
 
 
