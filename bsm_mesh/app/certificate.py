@@ -33,8 +33,8 @@ def write_arrays(results: Results, number: int, folder: Path) -> list[str]:
     if stage.evidence is None:
         return []
     arrays = certificate_arrays(results, stage)
-    with whole_file(folder / arrays_file(number)) as draft, draft.open("wb") as file:
-        np.savez(file, **arrays)
+    with whole_file(folder / arrays_file(number)) as draft:
+        np.savez(draft, **arrays)
     return [arrays_file(number)]
 
 
