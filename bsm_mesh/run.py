@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from bsm_mesh.errors import MeshWarning, ModelError, one_line
 
 if TYPE_CHECKING:
+    from bsm_mesh.arrays import IntArray
     from bsm_mesh.model.model import Model
+    from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import Results, StageResult, StepRecord
+    from bsm_mesh.solve.continuation.plan import Route
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.checkpoint import Resumption
     from bsm_mesh.solve.stages.scheme import Reporter, Scheme
@@ -92,16 +95,54 @@ def run(
     return solve(model, options or model.options or Options(), observer, report, snapshot, finished)
 
 
+def spread(model: Model, results: Results, report: Reporter = lambda text: None) -> Results:
+    """Return results with where other routes lead: other methods first, loads in parts.
+
+    Raises
+    ------
+    ModelError
+        If the results are not of the continuation: other schemes have one route.
+    """
+    from dataclasses import replace
+
+    from bsm_mesh.results.spread import route_end
+    from bsm_mesh.solve.continuation.plan import OTHERS, USUAL
+
+    options = results.options
+    if options is None or options.scheme != "continuation":
+        raise ModelError("spread: only scheme = 'continuation' knows several routes")
+    ends = [route_end(USUAL.name, results, results)]
+    for route in OTHERS:
+        report(f"spread: {route.name}")
+        ends.append(route_end(route.name, solve(_in_parts(model, route.parts), options, route=route), results))
+    return replace(results, spread=tuple(ends))
+
+
+def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:
+    """Return a model whose stages release the excavation forces in more parts."""
+    from dataclasses import replace
+
+    def finer(relaxation: tuple[float, ...]) -> tuple[float, ...]:
+        before, found = 0.0, []
+        for part in relaxation:
+            found += [before + share * (part - before) for share in parts]
+            before = part
+        return tuple(found)
+
+    return model.replace(stages=[replace(stage, relaxation=finer(stage.relaxation)) for stage in model.stages])
+
+
 def solve(
     model: Model,
     options: Options,
-    observer: Observer | None,
-    report: Reporter,
-    snapshot: Snapshot,
-    finished: Finished,
+    observer: Observer | None = None,
+    report: Reporter = lambda text: None,
+    snapshot: Snapshot = lambda record, results: None,
+    finished: Finished = lambda results: None,
     resumption: Resumption | None = None,
+    route: Route | None = None,
 ) -> Results:
-    """Return the results of a model, from where `resumption` says; other arguments as in `run`."""
+    """Return the results of a model, from where `resumption` says, by a route; other arguments as in `run`."""
     from bsm_mesh.results.records import Results
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
@@ -115,9 +156,10 @@ def solve(
 
         scheme = LinearScheme(model, options, report, ready.contacts)
     else:
+        from bsm_mesh.solve.continuation.plan import USUAL
         from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 
-        scheme = ContinuationScheme(model, options, report)
+        scheme = ContinuationScheme(model, options, report, route or USUAL)
     del ready  # of a million blocks 1 GB
     model_digest = model.digest
 
@@ -144,8 +186,14 @@ def solve(
     def check(stage: StageResult) -> tuple[str, ...]:
         return results((stage,)).check().faults
 
+    def prove(part: Model, down: IntArray) -> Proof:
+        from bsm_mesh.solve.limit.proof import prove as proof_of  # of what comes down only
+
+        report("limit analysis")
+        return proof_of(part, down)
+
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))
 
     begun = resumption or AT_THE_START
-    return results(solve_stages(model, scheme, report, watch, check, end, options.falls, notes, begun))
+    return results(solve_stages(model, scheme, report, watch, check, prove, end, options.falls, notes, begun))

@@ -130,6 +130,8 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
         "reaction": stage.reactions,
         "water": stage.water,
     }
+    if stage.proof is not None and stage.proof.witness is not None:
+        cells["mechanism"] = spatial(stage.proof.witness.velocity[:, :2])
     return Grid(
         points=blocks.vertices[corners],
         offsets=np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[here])]),

@@ -142,6 +142,7 @@ def check(
 @json_option
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
+@click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
 @no_scripts_option
 def run(
     model: Path,
@@ -151,6 +152,7 @@ def run(
     as_json: bool,
     quiet: bool,
     verbose: bool,
+    spread: bool,
     no_scripts: bool,
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON.
@@ -162,7 +164,18 @@ def run(
     from bsm_mesh.app.progress import Progress
 
     progress, scripts = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose), not no_scripts
-    sys.exit(run_model(model, output, progress, pictures=pictures, as_json=as_json, scripts=scripts, resume=resume))
+    sys.exit(
+        run_model(
+            model,
+            output,
+            progress,
+            pictures=pictures,
+            as_json=as_json,
+            scripts=scripts,
+            resume=resume,
+            spread=spread,
+        )
+    )
 
 
 @cli.command()
@@ -223,19 +236,17 @@ def plot(out: Path, animate: bool, step: int | None) -> None:
 
 @cli.command()
 @click.argument("out", type=PATH)
-@click.option(
-    "--proof/--no-proof", default=None, help="Ask limit analysis about a collapse; by default of up to 1000 blocks."
-)
 @json_option
-def verify(out: Path, proof: bool | None, as_json: bool) -> None:
+def verify(out: Path, as_json: bool) -> None:
     """Check from the files in OUT alone on what every verdict rests.
 
-    At rest: forces that balance, within strength, without overlap. Unstable: proof by limit analysis that blocks must
-    move, or which were followed how far. Exit code 3 where a verdict does not hold.
+    At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
+    a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
+    not hold.
     """
     from bsm_mesh.app.verify import verify as verify_results
 
-    sys.exit(verify_results(out, proof=proof, as_json=as_json))
+    sys.exit(verify_results(out, as_json=as_json))
 
 
 @cli.command()

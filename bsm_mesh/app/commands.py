@@ -14,17 +14,20 @@ from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
 from bsm_mesh.app.tables import (
     FALL_HEADER,
+    SPREAD_HEADER,
     STAGE_HEADER,
     engineering,
     fall_rows,
     print_table,
     result_rows,
+    spread_rows,
     stage_rows,
 )
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.spread import spread_text
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
@@ -42,10 +45,12 @@ def run_model(
     as_json: bool,
     scripts: bool = True,
     resume: bool = False,
+    spread: bool = False,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with told as progress:
-        done = run_file(path, None, progress.step, progress.report, output=output, scripts=scripts, resume=resume)
+        step, report = progress.step, progress.report
+        done = run_file(path, None, step, report, output=output, scripts=scripts, resume=resume, spread=spread)
         results, notes, folder = done.results, done.notes, done.folder
         assert folder is not None
         drawn = []
@@ -74,9 +79,12 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     for stage in results.stages:
         for remark in stage.notes:
             say(f"stage {stage.name}: {remark}")
+    if results.spread:
+        print_table("Other routes", SPREAD_HEADER, spread_rows(results.spread), texts=2)
+        say(f"spread: {spread_text(results.spread)}")
     series = "blocks.pvd, contacts.pvd, supports.pvd" + (", water.pvd" if (folder / "water.pvd").exists() else "")
     series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
-    say(f"written to {folder}: {series}, history.csv, summary.json, model.toml")
+    say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     for picture in drawn:
         say(picture)

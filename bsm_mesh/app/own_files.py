@@ -20,6 +20,7 @@ HEADER = (
 BESIDE = (".running", ".interrupted", ".former")
 OF_A_RUN = re.compile(
     r"(blocks|contacts|supports|water|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(bolts|history)\.csv|summary\.json|model\.toml"
+    r"|certificate(\.json|_\d{4,}\.npz)"
 )
 
 OF_A_STEP = re.compile(r"(blocks|contacts|supports)_\d{4,}_\d{5,}\.vtu")
@@ -108,7 +109,7 @@ def tidy(folder: Path, kept: Collection[str] = ()) -> None:
     lists = [path.read_text(encoding="utf-8", errors="replace") for path in folder.glob("*.pvd")]
     listed = read_json(folder / SUMMARY).get("files", {})
     for path in sorted(folder.iterdir()):
-        mine = OF_A_RUN.fullmatch(path.name) and path.suffix == ".vtu"
+        mine = OF_A_RUN.fullmatch(path.name) and path.suffix in (".vtu", ".npz")
         named = path.name in kept or path.name in listed or any(f'"{path.name}"' in text for text in lists)
         if is_draft(path.name) or (mine and not named):
             remove(path)

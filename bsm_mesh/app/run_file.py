@@ -21,6 +21,7 @@ from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import write_text
 from bsm_mesh.results.records import Results, StepRecord
 from bsm_mesh.run import Finished, Observer, Output, Snapshot, solve
+from bsm_mesh.run import spread as with_spread
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Resumption
 
@@ -59,6 +60,7 @@ def run_file(
     scripts: bool = True,
     noted: Callable[[str], None] = lambda text: None,
     resume: bool = False,
+    spread: bool = False,
 ) -> FileRun:
     """Solve a model file and write its results.
 
@@ -78,6 +80,8 @@ def run_file(
         Told each note on the mesh before anything is solved.
     resume : bool
         Go on where an interrupted run was; where there was none, begin at the start.
+    spread : bool
+        Whether the model is solved by other routes too, and how far they lead apart is told.
 
     Raises
     ------
@@ -125,6 +129,8 @@ def run_file(
             resumption = _resumption(writer, report, resume=resume)
         with placed(path.name):
             results = solve(loaded.model, solver, observer, report, watch, end, resumption)
+            if spread:
+                results = with_spread(loaded.model, results, report)
         if writer is not None:
             report(f"writing {folder}")
             writer.finish(results)

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from bsm_mesh.app.certificate import write_arrays, write_certificate
 from bsm_mesh.app.checkpoint_file import named_by_checkpoint
 from bsm_mesh.app.checkpoints import Checkpoints
 from bsm_mesh.app.history import HISTORY, write_history
@@ -174,6 +175,7 @@ class RunWriter:
             at_an_end = [instant for instant in self._snapshots.instants if instant.time in taken]
             self._snapshots.drop(at_an_end)
             self._note(self._write_lists(results))
+            self._note(write_certificate(results, self._place))  # not before: it tells of all stages
             self._remove_snapshots(at_an_end)
             self._settle()
             self._write_summary(results)
@@ -235,6 +237,7 @@ class RunWriter:
 
         for number in range(len(self._stages), len(results.stages)):
             self._note(write_stage(results, number, self._place))
+            self._note(write_arrays(results, number, self._place))
 
     def _write_lists(self, results: Results) -> list[str]:
         """Write what tells of all stages: tables that grow, and the PVD files, whose names are returned."""

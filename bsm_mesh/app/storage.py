@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.certificate import arrays_file, read_evidence
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
 from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
@@ -24,6 +25,7 @@ from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
+from bsm_mesh.results.spread import RouteEnd
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
@@ -262,7 +264,12 @@ def _load(saved: SavedResults) -> Results:
         model_digest=told["model_hash"],
         title=told["title"],
         finished=saved.finished,
+        spread=tuple(_route_end(end) for end in told.get("spread", ())),
     )
+
+
+def _route_end(told: dict[str, Any]) -> RouteEnd:
+    return RouteEnd(**{**told, "status": Status(told["status"]), "unstable_blocks": tuple(told["unstable_blocks"])})
 
 
 def _load_stage(
@@ -304,7 +311,15 @@ def _load_stage(
         steps=tuple(step for step in steps if step.stage == number),
         notes=tuple(told["notes"]),
         falls=tuple(Fall(**{**fall, "place": tuple(fall["place"])}) for fall in told.get("falls", ())),
+        **_evidence(saved, number),
     )
+
+
+def _evidence(saved: SavedResults, number: int) -> dict[str, Any]:
+    """Return evidence and proof of a stage; nothing where results without any were saved."""
+    if arrays_file(number) not in saved:
+        return {}
+    return dict(zip(("evidence", "proof"), read_evidence(saved.content(arrays_file(number))), strict=True))
 
 
 def _tensors(six: FloatArray) -> FloatArray:

@@ -41,6 +41,7 @@ def summary(results: Results) -> dict[str, Any]:
         "blocks": results.blocks.count,
         "joint_names": list(results.joint_names),
         "stages": [_stage_summary(results.blocks, stage) for stage in results.stages],
+        **({"spread": [asdict(end) for end in results.spread]} if results.spread else {}),
     }
 
 

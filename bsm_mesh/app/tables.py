@@ -11,6 +11,7 @@ from bsm_mesh.errors import one_line
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results
+from bsm_mesh.results.spread import RouteEnd
 from bsm_mesh.results.stress import principal_stresses
 
 PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""), (1e-6, 1e-3, "m"), (0.0, 1e-6, "u"))
@@ -154,4 +155,21 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
             engineering(stage.max_displacement, "m"),
         )
         for stage in results.stages
+    ]
+
+
+SPREAD_HEADER = ("route", "verdict", "moved", "differs by", "at block")
+
+
+def spread_rows(ends: Sequence[RouteEnd]) -> list[tuple[str, ...]]:
+    """Return what ``run --spread`` prints of every route."""
+    return [
+        (
+            end.route,
+            end.status.value,
+            engineering(end.max_displacement, "m"),
+            "-" if end.difference is None else engineering(end.difference, "m"),
+            "-" if end.block is None else str(end.block),
+        )
+        for end in ends
     ]

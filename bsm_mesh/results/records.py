@@ -14,11 +14,13 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
+    from bsm_mesh.results.spread import RouteEnd
     from bsm_mesh.solve.options import Options
 
 
@@ -208,6 +210,10 @@ class StageResult(Portable):
         What a reader should know, a sentence each.
     falls : tuple of Fall
         Blocks that came down in the stage and were taken away.
+    evidence : Evidence or None
+        What checking the verdict takes besides; every run gives it.
+    proof : Proof or None
+        What limit analysis says of the start, where it was asked: of a stage that is unstable.
     """
 
     name: str
@@ -233,6 +239,8 @@ class StageResult(Portable):
     steps: tuple[StepRecord, ...]
     notes: tuple[str, ...] = ()
     falls: tuple[Fall, ...] = ()
+    evidence: Evidence | None = None
+    proof: Proof | None = None
 
     def __post_init__(self) -> None:
         show_only(self)
@@ -303,6 +311,8 @@ class Results:
         What was run; None for results that were read back.
     options : Options or None
         How it was solved; None for results that were read back.
+    spread : tuple of RouteEnd
+        Where other routes led, the usual one first; none where it was not asked.
     """
 
     blocks: Blocks
@@ -316,6 +326,7 @@ class Results:
     finished: bool = True
     model: Model | None = None
     options: Options | None = None
+    spread: tuple[RouteEnd, ...] = ()
 
     @property
     def status(self) -> Status:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import bsm_mesh as bsm
+from bsm_mesh.app import verify_certificate
 from bsm_mesh.app.cli import cli
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 
@@ -78,6 +81,12 @@ def test_verdict_and_number(name: str, tmp_path: Path) -> None:
     assert answer["status"] == status
     assert unstable is None or answer["unstable_blocks"] == unstable
     assert least <= answer["stages"][-1]["max_displacement"] <= greatest
+    apart = [sys.executable, "-I", verify_certificate.__file__, tmp_path / "run"]
+    done = subprocess.run(apart, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    if admissible is False and status == "unstable":
+        ground = json.loads((tmp_path / "run/certificate.json").read_text(encoding="utf-8"))["stages"][-1]["ground"]
+        assert ground == "proved"
     if admissible is not None:
         assert told("limit", EXAMPLES / name, "-o", tmp_path / "limit")["admissible"] is admissible
 

@@ -31,6 +31,7 @@ def test_run_writes_the_whole_folder(case: Case) -> None:
     series = ("blocks", "contacts", "supports")
     files = {*(f"{kind}.pvd" for kind in series), *(f"{kind}_0000.vtu" for kind in series)}
     files |= {"history.csv", "summary.json", "model.toml", ".bsm-mesh-results"}
+    files |= {"certificate.json", "certificate_0000.npz"}
     made = {f"out/model/{name}" for name in files}
     assert set(outcome.new) == made | {"out", "out/model"}
     assert "stable" in outcome.out

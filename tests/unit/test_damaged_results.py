@@ -40,7 +40,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         stages=[bsm.Stage(name="dug", excavate=[3])],
     )
     folder = bsm.run(model, bsm.Options(scheme="linear")).save(tmp_path_factory.mktemp("whole") / "out")
-    assert {path.suffix for path in folder.iterdir()} == {"", ".vtu", ".pvd", ".csv", ".json", ".toml"}
+    assert {path.suffix for path in folder.iterdir()} == {"", ".vtu", ".pvd", ".csv", ".json", ".toml", ".npz"}
     assert Results.load(folder).status == "stable"
     return folder
 

@@ -12,6 +12,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import BoltForces, ContactForces, Results, StageResult, SupportForces
+from bsm_mesh.results.evidence import Evidence
 from tests.scenes import models, shapes
 
 
@@ -39,7 +40,7 @@ def results() -> Results:
 def assert_same(one: object, two: object) -> None:
     for field in fields(one):  # type: ignore[arg-type]
         a, b = getattr(one, field.name), getattr(two, field.name)
-        if isinstance(a, BoltForces | ContactForces | SupportForces):
+        if isinstance(a, BoltForces | ContactForces | Evidence | SupportForces):
             assert_same(a, b)
         else:
             np.testing.assert_array_equal(a, b, err_msg=field.name)

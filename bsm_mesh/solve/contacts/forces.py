@@ -286,6 +286,12 @@ def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_plac
 
 def elastic_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, size: float) -> FloatArray:
     """Return the stiffest possible tangent: every contact that is closed or within tolerance closed and sticking."""
-    near = contacts.within_tolerance & (at.gap <= CONTACT_TOLERANCE * size)
-    elastic = replace(at, closed=at.closed | near, sticking=at.closed | near, dshear_dpressure=np.zeros_like(at.gap))
+    all_closed = elastic_contacts(contacts, at, size)
+    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=np.zeros_like(at.gap))
     return tangent_stiffness(contacts, elastic, places, n_places)
+
+
+def elastic_contacts(contacts: ContactSet, at: Evaluation, size: float) -> BoolArray:
+    """Return which contacts count in the stiffest possible tangent, (m,): closed ones and those within tolerance."""
+    near: BoolArray = contacts.within_tolerance & (at.gap <= CONTACT_TOLERANCE * size)
+    return at.closed | near

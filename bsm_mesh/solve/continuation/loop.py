@@ -27,6 +27,7 @@ from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
+from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.state import LoopState
 from bsm_mesh.solve.continuation.step_solver import StepSolver
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
@@ -75,6 +76,8 @@ class Continuation:
         Where the same run was after one of its steps, to go on from there.
     accepted : callable
         Called between two steps, where `state` may be taken.
+    route : Route
+        Its plans.
 
     Attributes
     ----------
@@ -90,6 +93,7 @@ class Continuation:
         start: Start | None = None,
         resumed: LoopState | None = None,
         accepted: Callable[[], None] = lambda: None,
+        route: Route = USUAL,
     ) -> None:
         self.options, self.observer, self._between_steps = options, observer, accepted
         self.system = BlockSystem(model) if start is None else BlockSystem(model, start.bolts, start.position)
@@ -101,7 +105,7 @@ class Continuation:
         self.origin = self.begin.position if self.begin.origin is None else self.begin.origin
         self.collapse = CollapseCriterion(self.system, self.origin, options.displacement_limit, options.falls)
         self.min_lam = SETTINGS.min_lam / self.system.d
-        self._solver = StepSolver(self.system, options, intact=self.begin.intact)
+        self._solver = StepSolver(self.system, options, route, intact=self.begin.intact)
         self.steps: list[StepRecord] = []
         begin = self.begin
         first = self._state_after(0, begin.position, begin.history, velocity=begin.velocity)

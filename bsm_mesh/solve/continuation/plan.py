@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
@@ -27,3 +29,38 @@ PLANS: dict[Phase, tuple[Method, ...]] = {
     Phase.NEAR_REST: (RegularizedNewton(), ExactNewton(), FollowMotion()),
     Phase.MOVING: (FollowMotion(),),
 }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Route:
+    """A way to an equilibrium: the plans, and in which parts weights and loads are brought on.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    first : mapping of Phase to tuple of Method
+        Plans that replace those of `PLANS`.
+    parts : tuple of float
+        Of weights, loads and water in the first stage, rising to 1. Where there is in-situ stress they act from the
+        start.
+    """
+
+    name: str
+    first: Mapping[Phase, tuple[Method, ...]] = field(default_factory=dict)
+    parts: tuple[float, ...] = (1.0,)
+
+    def plan(self, phase: Phase) -> tuple[Method, ...]:
+        """Return the methods of a phase, in order."""
+        return self.first.get(phase, PLANS[phase])
+
+
+USUAL = Route(name="as always")
+OTHERS = (
+    Route(
+        name="relaxation first",
+        first={phase: (RelaxToRest(), FollowMotion()) for phase in (Phase.START, Phase.AFTER_CHANGE)},
+    ),
+    Route(name="four parts", parts=(0.25, 0.5, 0.75, 1.0)),
+)
+"""Routes that `run --spread` compares with the usual one; no run takes them otherwise."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,13 +11,13 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import is_compiled
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MAX_UTILISATION
-from bsm_mesh.model.loads import PointForces
+from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
-from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, StepRecord
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
@@ -26,7 +27,9 @@ from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import turned
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
+from bsm_mesh.solve.continuation.evidence import evidence_of
 from bsm_mesh.solve.continuation.loop import Continuation
+from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.state import ContinuationState, LoopState
 from bsm_mesh.solve.continuation.wang import WangIteration
 from bsm_mesh.solve.motion.motion import Motion, Start
@@ -48,6 +51,8 @@ class ContinuationScheme:
         Tolerance, limits, linear solver.
     report : callable
         Told what is being done, a few words each.
+    route : Route
+        The way to equilibrium.
 
     Attributes
     ----------
@@ -66,8 +71,8 @@ class ContinuationScheme:
     _engine: Continuation | None = None  # while it solves
     _resumed: LoopState | None = None  # of the solution that goes on
 
-    def __init__(self, model: Model, options: Options, report: Reporter) -> None:
-        self.model, self.options, self.report = model, options, report
+    def __init__(self, model: Model, options: Options, report: Reporter, route: Route = USUAL) -> None:
+        self.model, self.options, self.report, self.route = model, options, report, route
         self.moved = np.zeros((model.blocks.count, 3))
         self.history = History.none()
         self.bolts = InstalledBolts.of(model, self.moved)
@@ -142,27 +147,57 @@ class ContinuationScheme:
             velocity=None if self._velocity is None else self._velocity[part.block],
         )
         self._intact = False
-        kind = WangIteration if self.options.scheme == "wang" else Continuation
-
-        def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
-            observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
-
-        engine = self._engine = kind(part.model, self.options, watch, start, self._resumed, accepted)
-        self._resumed = None
-        motion = engine.run()
-        self._engine = None
+        whole = number > 0 or self.model.in_situ is not None
+        for share in (1.0,) if whole else self.route.parts:
+            loaded = loaded_in_part(part.model, share)
+            engine, motion = self._equilibrium(loaded, start, bars_before, observer, accepted)
+            history, _ = commit(motion.contacts, motion.at, motion.position, engine.system.outlines.size)
+            start = replace(start, position=motion.position, history=history, intact=False, bolts=motion.bolts)
+            if motion.status is not Status.STABLE:
+                break
         self.report(f"{motion.status.value}: {motion.reason}")
         self.linear_solver = motion.linear_solver
         self.moved[part.block] = motion.position
-        history, _ = commit(motion.contacts, motion.at, motion.position, engine.system.outlines.size)
         self.history = in_whole(history, part)
         self.bolts = self.bolts.after(motion.bolts)
         self._velocity = None if motion.velocity is None else part.in_whole(motion.velocity)
         return self._outcome(engine, motion, bars_before)
 
+    def _equilibrium(
+        self,
+        model: Model,
+        start: Start,
+        bars_before: FloatArray,
+        observer: Observer,
+        accepted: Callable[[], None],
+    ) -> tuple[Continuation, Motion]:
+        """Return the engine at its end, and the final state."""
+
+        def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
+            observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
+
+        kind = WangIteration if self.options.scheme == "wang" else Continuation
+        engine = self._engine = kind(model, self.options, watch, start, self._resumed, accepted, self.route)
+        self._resumed = None
+        motion = engine.run()
+        self._engine = None
+        return engine, motion
+
     def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
         bolts = bolt_forces(self.model.bolts, self.bolts.after(motion.bolts), motion.bolts_at)
         return _outcome(engine, motion, bars_before, bolts)
+
+
+def loaded_in_part(model: Model, share: float) -> Model:
+    """Return a model under a share of its weights, loads and water."""
+    if share == 1:
+        return model
+    forces = point_forces_of(model.acting_loads, model.blocks)
+    return model.replace(
+        rocks=[replace(rock, unit_weight=share * rock.unit_weight) for rock in model.rocks],
+        loads=[replace(forces, force=share * forces.force)],
+        water=None if model.water is None else replace(model.water, unit_weight=share * model.water.unit_weight),
+    )
 
 
 def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolts: BoltForces) -> Outcome:
@@ -174,7 +209,8 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
     size = bar_forces(motion.constraints, reactions, arm, bars_before)
     placed = engine.system.outlines.placed(motion.position)
     supports = support_forces(bars, placed[bars.block, :2] + arm, size)
-    contacts = _contact_forces(motion, placed, engine.system.water)
+    kept = np.flatnonzero(motion.at.closed | motion.contacts.within_tolerance)
+    contacts = _contact_forces(motion, kept, placed, engine.system.water)
     block, point, force = engine.system.point_forces_at(motion.position)
     corners = corner_positions(engine.system.outlines, placed)
     stress, effective = total_and_effective_stress(
@@ -210,14 +246,14 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         residual=motion.residual,
         reference_weight=motion.reference,
         steps=motion.steps,
+        evidence=evidence_of(engine.system, motion, kept),
     )
     return Outcome(stage, size, motion.down, motion.small)
 
 
-def _contact_forces(motion: Motion, placed: FloatArray, water: WaterLoad) -> ContactForces:
-    """Return the forces of the contacts within tolerance at the end, of placed blocks (n, 3)."""
+def _contact_forces(motion: Motion, kept: IntArray, placed: FloatArray, water: WaterLoad) -> ContactForces:
+    """Return the forces of the contacts `kept` (k,) at the end, of placed blocks (n, 3)."""
     table, at = motion.contacts, motion.at
-    kept = np.flatnonzero(at.closed | table.within_tolerance)
     c = table.candidates
     tangent, arm_a = (vectors[kept] for vectors in table.frames(at.position)[:2])
     status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)

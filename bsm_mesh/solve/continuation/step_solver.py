@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.solve.continuation.pace import Pace
-from bsm_mesh.solve.continuation.plan import PLANS, Phase
+from bsm_mesh.solve.continuation.plan import USUAL, Phase, Route
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
 from bsm_mesh.solve.motion.following import is_fast
@@ -48,6 +48,8 @@ class StepSolver:
         The blocks.
     options : Options
         Tolerance.
+    route : Route
+        Its plans.
     intact : bool
         Whether all contacts are intact where the run begins.
 
@@ -57,8 +59,8 @@ class StepSolver:
         When an equilibrium is looked for.
     """
 
-    def __init__(self, system: BlockSystem, options: Options, *, intact: bool) -> None:
-        self._system, self._options, self._intact = system, options, intact
+    def __init__(self, system: BlockSystem, options: Options, route: Route = USUAL, *, intact: bool) -> None:
+        self._system, self._options, self._route, self._intact = system, options, route, intact
         self.pace = Pace()
 
     @property
@@ -73,7 +75,7 @@ class StepSolver:
         tried: tuple[str, ...] = ()
         phase = self._phase(equations, iterate, number)
         goal = Goal(max_residual=self._step_tolerance(iterate.residual), rest=self.tolerance)
-        for method in PLANS[phase]:
+        for method in self._route.plan(phase):
             if not method.applies(equations, iterate, goal):
                 continue
             tried = (*tried, method.name)

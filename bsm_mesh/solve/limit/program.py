@@ -25,11 +25,24 @@ METHODS = "highs-ipm", "highs-ds"  # the simplex method cycles where layers must
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Optimum:
-    """A factor (infinite where there is no limit), the unknown forces, and the velocities of the blocks (n, 3)."""
+    """The greatest factor, and the mechanism that limits it.
+
+    Attributes
+    ----------
+    factor : float
+        Infinite where there is no limit.
+    forces : (k,) float64 [N/m]
+        The unknown forces.
+    velocity : (n, 3) float64
+        Of the blocks, the greatest of a centroid, or rotation times radius of gyration, 1.
+    slip : (n_nodes,) float64
+        Velocity of the bolts against the rock at their nodes, towards the tip positive.
+    """
 
     factor: float
     forces: FloatArray
     velocity: FloatArray
+    slip: FloatArray
 
 
 class LimitProgram:
@@ -80,7 +93,10 @@ class LimitProgram:
         if found.status == INFEASIBLE:
             return None
         forces = _expect(found).x * _mean_force(loads)
-        return Optimum(math.inf, forces, np.zeros((self.blocks.count, 3)))
+        return self._unlimited(forces)
+
+    def _unlimited(self, forces: FloatArray) -> Optimum:
+        return Optimum(math.inf, forces, np.zeros((self.blocks.count, 3)), np.zeros(len(self.bolts.block)))
 
     def maximise(self, dead: FloatArray, live: FloatArray, most: float | None = None) -> Optimum:
         """Return the greatest factor, not above `most`, with ``dead + factor * live`` in equilibrium within strength.
@@ -93,11 +109,21 @@ class LimitProgram:
         scale = _mean_force(dead + live)
         found = self._solve(dead, live, most, scale)
         if found.status == UNBOUNDED or "nbounded" in found.message:  # feasible at 0: no factor is too great
-            return Optimum(math.inf, np.zeros(2 * self.contacts.count), np.zeros((self.blocks.count, 3)))
+            return self._unlimited(np.zeros(2 * self.contacts.count))
         x = _expect(found).x
         velocity = -(np.asarray(found.eqlin.marginals) * self._rows()).reshape(-1, 3)
-        size = max(float(np.abs(velocity * [1, 1, 0]).max()), float(np.abs(velocity[:, 2] * self.radius).max()))
-        return Optimum(max(float(x[-1]), 0.0), x[:-1] * scale, velocity / size if size > 0 else velocity)
+        size = max(float(np.abs(velocity * [1, 1, 0]).max()), float(np.abs(velocity[:, 2] * self.radius).max())) or 1.0
+        slip = self._slip(np.asarray(found.ineqlin.marginals))
+        return Optimum(max(float(x[-1]), 0.0), x[:-1] * scale, velocity / size, slip / size)
+
+    def _slip(self, marginals: FloatArray) -> FloatArray:
+        """Return the velocities of the bolts against the rock at their nodes: the dual of the bonds' capacities."""
+        bounded = np.flatnonzero(np.isfinite(self.bolts.capacity))
+        slip = np.zeros(len(self.bolts.block))
+        if bounded.size:  # the last rows: one way, then the other
+            one, other = marginals[-2 * bounded.size :].reshape(2, -1)
+            slip[bounded] = other - one
+        return slip
 
     def _rows(self) -> FloatArray:
         """Return what makes moments forces: the inverse of the radius of gyration, and 1 for forces, (3n,)."""

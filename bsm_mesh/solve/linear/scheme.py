@@ -12,12 +12,14 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import contact_strength, utilisation
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.model.joint_laws import Elastic
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.loads import relative_residual
@@ -26,6 +28,7 @@ from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
+from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from bsm_mesh.solve.contacts.in_situ import beyond_strength, in_situ_contacts
 from bsm_mesh.solve.linear.state import LinearState
 from bsm_mesh.solve.linear.system import LinearSystem, Solution
@@ -297,5 +300,26 @@ def _outcome(
         residual=residual,
         reference_weight=reference,
         steps=(step,),
+        evidence=_evidence(system, solution),
     )
     return Outcome(stage, size)
+
+
+def _evidence(system: LinearSystem, solution: Solution) -> Evidence:
+    """Return the evidence: in this scheme no contact can fail or open."""
+    contacts, bars = system.contacts, system.constraints.bars
+    m, nothing = contacts.count, np.zeros(contacts.count, dtype=bool)
+    pair, tangent = bolt_tangent(system.bolts, solution.bolts, turning=False)
+    return Evidence(
+        laws=law_table((Elastic(),)),
+        law=np.zeros(m, np.int32),
+        failed=nothing,
+        tension=np.full(m, np.inf),
+        normal_stiffness=contacts.normal_stiffness,
+        shear_stiffness=contacts.shear_stiffness,
+        near=nothing,
+        weight=system.model.gravity_forces,
+        bolt_pair=pair,
+        bolt_tangent=tangent,
+        **bar_rows(bars, bars.point),
+    )

@@ -9,12 +9,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.records import StageResult, StepRecord
 
 Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
+Prover = Callable[[Model, IntArray], Proof]  # whether it can be at rest as given; blocks that come down
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
 Finished = Callable[[tuple[StageResult, ...]], None]
 

@@ -16,12 +16,15 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.bolts import BoltForces
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.movement import moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
-from bsm_mesh.solve.stages.scheme import Checker, Observer, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Scheme
+
+STILL = 1e-3  # of a block's size, the root of its area: what moved by less is where it was given, for contacts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +41,8 @@ class Analysis:
         Gets every step.
     check : callable
         Says what speaks against a stage at rest.
+    prove : callable
+        Says whether forces within strength balance the loads of a model, of which some blocks come down.
     falls : Falls
         What is done with blocks that come down.
     keep : callable
@@ -48,6 +53,7 @@ class Analysis:
     scheme: Scheme
     observer: Observer
     check: Checker
+    prove: Prover
     falls: Falls
     keep: Keep
 
@@ -151,6 +157,7 @@ class StageSolution:
         self._now, self._before, self._notes = progress.part, progress.before, progress.notes
         self._steps, self._fallen = list(progress.steps), list(progress.fallen)
         self._start_residual = progress.start_residual
+        self._began_at = self._before  # where blocks were when the last part began
 
     def result(self, parts: tuple[float, ...]) -> StageResult:
         """Return the equilibrium after every released part of the excavation forces, or the first failure."""
@@ -167,6 +174,8 @@ class StageSolution:
             dry = "no block lies below the water table: check its level and unit"
             stage = replace(stage, notes=(*stage.notes, dry))
         stage = replace(stage, notes=(*stage.notes, *_note_on_movement(run.model.blocks, stage)))
+        if stage.status is Status.UNSTABLE:
+            stage = replace(stage, proof=self._proof(stage.unstable_blocks))
         return after_falls(stage, tuple(self._fallen))
 
     def _part(self) -> StageResult:
@@ -174,6 +183,7 @@ class StageSolution:
         run, state = self._run, self._state
         while True:
             bars = run.scheme.stage_bars(state.bars, self._number)
+            self._began_at = run.scheme.moved.copy()
             part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
             outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
             state.bar_forces[part.bar] = outcome.bar_forces
@@ -203,6 +213,21 @@ class StageSolution:
             return self._state.checkpoint(self._number, self._run.scheme, progress)
 
         self._run.keep(make, False)
+
+    def _proof(self, down: IntArray) -> Proof:
+        """Return what limit analysis says of the blocks that are there, of which some (k,) come down."""
+        run, state = self._run, self._state
+        bolts = run.model.bolts
+        if bolts and self._number:
+            return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
+        moved = float(np.hypot(*self._began_at[state.present, :2].T).max(initial=0.0))
+        if moved > STILL * float(np.sqrt(np.median(run.model.blocks.moments.area))):
+            return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
+        bars = run.scheme.stage_bars(state.bars, self._number)
+        part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
+        there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
+        proof = run.prove(there, np.searchsorted(part.block, down).astype(np.int32))
+        return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))
 
     def _watch(self, part: SubModel) -> Observer:
         """Return what gets the steps of a part."""
@@ -278,4 +303,5 @@ def _in_whole(stage: StageResult, part: SubModel) -> StageResult:
         contacts=replace(contacts, block_a=part.block[contacts.block_a], block_b=part.block[contacts.block_b]),
         supports=replace(supports, block=part.block[supports.block]),
         unstable_blocks=part.block[stage.unstable_blocks],
+        evidence=None if stage.evidence is None else stage.evidence.in_whole(part),
     )

@@ -1,0 +1,201 @@
+"""Evidence: what checking a stage's verdict takes beside its forces, so that it can be checked without the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.submodel import SubModel
+from bsm_mesh.model.supports import Bars
+
+KINDS = {Elastic: "elastic", Patton: "patton", MohrCoulomb: "mohr_coulomb", Weaker: "weaker"}
+LawTable = tuple[Mapping[str, Any], ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Evidence(Portable):
+    """Strength and stiffness of the contacts, what holds the blocks, and how fast they are; rows as in `StageResult`.
+
+    Attributes
+    ----------
+    laws : tuple of mapping
+        Kind and parameters of the different laws [degrees, Pa] (`law_table`).
+    law : (m,) int32
+        Number of every contact's law there.
+    failed : (m,) bool
+        Asperities sheared off, cohesion and tension lost.
+    tension : (m,) float64 [N/m]
+        Greatest tension that the contact bears; infinite: no bound.
+    normal_stiffness, shear_stiffness : (m,) float64 [N/m2]
+        Of the contact's springs, per metre of thickness.
+    near : (m,) bool
+        Open contacts that close before a block has moved by a thousandth of its size.
+    bar_block : (k,) int32
+        Block that each bar of the supports holds.
+    bar_point, bar_direction : (k, 2) float64 [m, -]
+        Where, and along which unit vector; the vector is zero where the bar holds the rotation.
+    bar_turns : (k,) bool
+        Whether the bar holds the rotation.
+    weight : (n, 2) float64 [N/m]
+        Weight of every block.
+    bolt_pair : (l, 2) int32
+        Row and column of the blocks of the bolts' tangent.
+    bolt_tangent : (l, 3, 3) float64
+        The blocks: derivatives of minus the bolts' forces by the movements.
+    velocity : (n, 3) float64 or None [sqrt(m), sqrt(m), rad / sqrt(m)]
+        Of blocks that are followed: its square is twice the height of a free fall to it.
+    """
+
+    laws: LawTable
+    law: IntArray
+    failed: BoolArray
+    tension: FloatArray
+    normal_stiffness: FloatArray
+    shear_stiffness: FloatArray
+    near: BoolArray
+    bar_block: IntArray
+    bar_point: FloatArray
+    bar_direction: FloatArray
+    bar_turns: BoolArray
+    weight: FloatArray
+    bolt_pair: IntArray
+    bolt_tangent: FloatArray
+    velocity: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        show_only(self)
+
+    def in_whole(self, part: SubModel) -> Evidence:
+        """Return a part's evidence in the numbers of the whole."""
+        return replace(
+            self,
+            bar_block=part.block[self.bar_block],
+            bolt_pair=part.block[self.bolt_pair],
+            weight=part.in_whole(self.weight),
+            velocity=None if self.velocity is None else part.in_whole(self.velocity),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Witness(Portable):
+    """A mechanism that proves by virtual work that no forces within strength balance the loads where blocks were given.
+
+    Attributes
+    ----------
+    velocity : (n, 3) float64
+        Velocities u, v and theta of the blocks, the greatest of a centroid, or of rotation times radius of gyration, 1.
+    loads : (n, 3) float64 [N/m, N/m, N]
+        Weights, loads and water on the blocks where they were given.
+    laws, law, tension : as in `Evidence`
+        Strength of the contacts, none of which has failed.
+    block_a, block_b : (m,) int32
+        Blocks of the contacts of the given geometry.
+    point, normal : (m, 2) float64 [m, -]
+        Where the contacts are, and the outward normal of `block_b`.
+    length : (m,) float64 [m]
+        What each stands for.
+    lines : (m, k, 2) float64 [-, N/m]
+        Slope and intercept of the lines that bound the shear by the pressure; infinite intercept: no bound.
+    bar_block, bar_point, bar_direction, bar_turns : as in `Evidence`
+        The supports.
+    node_block : (k,) int32
+        Block of every node of the bolts.
+    node_point : (k, 2) float64 [m]
+        Where the nodes are.
+    node_capacity : (k,) float64 [N/m]
+        Greatest force on the rock, over the spacing; infinite: no bound.
+    node_slip : (k,) float64
+        Velocity of the bolt against the rock in the mechanism, towards the tip positive.
+    element_node : (e,) int32
+        First node of every element; the second is the next one.
+    element_yield : (e,) float64 [N/m]
+        Greatest tension, over the spacing; infinite: no bound.
+    dowel_block : (d, 2) int32
+        Blocks on both sides of every crossing that resists shear.
+    dowel_point, dowel_across : (d, 2) float64 [m, -]
+        Where, and the unit vector across the bolt.
+    dowel_strength : (d,) float64 [N/m]
+        Greatest shear, over the spacing; infinite: no bound.
+    """
+
+    velocity: FloatArray
+    loads: FloatArray
+    laws: LawTable
+    law: IntArray
+    tension: FloatArray
+    block_a: IntArray
+    block_b: IntArray
+    point: FloatArray
+    normal: FloatArray
+    length: FloatArray
+    lines: FloatArray
+    bar_block: IntArray
+    bar_point: FloatArray
+    bar_direction: FloatArray
+    bar_turns: BoolArray
+    node_block: IntArray
+    node_point: FloatArray
+    node_capacity: FloatArray
+    node_slip: FloatArray
+    element_node: IntArray
+    element_yield: FloatArray
+    dowel_block: IntArray
+    dowel_point: FloatArray
+    dowel_across: FloatArray
+    dowel_strength: FloatArray
+
+    def __post_init__(self) -> None:
+        show_only(self)
+
+    def in_whole(self, part: SubModel) -> Witness:
+        """Return a part's witness in the numbers of the whole; the other blocks do not move in it."""
+        numbered = ("block_a", "block_b", "bar_block", "node_block", "dowel_block")
+        return replace(
+            self,
+            velocity=part.in_whole(self.velocity),
+            loads=part.in_whole(self.loads),
+            **{name: part.block[getattr(self, name)] for name in numbered},
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Proof:
+    """What limit analysis says of the start of a stage that is unstable.
+
+    Attributes
+    ----------
+    text : str
+        In words; where there is no witness, why.
+    witness : Witness or None
+        The mechanism.
+    """
+
+    text: str
+    witness: Witness | None = None
+
+
+def law_table(laws: tuple[JointLaw, ...]) -> LawTable:
+    """Return kind and parameters of laws; of one of the user's own its name alone."""
+    return tuple(_described(law) for law in laws)
+
+
+def _described(law: JointLaw) -> Mapping[str, Any]:
+    kind = KINDS.get(type(law))
+    if isinstance(law, Weaker):
+        return {"kind": kind, "laws": [_described(law.one), _described(law.other)]}
+    if kind is None:
+        return {"kind": "own", "name": type(law).__name__}
+    return {"kind": kind, **asdict(law)}  # type: ignore[call-overload]
+
+
+def bar_rows(bars: Bars, point: FloatArray) -> dict[str, Any]:
+    """Return the fields of `Evidence` and `Witness` that tell of bars, which hold at points (k, 2) [m]."""
+    return {
+        "bar_block": bars.block,
+        "bar_point": point,
+        "bar_direction": bars.direction,
+        "bar_turns": bars.holds_rotation,
+    }

@@ -1,0 +1,32 @@
+"""The evidence for a verdict of the continuation: strength, stiffness and supports where the blocks have come to."""
+
+from __future__ import annotations
+
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
+from bsm_mesh.solve.bolts.tangent import bolt_tangent
+from bsm_mesh.solve.contacts.forces import elastic_contacts
+from bsm_mesh.solve.motion.motion import Motion
+from bsm_mesh.solve.step.block_system import BlockSystem
+
+
+def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence:
+    """Return the evidence at the end of a run, for the contacts `kept` (k,) of its contact set."""
+    table, at = motion.contacts, motion.at
+    pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
+    bars = motion.constraints.bars
+    placed = system.outlines.placed(motion.position)
+    return Evidence(
+        laws=law_table(system.catalogue.laws),
+        law=table.law[kept],
+        failed=table.failed[kept],
+        tension=table.tension[kept],
+        normal_stiffness=table.normal_stiffness[kept],
+        shear_stiffness=table.shear_stiffness[kept],
+        near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
+        weight=system.model.gravity_forces,
+        bolt_pair=pair,
+        bolt_tangent=tangent,
+        velocity=motion.velocity,
+        **bar_rows(bars, placed[bars.block, :2] + system.bar_arms(motion.position)),
+    )

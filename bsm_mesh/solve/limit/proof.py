@@ -1,0 +1,154 @@
+"""Proof that blocks must move: a mechanism that no forces within strength can balance, by virtual work.
+
+For velocities v of rigid blocks, equilibrium of any forces in contacts, supports and bolts with the loads F says
+``F v = D``, D what those forces take up in v. Strength bounds D: of a contact by the greatest of ``-p dn + S(p) |ds|``
+over its pressures p, with dn and ds the velocities of opening and slip there. So where F v is greater than the bounds'
+sum no forces within strength are in equilibrium with the loads, whatever the flow rule and the stiffness. The dual of
+the linear program gives such a v; that v is right takes sums to see, and no linear program.
+
+A velocity is exact to rounding only. A contact that it closes by rounding would take up much under an enormous
+pressure. So what is proved is: no forces below a bound balance the loads, and the bound is enormous.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.outlines import Outlines
+from bsm_mesh.contact.search import ActiveContacts, detect_contacts, key_of
+from bsm_mesh.contact.strength import contact_strength
+from bsm_mesh.contact.table import ContactTable, initial_contacts
+from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.submodel import SubModel, submodel_of
+from bsm_mesh.model.supports import Fixed, bars_of
+from bsm_mesh.results.evidence import Proof, Witness, bar_rows, law_table
+from bsm_mesh.solve.algebra.loads import external_loads
+from bsm_mesh.solve.limit.program import LimitProgram, Optimum
+
+MAX_BLOCKS = 300  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
+LAYERS = 2  # of neighbours that may move with the blocks that come down
+TOUCHING = 1e-3  # over the block size: the gap that is contact, as everywhere
+FEASIBLE = "no proof: forces within strength exist that balance the loads, which proves nothing"
+
+
+def prove(model: Model, down: IntArray) -> Proof:
+    """Return the proof that no forces within strength balance a model's loads where its blocks were given, or why not.
+
+    It is looked for among the blocks that come down and their neighbours first: where these cannot be at rest with all
+    others fixed, they cannot be with others that may give way.
+
+    Parameters
+    ----------
+    model : Model
+        What is there, without stages.
+    down : (k,) int32
+        Blocks that come down.
+    """
+    model = model.replace(contact_points="ends")
+    try:
+        contacts = initial_contacts(model)
+        if left_out := _left_out(model, contacts):
+            return Proof(text=f"no proof was sought: {left_out}")
+        part = None if model.bolts else _around(model, contacts, down)
+        if part is not None and (proof := _proof_of(part.model)).witness is not None:
+            return replace(proof, witness=proof.witness.in_whole(part))
+        if model.blocks.count > MAX_BLOCKS:
+            return Proof(text=_in_vain(part, model))
+        return _proof_of(model)
+    except ModelError as error:
+        return Proof(text=f"no proof: {error}")
+
+
+def _in_vain(part: SubModel | None, model: Model) -> str:
+    sought = "no proof was sought" if part is None else "no proof was found among what comes down and its neighbours"
+    return f"{sought}, and the model, of {model.blocks.count} blocks, is too large for one of the whole in a run"
+
+
+def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | None:
+    """Return blocks that come down with layers of neighbours, the last fixed; None where that is no small part."""
+    near = np.zeros(model.blocks.count, dtype=bool)
+    near[down] = True
+    layers = [near]
+    for _ in range(LAYERS + 1):
+        near = layers[-1].copy()
+        near[contacts.block_a[layers[-1][contacts.block_b]]] = True
+        near[contacts.block_b[layers[-1][contacts.block_a]]] = True
+        layers.append(near)
+    if near.sum() > min(MAX_BLOCKS, 0.7 * len(near)):
+        return None
+    forces = point_forces_of(model.acting_loads, model.blocks)
+    part = submodel_of(model, near, bars_of(model.supports, model.blocks), forces, model.water)
+    outermost = np.flatnonzero(~layers[-2][part.block])
+    if not outermost.size:
+        return part
+    return replace(
+        part, model=part.model.replace(supports=[*part.model.supports, Fixed(blocks=tuple(outermost.tolist()))])
+    )
+
+
+def _proof_of(model: Model) -> Proof:
+    """Return the proof that the linear program gives."""
+    program, loads = LimitProgram(model), external_loads(model)
+    optimum = program.maximise(np.zeros_like(loads), loads, most=1.0)
+    if optimum.factor >= 1:
+        return Proof(text=FEASIBLE)
+    text = (
+        "no forces within strength balance the loads where the blocks were given: they bear at most "
+        f"{optimum.factor + 0.0:.6g} times the loads; the blocks must move"
+    )
+    return Proof(text=text, witness=_witness(model, program, loads, optimum))
+
+
+def _left_out(model: Model, contacts: ContactTable) -> str:
+    """Return what the contacts of limit analysis, which are faces, leave out of what touches; nothing if all is there.
+
+    Blocks that meet at a node of the mesh without a common face have no contact there.
+    """
+    blocks = model.blocks
+    outlines = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool))
+    near = TOUCHING * outlines.size
+    found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
+    corner = blocks.nodes[found.corner]
+    at_node = (corner == blocks.nodes[found.edge]) | (corner == blocks.nodes[blocks.following[found.edge]])
+    touching = found.in_range & (found.gap <= near) & ~at_node
+    ends = contacts.block_a, contacts.block_b
+    alone = np.flatnonzero(touching & ~np.isin(found.pair, key_of(np.minimum(*ends), np.maximum(*ends))))
+    if not alone.size:
+        return ""
+    a, b = int(found.block_a[alone[0]]), int(found.block_b[alone[0]])
+    return f"{counted(alone.size, 'corner')} touch an edge without a common face (blocks {a} and {b})"
+
+
+def _witness(model: Model, program: LimitProgram, loads: FloatArray, optimum: Optimum) -> Witness:
+    """Return the mechanism with all that a check of it takes."""
+    contacts, bolts, dowels = program.contacts, program.bolts, program.dowels
+    strength = contact_strength(model, contacts)
+    return Witness(
+        velocity=optimum.velocity,
+        loads=loads,
+        laws=law_table(strength.laws),
+        law=strength.law,
+        tension=strength.tension,
+        block_a=contacts.block_a,
+        block_b=contacts.block_b,
+        point=contacts.point,
+        normal=contacts.normal,
+        length=contacts.length,
+        lines=np.stack(strength.lines(), axis=2),
+        node_block=bolts.block,
+        node_point=bolts.point,
+        node_capacity=bolts.capacity / bolts.spacing[bolts.bolt_of_node],
+        node_slip=optimum.slip,
+        element_node=bolts.first_node,
+        element_yield=(bolts.yield_force / bolts.spacing)[bolts.bolt_of_element],
+        dowel_block=np.column_stack([dowels.near, dowels.far]),
+        dowel_point=program.crossing,
+        dowel_across=dowels.across,
+        dowel_strength=dowels.strength / dowels.spacing,
+        **bar_rows(program.bars, program.bars.point),
+    )

@@ -1,0 +1,83 @@
+"""Spread: several routes to an equilibrium, and by how much they differ; the verdict stays that of the usual one."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import bsm_mesh as bsm
+from bsm_mesh.app.cli import cli
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.spread import RouteEnd, spread_text
+from bsm_mesh.run import spread
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
+
+
+def on_incline(friction, **given):
+    polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 3, 0), rectangle(-0.5, 0, 0.5, 0.5))]
+    return model_of(polygons, friction=friction, **given)
+
+
+def end(route, status, difference=None, block=None):
+    return RouteEnd(
+        route=route,
+        status=status,
+        stage="initial",
+        max_displacement=1.0,
+        unstable_blocks=(),
+        difference=difference,
+        block=block,
+    )
+
+
+def test_routes_to_one_equilibrium_differ_by_rounding():
+    model = on_incline(35.0)
+    results = bsm.run(model)
+    ends = spread(model, results).spread
+    assert [one.route for one in ends] == ["as always", "relaxation first", "four parts"]
+    assert {one.status for one in ends} == {Status.STABLE}
+    assert max(one.difference for one in ends) < 1e-3 * results.stages[0].max_displacement
+
+
+def test_blocks_that_come_down_have_no_difference():
+    model = on_incline(25.0)
+    ends = spread(model, bsm.run(model)).spread
+    assert {one.status for one in ends} == {Status.UNSTABLE}
+    assert {one.difference for one in ends} == {None}
+
+
+def test_an_excavation_is_released_in_parts():
+    stop = turned(rectangle(-1.5, 0, -0.5, 0.5), 30.0)
+    polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 3, 0), rectangle(-0.5, 0, 0.5, 0.5))]
+    stages = [bsm.Stage(name="later", excavate=[2], relaxation=[0.5, 1.0])]
+    model = model_of([*polygons, stop], friction=35.0, fixed=(0, 2), stages=stages)
+    ends = spread(model, bsm.run(model)).spread
+    assert [one.stage for one in ends] == ["later"] * 3
+
+
+def test_other_schemes_have_one_route():
+    model = on_incline(35.0)
+    with pytest.raises(bsm.ModelError, match="only scheme = 'continuation'"):
+        spread(model, bsm.run(model, bsm.Options(scheme="linear")))
+
+
+@pytest.mark.parametrize(
+    ("others", "words"),
+    [
+        ([end("b", Status.STABLE, 0.5, 7)], "2 routes, one verdict; equilibria differ by up to 0.5 m (block 7, b)"),
+        ([end("b", Status.UNSTABLE)], "the verdict depends on the route: stable as always, unstable by b"),
+    ],
+)
+def test_words(others, words):
+    assert words in spread_text((end("as always", Status.STABLE, 0.0, 0), *others))
+
+
+def test_the_command_tells_it(tmp_path):
+    model = bsm.run(on_incline(35.0)).save(tmp_path / "first") / "model.toml"
+    out = CliRunner().invoke(cli, ["run", str(model), "-o", str(tmp_path / "out"), "-q", "--spread"])
+    assert out.exit_code == 0, out.output
+    assert "spread: 3 routes, one verdict" in out.stdout
+    told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["spread"]
+    assert [one["route"] for one in told] == ["as always", "relaxation first", "four parts"]
+    assert len(bsm.Results.load(tmp_path / "out").spread) == 3
