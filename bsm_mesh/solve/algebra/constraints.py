@@ -159,9 +159,7 @@ def constrain_bars(
     k, most = len(block), int(counts.max(initial=1))
     radius = moments.gyration[block]
     rows, values = np.zeros((k, most, 3)), np.zeros((k, most))
-    arm = arm / radius[row_of_bar, None]
-    moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
-    rows[row_of_bar, slot] = np.column_stack([bars.direction, moment])
+    rows[row_of_bar, slot] = _unit_rows(bars, arm / radius[row_of_bar, None])
     # A bar that holds the rotation counts as one at the radius of gyration, or units of length would weigh it.
     lever = np.where(bars.holds_rotation, radius[row_of_bar], 1.0)
     values[row_of_bar, slot] = value * lever
@@ -191,6 +189,12 @@ def constrain_bars(
         slot=slot,
         share=share * scale[:, None, :],
     )
+
+
+def _unit_rows(bars: Bars, arm: FloatArray) -> FloatArray:
+    """Return the rows of bars (n_bars, 3), from arms (n_bars, 2) over radii of gyration."""
+    moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
+    return np.column_stack([bars.direction, moment])
 
 
 def _slots(row_of_bar: IntArray, counts: IntArray) -> IntArray:

@@ -6,7 +6,7 @@ force acts against the velocity (Cundall 1987): it takes nothing from what stand
 breaks, bolts what yields, as it comes.
 
 A *window* of cycles has one reference: forces and laws are worked out exactly there, their changes within (see
-`kernels`). It ends when a block has moved by an eighth of a step length.
+`contact_kernels`). It ends when a block has moved by an eighth of a step length.
 """
 
 from __future__ import annotations
@@ -20,7 +20,16 @@ from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
-from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, FAILED, frames
+from bsm_mesh.solve.motion.contact_kernels import (
+    BROKEN,
+    CONTACTED,
+    FAILED,
+    SPRING,
+    STATE,
+    RecordArray,
+    SingleArray,
+    frames,
+)
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
 from bsm_mesh.solve.motion.threads import Share, go_through, strips
 from bsm_mesh.solve.step.block_system import BlockSystem
@@ -122,16 +131,16 @@ class ExplicitMotion:
         """Go on by a window of cycles, `most` of them at most, and keep what slips, breaks and yields in it."""
         self._masses.update(self._weighed())
         contacts, at, rows, supports = self.contacts, self.residual.at, self._rows, self._step.supports
-        state = np.column_stack(
-            [np.where(at.closed, at.shear, 0.0)[rows], np.zeros((len(rows), 2)), contacts.tension[rows]]
-        ).astype(np.float32)
+        state = np.zeros(len(rows), STATE)
+        state["shear"], state["tension"] = np.where(at.closed, at.shear, 0.0)[rows], contacts.tension[rows]
+        self._spring["dashpot"] = self._masses.dashpots(self._weighed())
         events = np.zeros(len(rows), np.uint8)
         candidates = contacts.candidates
         share = Share(
             block_a=candidates.block_a[rows],
             block_b=candidates.block_b[rows],
             frame=self._frame,
-            spring=np.column_stack([self._spring, self._masses.dashpots(self._weighed())]),
+            spring=self._spring,
             state=state,
             events=events,
         )
@@ -160,7 +169,7 @@ class ExplicitMotion:
         candidates, rows = self.contacts.candidates, self._rows
         return candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring
 
-    def _near(self) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _near(self) -> tuple[IntArray, SingleArray, RecordArray]:
         """Return the contacts (k,) that may close within a window, their frames and springs as kernels take them."""
         contacts, at = self.contacts, self.residual.at
         margin = 3 * self._settings.window * self.system.d
@@ -177,17 +186,20 @@ class ExplicitMotion:
         candidates = contacts.candidates
         frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
         pressure = np.where(at.closed, at.pressure, 0.0)
-        columns = (
-            contacts.normal_stiffness,
-            contacts.shear_stiffness,
-            np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
-            pressure,
-            np.where(at.closed, at.shear, 0.0),
-            low,
-            high,
-            *strength_lines(contacts, self.system.catalogue.laws, pressure),
-        )
-        return rows, frame, np.column_stack([column[rows] for column in columns]).astype(np.float32)
+        columns = {
+            "normal_stiffness": contacts.normal_stiffness,
+            "shear_stiffness": contacts.shear_stiffness,
+            "trial_pressure": np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
+            "pressure": pressure,
+            "shear": np.where(at.closed, at.shear, 0.0),
+            "low": low,
+            "high": high,
+            **strength_lines(contacts, self.system.catalogue.laws, pressure),
+        }
+        spring = np.zeros(len(rows), SPRING)
+        for name, column in columns.items():  # the dashpot follows the masses
+            spring[name] = column[rows]
+        return rows, frame, spring
 
     def _acting(self) -> FloatArray:
         """Return the forces at the reference without the bolts', (n, 3)."""
@@ -223,8 +235,8 @@ class ExplicitMotion:
         failed = contacts.failed.copy()
         failed[rows] |= (events & (BROKEN | FAILED)) > 0
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
-        shear[rows] = share.state[:, 0]
-        along[rows] = before.tangential[rows] + share.state[:, 1]
+        shear[rows] = share.state["shear"]
+        along[rows] = before.tangential[rows] + share.state["along"]
         touched = ~np.isnan(contacts.old_tangential)
         touched[rows] |= (events & CONTACTED) > 0
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
@@ -244,8 +256,8 @@ class ExplicitMotion:
         self.residual = self._step.residual_at(position)
 
 
-def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the shear strength of contacts as `add_contact_forces` takes it, seven columns (m,).
+def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> dict[str, FloatArray]:
+    """Return the shear strength of contacts by the names of `SPRING`, (m,) each.
 
     The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
     bilinear law they are its two lines. Then the residual line, and on which lines slip is for good.
@@ -255,7 +267,9 @@ def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: F
     low, high = (_tangent(contacts, laws, np.full_like(pressure, p)) for p in (floor, HIGH))
     other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
     residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
-    return (*here[:2], *other[:2], *residual[:2], here[2] + 2 * other[2])
+    lines = {"first": here, "second": other, "residual": residual}
+    found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
+    return found | {"lasting": here[2] + 2 * other[2]}
 
 
 def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:

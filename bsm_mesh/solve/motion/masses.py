@@ -8,11 +8,13 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.algebra.constraints import Constraints
-from bsm_mesh.solve.motion.kernels import stiffness_sums
+from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, stiffness_sums
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 
-Weighed = tuple[IntArray, IntArray, FloatArray, FloatArray]  # contacts: both blocks, frames and springs as kernels take
+Weighed = tuple[
+    IntArray, IntArray, SingleArray, RecordArray
+]  # contacts: both blocks, frames and springs as kernels take
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +92,7 @@ class Masses:
         self.update(weighed)
 
     def update(self, weighed: Weighed) -> None:
-        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k, 14)."""
+        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k,)."""
         least, settings = self._least(weighed), self._settings
         real = self.inverse_rate * self._system.mass if settings.real_masses else self._floor
         self.mass = np.maximum(np.where(real > 0, real, self._floor), least)
@@ -102,7 +104,7 @@ class Masses:
             slack = ((self.mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
             inverse = 1 / self.mass[:, 0]
         slack[self._system.prescribed_blocks], inverse[self._system.prescribed_blocks] = np.inf, 0.0
-        stiffness = spring[:, 0].astype(float)
+        stiffness = spring["normal_stiffness"].astype(float)
         critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
         stable = stiffness * np.minimum(slack[a], slack[b])
         dashpots: FloatArray = np.minimum(settings.impact * critical, stable).astype(np.float32)
