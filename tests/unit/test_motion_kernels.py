@@ -13,8 +13,8 @@ from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun, still
 
-UNDAMPED = MotionSettings(damping=0.0, impact=0.0, real_masses=True)
-INELASTIC = MotionSettings(damping=0.0, impact=1.0, real_masses=True)
+UNDAMPED = MotionSettings(damping=0.0, damps_impacts=False, real_masses=True)
+INELASTIC = MotionSettings(damping=0.0, damps_impacts=True, real_masses=True)
 BASE = rectangle(-20, -1, 20, 0)
 
 
@@ -56,7 +56,9 @@ def test_a_sliding_block_accelerates_by_what_friction_leaves(slope, friction):
 def test_a_block_that_friction_holds_slips_nowhere():
     polygons = [turned(p, 30.0) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
     motion = ExplicitMotion(
-        begun(model_of(polygons, friction=40.0)), MotionSettings(damping=0.5, impact=0.0, real_masses=False), ramp=300
+        begun(model_of(polygons, friction=40.0)),
+        MotionSettings(damping=0.5, damps_impacts=False, real_masses=False),
+        ramp=300,
     )
     follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-5)
     assert motion.residual.at.sticking[motion.residual.at.closed].all()
@@ -152,7 +154,7 @@ def test_a_block_hangs_by_the_tensile_strength_of_its_joint(strength, holds):
     """Its joint of a square metre bears 25 kN; what breaks has failed and falls."""
     model = model_of([rectangle(-4, 1, 4, 2), rectangle(-0.5, 0, 0.5, 1)])
     model = model.replace(joints=[replace(model.joints[0], tensile_strength=strength)])
-    motion = ExplicitMotion(begun(model), MotionSettings(damping=0.5, impact=0.0, real_masses=True), ramp=200)
+    motion = ExplicitMotion(begun(model), MotionSettings(damping=0.5, damps_impacts=False, real_masses=True), ramp=200)
     for _ in range(20):
         motion.go_on(100)
     assert bool(motion.residual.position[1, 1] > -1e-3) is holds
@@ -177,7 +179,7 @@ def doweled(turn, load, **given):
 def test_a_dowel_bears_what_pushes_a_block(turn):
     load = 10e3
     bolt, model = doweled(turn, load)
-    damped = MotionSettings(damping=0.5, impact=0.0, real_masses=False)
+    damped = MotionSettings(damping=0.5, damps_impacts=False, real_masses=False)
     motion = ExplicitMotion(begun(model), damped, ramp=300)
     follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-5)
     moved = turned(motion.residual.position[1:, :2], -turn)[0]
@@ -213,7 +215,7 @@ def test_supports_that_settle_or_move_along_a_slope_carry_their_block(degrees):
         bsm.Roller(blocks=[0], direction=degrees + 90.0),
     ]
     step = begun(model_of([BASE, rectangle(-0.5, 0, 0.5, 1)], friction=50.0, supports=supports))
-    motion = ExplicitMotion(step, MotionSettings(damping=0.5, impact=1.0, real_masses=True))
+    motion = ExplicitMotion(step, MotionSettings(damping=0.5, damps_impacts=True, real_masses=True))
     follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-3)
     wanted = move * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
     assert_allclose(motion.residual.position[0, :2], wanted, rtol=0, atol=1e-9)

@@ -8,7 +8,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
-SMALLEST_PART = 6  # blocks: smaller parts are not cut again
+SMALLEST_PART = 6  # [blocks]; smaller parts are not cut again: they are next to full in any order
 
 
 def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:

@@ -18,7 +18,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.compiled import njit
 
-AT_LIMIT = 1e-12  # of a capacity or yield force, or of the forces in the chain: nearer than this is there
+AT_LIMIT = 1e-12  # of a capacity, a yield force, E A, or the forces in a chain: nearer to a limit or to zero is there
 
 
 @njit()

@@ -19,8 +19,8 @@ from bsm_mesh.solve.contacts.force_kernels import (
     relative_positions,
 )
 
-FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping
-AT_ONCE = 30_000  # contacts whose response is evaluated in one go
+FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
+AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 CONTACT_TOLERANCE = 1e-3  # over the block size: a gap or penetration up to this is contact when two blocks meet
 
 

@@ -17,12 +17,11 @@ from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
+from bsm_mesh.solve.algebra.mechanisms import MAX_NAMED
 from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
 from bsm_mesh.solve.linear.closure import closure_faults
 from bsm_mesh.solve.linear.system import LinearSystem
 from bsm_mesh.solve.options import Options
-
-MAX_NOTES = 3  # on parts that are free to move
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,5 +86,5 @@ def _borne_at_start(model: Model, contacts: ContactTable) -> tuple[FloatArray, F
 
 
 def _notes(free: list[str]) -> tuple[str, ...]:
-    more = [f"{len(free) - MAX_NOTES} more parts are free to move"] if len(free) > MAX_NOTES else []
-    return (*(f"{text}; it is followed where it moves" for text in free[:MAX_NOTES]), *more)
+    more = [f"{len(free) - MAX_NAMED} more parts are free to move"] if len(free) > MAX_NAMED else []
+    return (*(f"{text}; it is followed where it moves" for text in free[:MAX_NAMED]), *more)

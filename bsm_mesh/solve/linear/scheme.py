@@ -20,7 +20,7 @@ from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.loads import relative_residual
-from bsm_mesh.solve.algebra.mechanisms import FreePart
+from bsm_mesh.solve.algebra.mechanisms import MAX_NAMED, FreePart
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.record import bolt_forces
@@ -29,8 +29,6 @@ from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
-
-MAX_FREE = 3  # parts that are free to move, in the reason for a verdict
 
 
 class LinearScheme:
@@ -251,7 +249,7 @@ def _outcome(
 def _verdict(free: list[FreePart], spoilt: str, *, within_tolerance: bool) -> tuple[Status, str]:
     """Return the status and its reason; `free`, `spoilt`: parts that are free to move, or why there is no solution."""
     if free:
-        return Status.UNSTABLE, "; ".join(part.text for part in free[:MAX_FREE])
+        return Status.UNSTABLE, "; ".join(part.text for part in free[:MAX_NAMED])
     if spoilt:
         return Status.NOT_CONVERGED, spoilt
     if within_tolerance:

@@ -13,7 +13,7 @@ from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.bolt_kernels import add_bolts
 from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, add_contact_forces
 
-CHECK_EVERY = 10  # cycles between looks at how far blocks have moved
+CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
 
 
 @njit(nogil=True)

@@ -16,7 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.motion.kernels import CHECK_EVERY, go_on
 
-WORTH_A_THREAD = 15_000  # contacts: with fewer, threads wait more than they work
+WORTH_A_THREAD = 15_000  # [contacts]; with fewer, threads wait more than they work
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

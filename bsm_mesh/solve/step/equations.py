@@ -16,7 +16,6 @@ from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, tangent_stiff
 from bsm_mesh.solve.step.block_system import BAND, BlockSystem
 from bsm_mesh.solve.step.factorization import Factors
 
-MAX_RELATIVE_MOVEMENT = BAND  # of neighbouring blocks, over the step length: the range of the contact search
 MAX_MOVEMENT = 2.0  # of a block in one correction, and in a step, over the step length
 
 
@@ -169,7 +168,7 @@ class StepEquations:
         return largest
 
     def _is_within_band(self, movement: FloatArray) -> bool:
-        return self.max_relative_movement(movement) <= MAX_RELATIVE_MOVEMENT * self.system.d
+        return self.max_relative_movement(movement) <= BAND * self.system.d
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""
