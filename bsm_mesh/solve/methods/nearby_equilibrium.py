@@ -14,7 +14,6 @@ from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import SETTINGS as NEWTON
 from bsm_mesh.solve.methods.regularized_newton import regularized_newton
 from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.elastic import elastic_position
 from bsm_mesh.solve.step.equations import StepEquations
 
 
@@ -67,7 +66,7 @@ class NearbyEquilibrium:
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
         shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
-        position = elastic_position(step)
+        position = step.elastic_position
         step = step.allowing_settlement(position)
         wanted = max(SETTINGS.first, inner)
         for update in range(SETTINGS.max_updates + 1):

@@ -16,7 +16,6 @@ import numpy as np
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.elastic import elastic_position
 from bsm_mesh.solve.step.equations import StepEquations
 
 LIGHTEST = MotionSettings(damps_impacts=False, real_masses=False)
@@ -112,7 +111,7 @@ def _pressed(equations: StepEquations) -> StepEquations:
     """
     if (equations.contacts.candidates.history >= 0).any():
         return equations
-    movement = elastic_position(equations) - equations.start
+    movement = equations.elastic_position - equations.start
     farthest = SETTINGS.passed * equations.system.d
     part = min(SETTINGS.pressed, farthest / max(equations.movement(movement), farthest))
     return equations.static_problem_at(equations.start + part * movement, equations.lam)
