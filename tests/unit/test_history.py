@@ -46,7 +46,7 @@ def test_contacts_that_touch_without_force_keep_their_strength(height, kept):
 
 @pytest.mark.parametrize(("part", "kept"), [(0.9, 2), (1.1, 0)])
 def test_contacts_pulled_past_their_tensile_strength_are_not_kept(part, kept):
-    """Though open by less than contacts that bear nothing may be."""
+    """Though open by less than contacts that carry nothing may be."""
     strength = 0.1 * RULES.rounding * KN
     history, _ = after_lifting(block_on_a_base(strength), part * strength / KN)
     assert len(history.failed) == kept
@@ -54,7 +54,7 @@ def test_contacts_pulled_past_their_tensile_strength_are_not_kept(part, kept):
 
 @pytest.mark.parametrize("gap", [0.5, 2.5])
 def test_contacts_closed_over_a_gap_overhang_the_ends_of_their_edges(gap):
-    """In situ they bear at gap 0 and on, `offset` wide: a corner at the very end of an edge must not lose it all."""
+    """In situ they carry at gap 0 and on, `offset` wide: a corner at the very end of an edge must not lose it all."""
     moving = block_on_a_base()
     near = CONTACT_TOLERANCE * moving.outlines.size
     contacts = moving.gather(History.none(), moving.start, first=True)

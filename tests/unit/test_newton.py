@@ -28,7 +28,7 @@ def column(count):
 @pytest.mark.parametrize("regularized", [False, True])
 @pytest.mark.parametrize(("count", "turn"), [(4, 0.0), (2, 10.0)])
 def test_a_column_settles_and_shears_by_the_weight_above_each_joint(count, turn, regularized):
-    """The joint below block k bears all blocks from it on, across the joint and along it."""
+    """The joint below block k carries all blocks from it on, across the joint and along it."""
     step = step_of(column(count), turn, friction=60.0)
     found = newton(step, step.elastic_position, TOLERANCE, regularized=regularized)
     assert found.outcome is Outcome.SOLVED
@@ -93,7 +93,7 @@ def test_a_block_that_nothing_holds_is_not_said_to_rest():
 
 
 def test_the_elastic_solution_sticks_whatever_the_friction():
-    """Weight along the slope over the shear stiffness of the face, though friction bears a half of it."""
+    """Weight along the slope over the shear stiffness of the face, though friction carries a half of it."""
     slope = 30.0
     step = step_of([BASE, rectangle(0, 0, 1, 1)], slope, friction=15.0)
     moved = turned(step.elastic_position[1:, :2], -slope)[0]

@@ -6,16 +6,16 @@ import pytest
 
 from tests.settings import FORMATS, SOLVER, settings_of, solver_settings
 
-MOST = 81  # no more than there are: what brings a number takes one away, or measures what it is worth
-WORDS = 4  # that say less name it once more
+MAX_SETTINGS = 81  # no more than there are: what brings a number takes one away, or measures what it is worth
+MIN_WORDS = 4  # that say less name it once more
 
 
 def test_there_are_no_more_settings_than_there_were():
-    assert len(solver_settings()) <= MOST
+    assert len(solver_settings()) <= MAX_SETTINGS
 
 
 def test_every_setting_says_what_it_is():
-    silent = [f"{s.place}: {s.name}" for s in solver_settings() if len(s.explained.split()) < WORDS]
+    silent = [f"{s.place}: {s.name}" for s in solver_settings() if len(s.explained.split()) < MIN_WORDS]
     assert silent == []
 
 

@@ -61,7 +61,7 @@ def test_hanging_block(stiffness, kind, spacing):
 
 @pytest.mark.parametrize("offset", [0.05, 0.3])
 def test_hanging_block_off_its_centre(offset):
-    """The block leans on the roof; the bolt bears more than the weight, by moments about the corner it leans on."""
+    """The block leans on the roof; the bolt carries more than the weight, by moments about the corner it leans on."""
     results = solve([ROOF, HUNG], [bsm.Bolt(start=(1.5 + offset, 0), end=(1.5 + offset, 2.5), diameter=0.1)])
     assert results.status == "stable"
     assert_allclose(results.stages[-1].bolts.axial_force, GAMMA * 0.5 / (0.5 - offset), rtol=5e-3)

@@ -86,7 +86,7 @@ class Constraints:
         return free
 
     def unconstrained(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
-        """Return what the supports leave unbalanced of forces (n, 3), times a scale (n, 3), in x, y and rotation."""
+        """Project forces (n, 3) onto the axes that supports leave free, times a scale (n, 3), in x, y and rotation."""
         free = self.scaled(forces, scale)
         axes = self.basis / scale[self.block][:, :, None]  # orthonormal
         free[self.block] = np.einsum("kri,ki->kr", axes, free[self.block])

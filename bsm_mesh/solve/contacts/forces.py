@@ -220,9 +220,9 @@ def resolve_corner_corner(
 ) -> BoolArray:
     """Return which candidates may be closed at a position, (m,).
 
-    Of two opposing corner-corner candidates keep the one that bears since the last accepted step, else the one with
-    the smaller penetration: with both, the next search would drop one of them, and steps would flip between the two
-    for ever. Of a corner with an entering edge keep none until the blocks have rotated.
+    Of two opposing corner-corner candidates keep the one that has been closed since the last accepted step, else the
+    one with the smaller penetration: with both, the next search would drop one of them, and steps would flip between
+    the two for ever. Of a corner with an entering edge keep none until the blocks have rotated.
 
     Parameters
     ----------

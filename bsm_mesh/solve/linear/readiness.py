@@ -33,7 +33,7 @@ class Ready:
     contacts : ContactTable
         Its contacts as the blocks are given.
     system : LinearSystem
-        Its equations with these, bearing what the in-situ field asks of them.
+        Its equations with these, which carry the forces of the in-situ field.
     notes : tuple of str
         What a reader of the results should know, a sentence each.
     """
@@ -79,7 +79,7 @@ def _solver_faults(options: Options) -> tuple[str, ...]:
 
 
 def _borne_at_start(model: Model, contacts: ContactTable) -> tuple[FloatArray, FloatArray]:
-    """Return what the contacts bear where nothing has moved, normal and shear, (m,) each [N/m]."""
+    """Return the contact forces where nothing has moved, normal and shear, (m,) each [N/m]."""
     if model.in_situ is None or model.in_situ.method != "direct":
         return np.zeros(contacts.count), np.zeros(contacts.count)
     return in_situ_contacts(model, contacts)

@@ -130,11 +130,11 @@ def add_contact_forces(
         failed = events[k] & FAILED
         pressure, shear, event = _respond(qx * ty - qy * tx, qx * tx + qy * ty, spring[k], state[k], failed)
         events[k] |= event
-        borne, held = spring[k].pressure, spring[k].shear
-        if pressure == zero and shear == zero and borne == zero and held == zero:
+        p0, s0 = spring[k].pressure, spring[k].shear
+        if pressure == zero and shear == zero and p0 == zero and s0 == zero:
             continue
-        fx, fy = _change_of_force(pressure - borne, shear - held, borne, held, tx, ty, sb, vb)
-        fx0, fy0 = borne * ty - held * tx, -borne * tx - held * ty
+        fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
+        fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
         forces[a, 0] += fx
         forces[a, 1] += fy
         forces[a, 2] += (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0
@@ -155,7 +155,7 @@ def _change_by_turn(
 def _respond(
     gap: np.float32, along: np.float32, spring: Any, state: Any, failed: np.uint8
 ) -> tuple[np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
-    """Return pressure, shear and what happened to a contact moved by `gap`, `along` [m]; carry on its state."""
+    """Return pressure, shear and what happened to a contact moved by `gap`, `along` [m]; update its state."""
     zero = np.float32(0.0)
     shear, tension, event = zero, state.tension, np.uint8(0)
     pressure = spring.trial_pressure - spring.normal_stiffness * gap
@@ -185,13 +185,13 @@ def _respond(
 
 @njit(nogil=True, forceinline=True)
 def _change_of_force(
-    more: float, sheared: float, borne: float, held: float, tx: float, ty: float, sine: float, versine: float
+    dp: float, ds: float, p0: float, s0: float, tx: float, ty: float, sine: float, versine: float
 ) -> tuple[float, float]:  # pragma: no cover - compiled
-    """Return by how much the force on a has changed: `borne` and `held` turn with the edge, `more`, `sheared` are new.
+    """Return by how much the force on a has changed: pressure and shear p0, s0 turn with the edge, dp and ds are new.
 
     The edge has the direction (tx, ty) at the reference, and has turned since; `sine` and `versine` are of that.
     """
     dtx, dty = _change_by_turn(tx, ty, sine, versine)
-    fx = more * (ty + dty) + borne * dty - sheared * (tx + dtx) - held * dtx
-    fy = -more * (tx + dtx) - borne * dtx - sheared * (ty + dty) - held * dty
+    fx = dp * (ty + dty) + p0 * dty - ds * (tx + dtx) - s0 * dtx
+    fy = -dp * (tx + dtx) - p0 * dtx - ds * (ty + dty) - s0 * dty
     return fx, fy

@@ -1,4 +1,4 @@
-"""Explicit motion: blocks accelerated cycle by cycle by what their equilibrium lacks.
+"""Explicit motion: blocks accelerated cycle by cycle by their residual.
 
 The one method that needs no solution nearby and no factorization. A cycle has unit time; masses are the real ones in
 a time that suits the stiffest of them (`real_masses`), or as small as stability allows (Underwood 1983). A part of each
@@ -31,7 +31,7 @@ from bsm_mesh.solve.motion.contact_kernels import (
     frames,
 )
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
-from bsm_mesh.solve.motion.threads import Share, go_through, strips
+from bsm_mesh.solve.motion.threads import Share, advance_window, strips
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
@@ -60,7 +60,7 @@ class ExplicitMotion:
     contacts : ContactSet
         With what slipped and broke on the way.
     contacted : (m,) bool
-        Contacts that bore at any time since they were searched for.
+        Contacts that were closed at any time since the last search.
     cycles, searches : int
         So far.
     diverged : bool
@@ -77,13 +77,13 @@ class ExplicitMotion:
         self.residual: Residual = self._step.residual_at(step.anchor)
         self._searched = self.residual.position
         self.contacted = self.residual.at.closed.copy()
-        self._missing = self.residual.forces if ramp else np.zeros_like(step.start)
+        self._ramped_load = self.residual.forces if ramp else np.zeros_like(step.start)
         self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
         self._rows, self._frame, self._spring = self._near()
         given = np.zeros_like(step.start) if velocity is None else velocity
         self._masses = Masses(self._step, settings, self._weighed(), given)
         self._velocity = given / np.sqrt(self._masses.inverse_rate)
-        self._drift, self._drifting = self._drift_of(step)
+        self._prescribed, self._prescribed_cycles = self._prescribed_per_cycle(step)
 
     @property
     def equations(self) -> StepEquations:
@@ -109,7 +109,7 @@ class ExplicitMotion:
     @property
     def is_loaded(self) -> bool:
         """Whether the ramp is over, and supports have arrived."""
-        return self.cycles >= max(self._ramp, self._drifting)
+        return self.cycles >= max(self._ramp, self._prescribed_cycles)
 
     @property
     def passed(self) -> float:
@@ -127,8 +127,8 @@ class ExplicitMotion:
         self.contacted = self.residual.at.closed.copy()
         self._rows, self._frame, self._spring = self._near()
 
-    def go_on(self, most: int | None = None) -> None:
-        """Go on by a window of cycles, `most` of them at most, and keep what slips, breaks and yields in it."""
+    def advance(self, max_cycles: int | None = None) -> None:
+        """Go through a window, of `max_cycles` at most, and keep what slips, breaks and yields in it."""
         self._masses.update(self._weighed())
         contacts, at, rows, supports = self.contacts, self.residual.at, self._rows, self._step.supports
         state = np.zeros(len(rows), STATE)
@@ -144,17 +144,19 @@ class ExplicitMotion:
             state=state,
             events=events,
         )
-        cycles = min(self._settings.cycles, most or self._settings.cycles)
-        if self.cycles < self._drifting:  # a window may end early: what its supports have not moved would be lost
-            cycles = min(cycles, self._drifting - self.cycles)
-        went, moved, self._velocity = go_through(
+        cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
+        if (
+            self.cycles < self._prescribed_cycles
+        ):  # a window may end early: what its supports have not moved would be lost
+            cycles = min(cycles, self._prescribed_cycles - self.cycles)
+        went, moved, self._velocity = advance_window(
             share,
             self._strips,
             cycles,
             self._settings.window * self.system.d,
-            supports=(supports.block, projectors(supports, self._masses.mass), self._drift_in(cycles)),
+            supports=(supports.block, projectors(supports, self._masses.mass), self._prescribed_in(cycles)),
             bolts=bolt_arrays(self.system, self.residual.position),
-            loads=(self._acting(), self._missing, self._unramped(cycles)),
+            loads=(self._acting(), self._ramped_load, self._unramped_fraction(cycles)),
             constants=(1 / self._masses.mass, self.system.scale, self._settings.damping),
             velocity=self._velocity,
         )
@@ -206,26 +208,26 @@ class ExplicitMotion:
         acting: FloatArray = self.system.loads_at(self.residual.position) + self.residual.at.forces
         return acting
 
-    def _unramped(self, cycles: int) -> FloatArray:
+    def _unramped_fraction(self, cycles: int) -> FloatArray:
         """Return the part of the residual at the start that does not act yet in every cycle, (cycles,)."""
         if self.cycles >= self._ramp:
             return np.zeros(cycles)
         time = np.minimum(np.arange(self.cycles + 1, self.cycles + cycles + 1) / self._ramp, 1.0)
-        unramped: FloatArray = 0.5 + 0.5 * np.cos(np.pi * time)
-        return unramped
+        unramped_fraction: FloatArray = 0.5 + 0.5 * np.cos(np.pi * time)
+        return unramped_fraction
 
-    def _drift_of(self, step: StepEquations) -> tuple[FloatArray, int]:
+    def _prescribed_per_cycle(self, step: StepEquations) -> tuple[FloatArray, int]:
         """Return by what supports move their blocks in a cycle, (n, 3), and in how many: as fast as blocks fall."""
-        drift = step.start - step.anchor
-        size = step.movement(drift)
+        prescribed = step.start - step.anchor
+        size = step.movement(prescribed)
         if not step.supports_move or size == 0:
-            return np.zeros_like(drift), 0
+            return np.zeros_like(prescribed), 0
         cycles = max(1, int(2 * self.fall_cycles * size / self.system.d))
-        return drift / cycles, cycles
+        return prescribed / cycles, cycles
 
-    def _drift_in(self, cycles: int) -> FloatArray:
-        left = min(cycles, max(self._drifting - self.cycles, 0))
-        return self._drift * (left / cycles)
+    def _prescribed_in(self, cycles: int) -> FloatArray:
+        left = min(cycles, max(self._prescribed_cycles - self.cycles, 0))
+        return self._prescribed * (left / cycles)
 
     def _keep(self, position: FloatArray, share: Share) -> None:
         """Keep where blocks are, and what slipped, broke, failed and yielded on the way."""

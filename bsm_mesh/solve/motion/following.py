@@ -59,7 +59,7 @@ class FollowMotion:
         settings = SETTINGS.beginning if begins else SETTINGS.going_on
         motion = ExplicitMotion(equations, settings, velocity=at.velocity)
         while motion.cycles < SETTINGS.longest * motion.fall_cycles:
-            motion.go_on()
+            motion.advance()
             if motion.diverged:
                 return Attempt(equations=equations, position=equations.start, outcome=Outcome.STALLED)
             if motion.passed > equations.system.d:

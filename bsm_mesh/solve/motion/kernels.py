@@ -17,7 +17,7 @@ CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look re
 
 
 @njit(nogil=True)
-def go_on(
+def advance(
     cycles: int,
     begun: int,
     farthest: float,
@@ -42,14 +42,14 @@ def go_on(
         A block that has moved farther since the reference ends it.
     own : (k,) int64
         Blocks without a support that are moved here; others are where `moved` has them.
-    supports : rows, blocks (l,), projectors (l, 3, 3), drift (n, 3)
-        Which of the supported blocks are moved here; all of them; onto their free axes; movement of their supports
-        in a cycle.
+    supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
+        Which of the supported blocks are moved here; all of them; onto their free axes; movement that supports
+        prescribe in a cycle.
     contacts : block_a, block_b, frame, spring, state, events
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
     bolts : tuple of arrays
         As `add_bolts` takes them; empty arrays where there are none.
-    loads : acting (n, 3), missing (n, 3), unramped (cycles,)
+    loads : acting (n, 3), ramped_load (n, 3), unramped_fraction (cycles,)
         Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
         does not act yet, in every cycle.
     constants : inverse_mass (n, 3), scale (n, 3), damping
@@ -80,12 +80,12 @@ def go_on(
 def _set_loads(
     blocks: IntArray, loads: tuple[FloatArray, FloatArray, FloatArray], cycle: int, forces: FloatArray
 ) -> None:  # pragma: no cover - compiled
-    """Set the forces (n, 3) of some blocks (k,) to the loads of a cycle, as `go_on` takes them."""
-    acting, missing, unramped = loads
-    left = unramped[cycle]
+    """Set the forces (n, 3) of some blocks (k,) to the loads of a cycle, as `advance` takes them."""
+    acting, ramped_load, unramped_fraction = loads
+    left = unramped_fraction[cycle]
     for i in blocks:
         for axis in range(3):
-            forces[i, axis] = acting[i, axis] - left * missing[i, axis]
+            forces[i, axis] = acting[i, axis] - left * ramped_load[i, axis]
 
 
 @njit(nogil=True)
@@ -100,10 +100,10 @@ def _move(
     turns: SingleArray,
 ) -> None:  # pragma: no cover - compiled
     """Move blocks under forces (n, 3) for a cycle, from `here` to `there`; set the turns (2, n) there."""
-    rows, supported, projector, drift = supports
+    rows, supported, projector, prescribed = supports
     inverse_mass, _, damping = constants
     accelerate(own, forces, inverse_mass, damping, velocity, here, there)
-    accelerate_supported(rows, supported, projector, forces, inverse_mass, damping, drift, velocity, here, there)
+    accelerate_supported(rows, supported, projector, forces, inverse_mass, damping, prescribed, velocity, here, there)
     set_turns(there, own, turns[0], turns[1])
     set_turns(there, supported[rows], turns[0], turns[1])
 
@@ -150,12 +150,12 @@ def accelerate_supported(
     forces: FloatArray,
     inverse_mass: FloatArray,
     damping: float,
-    drift: FloatArray,
+    prescribed: FloatArray,
     velocity: FloatArray,
     here: FloatArray,
     there: FloatArray,
 ) -> None:  # pragma: no cover - compiled
-    """Move blocks with supports along their free axes for a cycle, and by `drift` (n, 3) with their supports.
+    """Move blocks with supports along their free axes for a cycle, and by `prescribed` (n, 3) with their supports.
 
     `rows` (k,) are those of `supported` (l,) and of the `projector` (l, 3, 3) onto the free axes.
     """
@@ -168,7 +168,7 @@ def accelerate_supported(
             along[axis] = velocity[i, axis] + (1.0 - damped) * pushed[axis] * inverse_mass[i, axis]
         _project(projector[j], along, velocity[i])
         for axis in range(3):
-            there[i, axis] = here[i, axis] + velocity[i, axis] + drift[i, axis]
+            there[i, axis] = here[i, axis] + velocity[i, axis] + prescribed[i, axis]
 
 
 @njit(nogil=True)

@@ -81,15 +81,15 @@ class RelaxToRest:
         motion, levels = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=ramp), list(SETTINGS.levels)
         before, until = np.inf, ramp + window
         while levels and motion.searches < SETTINGS.max_searches:
-            motion.go_on(max(SETTINGS.min_cycles, int(transit)))
+            motion.advance(max(SETTINGS.min_cycles, int(transit)))
             rms = motion.residual.rms
             if motion.diverged or (motion.cycles >= until and rms > SETTINGS.halved * before):
                 break
             if motion.cycles >= until:
                 before, until = rms, until + window
-            if _is_calm(motion, levels[0], goal.max_residual):
+            if _is_below(motion, levels[0], goal.max_residual):
                 motion.search()
-                if _is_calm(motion, levels[0], goal.max_residual):
+                if _is_below(motion, levels[0], goal.max_residual):
                     del levels[0]
             elif motion.passed > SETTINGS.passed * equations.system.d:
                 motion.search()
@@ -117,6 +117,6 @@ def _pressed(equations: StepEquations) -> StepEquations:
     return equations.static_problem_at(equations.start + part * movement, equations.lam)
 
 
-def _is_calm(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
+def _is_below(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
     """Return whether all loads act and the residual is below either norm."""
     return motion.is_loaded and (motion.residual.rms < rms or motion.residual.max_norm < max_residual)

@@ -60,7 +60,7 @@ class BlockSystem:
     moving_weight : float [N/m]
         The same of the blocks that are not prescribed.
     residual_scale : float
-        Reference weight of reported residuals over `mean_weight`: that of the moving blocks, more in stressed rock.
+        Reference weight of reported residuals over `mean_weight`: that of the moving blocks, more in rock under stress.
     """
 
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:
