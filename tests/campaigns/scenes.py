@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from .inputs import ROOT
+from .inputs import ROOT, without_numbers
 from .small import MESH, MODELS
 from .targets.models import BOLT_TABLE, written
 from .unstable import Tree
@@ -133,7 +133,7 @@ class Scene:
             yield "the next run gives other results", said
         left = [name for name in self.names() if name not in clean and not name.startswith(KEPT_BESIDE)]
         if left:
-            yield f"left after the next run: {generic(left[0])}", str(left)
+            yield f"left after the next run: {without_numbers(left[0])}", str(left)
 
     def reader_faults(self) -> Iterator[tuple[str, str]]:
         """Yield what a reader finds wrong: neither the former results nor the new ones, whole."""
@@ -159,11 +159,6 @@ class Scene:
                     if results.title == "The new run":
                         found = max(found, len(results.stages))
         return found
-
-
-def generic(name: str) -> str:
-    """Return a name without the numbers in it."""
-    return "".join("#" if letter.isdigit() else letter for letter in name)
 
 
 def fingerprint(folder: Path) -> str:

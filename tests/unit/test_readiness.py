@@ -9,7 +9,8 @@ import bsm_mesh as bsm
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.solve.linear.readiness import make_ready
 from tests.scenes.shapes import grid, rectangle, running_bond, square
-from tests.scenes.small_case import FILE, LINEAR, LOAD, MODEL, NODES, ROCK, SUPPORT, Case, msh
+from tests.scenes.small_case import FILE, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case
+from tests.scenes.square_mesh import NODES, msh
 
 SCHEMES = ("linear", "continuation", "wang")
 OPTIONS = [bsm.Options(scheme=scheme) for scheme in SCHEMES]

@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus
-from bsm_mesh.solve.bolts.installed import InstalledBolts
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, installed_bolts
 from tests.scenes.shapes import rectangle
 
 CONTINUATION = bsm.Options(scheme="continuation")
@@ -36,10 +35,6 @@ def solve(polygons, bolts, *, stiffness=1e9, weight=GAMMA, supports=None, option
 
 def stress_of(force, diameter):
     return force / (np.pi * diameter**2 / 4)
-
-
-def installed_bolts(bolts, blocks, position):
-    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], bolts=bolts), position)
 
 
 def roof_bolt(**keys):
