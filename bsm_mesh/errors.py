@@ -7,14 +7,15 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-MAX_SHOWN = 12
+MAX_SHOWN = 12  # faults, or known names, in a message
+LONGEST = 60  # characters of a value in a message
 # What moves the cursor, colours, hides or turns round text on a terminal: control characters but tab and newline, the
 # separators of lines and paragraphs, the marks of writing direction; and bytes of file names that are no text.
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 
 
-class ModelError(ValueError):
-    """The input cannot be analysed: every fault found, each with its place, rule and cure.
+class InputError(ValueError):
+    """What is given cannot be used: every fault found, each with its place, rule and cure.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ class ModelError(ValueError):
         self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
         super().__init__(self._text())
 
-    def __reduce__(self) -> tuple[type[ModelError], tuple[tuple[str, ...]]]:
+    def __reduce__(self) -> tuple[type[InputError], tuple[tuple[str, ...]]]:
         return type(self), (self.faults,)  # from another process too all faults, one by one
 
     def _text(self) -> str:
@@ -42,6 +43,10 @@ class ModelError(ValueError):
         if hidden > 0:
             shown.append(f"  - and {hidden} more")
         return "\n".join([f"{len(self.faults)} faults:", *shown])
+
+
+class ModelError(InputError):
+    """A model cannot be analysed."""
 
 
 class SingularMatrixError(ArithmeticError):
@@ -93,14 +98,29 @@ def one_line(text: str) -> str:
     return printable(text).replace("\n", "\\n")
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def as_given(value: object) -> str:
+    """Return a value for a message: as Python writes it, on one line, cut off where it is long.
+
+    Examples
+    --------
+    >>> as_given("gneiss"), as_given(list(range(1000)))
+    ("'gneiss'", '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16...')
+    """
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python writes no whole number of thousands of digits
+        return "a number of thousands of digits"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
     """Return a hint such as ``"; did you mean 'top'? (known: bottom, top)"`` for an unknown name."""
     names = sorted(known)
     if not names:
         return " (there are none)"
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"; did you mean '{close[0]}'?" if close else ""
-    listed = ", ".join(names[:MAX_SHOWN]) + (", ..." if len(names) > MAX_SHOWN else "")
+    listed = ", ".join(names[:most]) + (", ..." if len(names) > most else "")
     return f"{hint} (known: {listed})"
 
 

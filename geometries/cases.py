@@ -20,7 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from bsm_mesh.geometries.errors import GeometryError, nearest_name
+from bsm_mesh.errors import nearest
+from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.reading import refuse_special
 from bsm_mesh.geometries.settings import Parameter, accepts_any, parse_literal, read_parameters
 
@@ -94,9 +95,10 @@ def find_case(case: str | os.PathLike[str]) -> Case:
     if isinstance(case, os.PathLike) or text.endswith(".py") or "/" in text or os.sep in text:
         return _load_script(Path(case))
     name = text.strip().replace("-", "_")
-    if name not in case_names():
+    known = case_names()
+    if name not in known:
         raise GeometryError(
-            f"there is no case '{text}'{nearest_name(name, case_names())}; give a known name, or the path of "
+            f"there is no case '{text}'{nearest(name, known, most=len(known))}; give a known name, or the path of "
             "a .py file with build(path, **parameters)"
         )
     return Case(name=name, function=_import_module(name).build)
@@ -140,7 +142,9 @@ def _unknown_names(case: Case, given: Mapping[str, object]) -> list[str]:
     if case.script is not None and accepts_any(case.function):
         return []
     return [
-        f"{case.name}: there is no parameter '{name}'{nearest_name(name, known)}" for name in given if name not in known
+        f"{case.name}: there is no parameter '{name}'{nearest(name, known, most=len(known))}"
+        for name in given
+        if name not in known
     ]
 
 
@@ -170,7 +174,7 @@ def _load_script(path: Path) -> Case:
     refuse_special(path)
     if not path.is_file():
         known = [entry.name for entry in path.parent.glob("*.py")]
-        hint = nearest_name(path.name, known) if known else ""
+        hint = nearest(path.name, known) if known else ""
         raise GeometryError(f"there is no script {path}{hint}; give the path of a .py file with build(path)")
     if path.suffix != ".py":
         raise GeometryError(f"{path} is not a Python script; give a file that ends in .py")

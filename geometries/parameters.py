@@ -7,9 +7,8 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from numbers import Integral, Real
 
-from bsm_mesh.geometries.errors import GeometryError, nearest_name
-
-LONGEST = 60  # characters of a value in a message
+from bsm_mesh.errors import as_given, nearest
+from bsm_mesh.geometries.errors import GeometryError
 
 
 class Checks:
@@ -81,7 +80,7 @@ class Checks:
         choices = ", ".join(repr(known) for known in allowed)
         for name, value in bad.items():
             texts = [known for known in allowed if isinstance(known, str)]
-            hint = nearest_name(value, texts).partition(" (")[0] if isinstance(value, str) else ""
+            hint = nearest(value, texts).partition(" (")[0] if isinstance(value, str) else ""
             self.add(f"{name} = {as_given(value)} is not known{hint}; give one of {choices}")
         return not bad
 
@@ -118,16 +117,7 @@ class ParameterChecks(Checks):
         takes = inspect.signature(build).parameters.values()
         known = [parameter.name for parameter in takes if parameter.kind is parameter.KEYWORD_ONLY]
         for name in unknown:
-            self.add(f"there is no parameter '{name}'{nearest_name(name, known)}")
-
-
-def as_given(value: object) -> str:
-    """Return a value for a message: as Python writes it, on one line, cut off where it is long."""
-    try:
-        text = " ".join(repr(value).split())
-    except ValueError:  # Python writes no whole number of thousands of digits
-        return "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+            self.add(f"there is no parameter '{name}'{nearest(name, known, most=len(known))}")
 
 
 def _number(value: object) -> float:

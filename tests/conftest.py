@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.scenes.small_case import MODEL, Case, environment, msh
+from tests.scenes.small_case import MODEL, Case, environment
+from tests.scenes.square_mesh import msh
 
 
 @pytest.fixture

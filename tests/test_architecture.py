@@ -213,6 +213,28 @@ def test_the_walk_finds_a_circle_of_rooms(tmp_path):
         floors(arrows)
 
 
+SCREEN = 60  # lines of a function of the solver, signature and docstring with it: whoever checks it sees all of it
+
+
+def long_functions(source: str, most: int = SCREEN) -> dict[str, int]:
+    """Return name and lines of every function that is longer than a screen."""
+    kinds = ast.FunctionDef | ast.AsyncFunctionDef
+    functions = [node for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)]
+    lines = {node.name: (node.end_lineno or 0) - node.lineno + 1 for node in functions}
+    return {name: count for name, count in lines.items() if count > most}
+
+
+def test_functions_of_the_solver_fit_on_a_screen():
+    files = sorted((ROOT / "bsm_mesh" / "solve").rglob("*.py"))
+    found = {str(path.relative_to(ROOT)): long_functions(path.read_text(encoding="utf-8")) for path in files}
+    assert {path: functions for path, functions in found.items() if functions} == {}
+
+
+def test_the_walk_finds_long_functions():
+    assert long_functions("class A:\n    def f(a,\n          b):\n        a\n        b\n", 3) == {"f": 4}
+    assert long_functions("def f():\n    pass\n", 3) == {}
+
+
 def test_geometries_need_no_gmsh_to_be_imported():
     for name in ("__init__.py", "physical_groups.py"):
         found = imports((ROOT / "geometries" / name).read_text(encoding="utf-8"), PARTS["geometries"], True)

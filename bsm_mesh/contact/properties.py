@@ -52,7 +52,7 @@ class JointCatalogue:
     laws : tuple of JointLaw
         Of the joints and of every pair of rocks, different ones.
     smooth : (n_laws,) bool
-        Laws that bear no shear at any pressure.
+        Laws that carry no shear at any pressure.
     """
 
     def __init__(self, model: Model) -> None:
@@ -191,7 +191,7 @@ def _in_series(
 
 
 def _is_smooth(law: JointLaw) -> bool:
-    """Return whether a law bears no shear at the pressures at which laws are asked beforehand."""
+    """Return whether a law carries no shear at the pressures at which laws are asked beforehand."""
     pressure = np.array(PROBED)
     one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
     return not law.respond(pressure, 1e15 * one, one, intact).strength.any()

@@ -24,7 +24,7 @@ class Rules(NamedTuple):
     detach_tol: float = 1e-3  # an active contact ends when its corner is this far off the edge
     new_penetration: float = 1e-3  # a contact without history must not start deeper: it would push the blocks apart
     initial_penetration: float = 1e-2  # but where it came over an edge's end: `min_overlap`, and what was added since
-    rounding: float = 1e-6  # positions nearer than this are equal: faces are found to 1e-6 of an edge, too
+    rounding: float = 1e-6  # positions nearer than this are equal, an intact contact open by less has not separated
     closure_tol: float = 1e-6  # a corner nearer than this to two edges has closed on both
     transfer_distance: float = 0.1  # history is transferred no farther: blocks move less than that in a step
     min_cosine: float = 0.9  # cosine between the normals of a contact and of the one that inherits its history

@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, ReadOnlyMapping, own_array, read_only
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
 from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
 from bsm_mesh.model.polygons import Moments, edge_vectors, next_corner, owner_of_corner, polygon_moments
 from bsm_mesh.model.quantities import MERGE_TOLERANCE as MERGING
-from bsm_mesh.model.values import Rules, as_given, parts_of
+from bsm_mesh.model.values import Rules, parts_of
 
 MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
 

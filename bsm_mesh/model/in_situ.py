@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
 from bsm_mesh.model.loads import LinearField, linear_field
 from bsm_mesh.model.quantities import COORDINATE, PRESSURE, RATIO_BY_DEPTH, RATIO_PER_DEPTH, STRESS_RATIO
-from bsm_mesh.model.values import Rules, as_given, parts_of, plain_numbers
+from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 
 InSituMethod = Literal["direct", "gravity"]
 Points: TypeAlias = tuple[tuple[float, float], ...]

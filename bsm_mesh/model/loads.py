@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, own_array
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, as_given, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import BLOCK, FORCE, STRESS, STRESS_GRADIENT
-from bsm_mesh.model.values import Rules, as_given, parts_of, plain_numbers
+from bsm_mesh.model.values import Rules, parts_of, plain_numbers
 
 LinearField: TypeAlias = tuple[float, float, float]
 """Coefficients (c, a_x, a_y) of ``c + a_x * x + a_y * y``."""

@@ -11,11 +11,11 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
-from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
+from bsm_mesh.errors import ModelError, as_given, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.quantities import BLOCK, RELAXATION, STRESS
-from bsm_mesh.model.values import Rules, as_given, is_number, parts_of
+from bsm_mesh.model.values import Rules, is_number, parts_of
 from bsm_mesh.model.water import Water
 
 Polygon: TypeAlias = tuple[tuple[float, float], ...]

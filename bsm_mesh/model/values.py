@@ -10,10 +10,8 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from bsm_mesh.errors import nearest
+from bsm_mesh.errors import as_given, nearest
 from bsm_mesh.model.quantities import COORDINATE, Quantity, quantities_of
-
-LONGEST = 60  # characters of a value in a message
 
 
 def is_number(value: object) -> bool:
@@ -37,21 +35,6 @@ def parts_of(value: object) -> list[Any] | None:
         return list(value)
     except TypeError:  # an array of no dimension says that it can be iterated
         return None
-
-
-def as_given(value: object) -> str:
-    """Return a value for a message: as Python writes it, on one line, cut off where it is long.
-
-    Examples
-    --------
-    >>> as_given("gneiss"), as_given(list(range(1000)))
-    ("'gneiss'", '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16...')
-    """
-    try:
-        text = " ".join(repr(value).split())
-    except ValueError:  # Python writes no whole number of thousands of digits
-        return "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 def plain_numbers(owner: Any) -> None:

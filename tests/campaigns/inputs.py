@@ -119,3 +119,8 @@ def demand_finite(values: Any, what: str) -> None:
 
     if not np.all(np.isfinite(np.asarray(values, dtype=float))):
         raise AcceptedError(f"{what}: not finite")
+
+
+def without_numbers(name: str) -> str:
+    """Return a name with a mark for every digit in it."""
+    return "".join("#" if letter.isdigit() else letter for letter in name)

@@ -16,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .inputs import ROOT
+from .inputs import ROOT, without_numbers
 from .small import MESH, MODELS
 from .targets.models import BOLT_TABLE, written
 from .unstable import Tree
@@ -149,7 +149,7 @@ class Scene:
             if len(seen) > self._steps - max(0, steps - 1):
                 faults.append(("more than a step is lost", f"{steps} of {self._steps} were done, then {len(seen)}"))
             if left := [name for name in self.names() if name not in clean]:
-                faults.append((f"left after the resumed run: {generic(left[0])}", str(left)))
+                faults.append((f"left after the resumed run: {without_numbers(left[0])}", str(left)))
         shutil.rmtree(self.root)
         aside.rename(self.root)
         return end, faults
@@ -195,7 +195,7 @@ class Scene:
             yield "the next run gives other results", said
         left = [name for name in self.names() if name not in clean and not name.startswith(KEPT_BESIDE)]
         if left:
-            yield f"left after the next run: {generic(left[0])}", str(left)
+            yield f"left after the next run: {without_numbers(left[0])}", str(left)
 
     def reader_faults(self) -> Iterator[tuple[str, str]]:
         """Yield what a reader finds wrong: neither the former results nor the new ones, whole."""
@@ -253,11 +253,6 @@ def content(folder: Path) -> dict[str, Any]:
         del stage["seconds"]
     del summary["checksum"], summary["run"], summary["files"]["history.csv"]
     return {**told, "summary.json": summary}
-
-
-def generic(name: str) -> str:
-    """Return a name without the numbers in it."""
-    return "".join("#" if letter.isdigit() else letter for letter in name)
 
 
 def fingerprint(folder: Path) -> str:

@@ -6,8 +6,8 @@ import copy
 import tomllib
 from typing import Any
 
-NODES = [(x, y) for y in range(3) for x in range(3)]
-QUADS = [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)]
+from tests.scenes.square_mesh import QUADS, msh22
+
 CURVES = {
     "boundary:bottom": [(0, 1), (1, 2)],
     "boundary:left": [(0, 3), (3, 6)],
@@ -17,25 +17,7 @@ CURVES = {
     "bolt:B1": [(0, 4)],
 }
 SURFACES = {"rock:gneiss": [0, 1, 2, 3], "excavation:1": [3]}
-
-
-def msh22() -> bytes:
-    """Return the mesh as MSH 2.2, where a surface in two groups stands twice."""
-    names = [*CURVES, *SURFACES]
-    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names))]
-    lines += [f'{2 if name in SURFACES else 1} {k} "{name}"' for k, name in enumerate(names, start=1)]
-    lines += ["$EndPhysicalNames", "$Nodes", str(len(NODES))]
-    lines += [f"{k} {x} {y} 0" for k, (x, y) in enumerate(NODES, start=1)]
-    elements = [(1, name, pair) for name, pairs in CURVES.items() for pair in pairs]
-    elements += [(3, name, QUADS[k]) for name, quads in SURFACES.items() for k in quads]
-    lines += ["$EndNodes", "$Elements", str(len(elements))]
-    for k, (kind, name, corners) in enumerate(elements, start=1):
-        tag = names.index(name) + 1
-        lines.append(f"{k} {kind} 2 {tag} {tag} {' '.join(str(c + 1) for c in corners)}")
-    return "\n".join([*lines, "$EndElements", ""]).encode()
-
-
-MESH = msh22()
+MESH = msh22(curves=CURVES, more={"excavation:1": [QUADS[k] for k in SURFACES["excavation:1"]]}).encode()
 _BASE = """
 title = "Four blocks"
 [mesh]

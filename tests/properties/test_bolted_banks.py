@@ -1,4 +1,4 @@
-"""Jointed banks with random bolts end in a verdict, and no bolt bears more than it can."""
+"""Jointed banks with random bolts end in a verdict, and no bolt carries more than it can."""
 
 from __future__ import annotations
 

@@ -60,13 +60,13 @@ class Scene:
         band = 0.075 * self.outlines.size if band is None else band
         return detect_contacts(self.outlines, self.position, active or ActiveContacts.none(), band, rules=rules)
 
-    def touching(self, found: Candidates) -> np.ndarray:
-        """Return the rows that bear: in range and closed."""
+    def within_tolerance(self, found: Candidates) -> np.ndarray:
+        """Return the rows in range whose gap is small enough to count as contact."""
         return np.flatnonzero(found.in_range & (found.gap <= 1e-3 * self.outlines.size))
 
     def activated(self, found: Candidates, rows=None, pressure: float | np.ndarray = 1.0) -> ActiveContacts:
         """Return rows (those that touch) as active contacts with a pressure."""
-        rows = self.touching(found) if rows is None else np.asarray(rows)
+        rows = self.within_tolerance(found) if rows is None else np.asarray(rows)
         return ActiveContacts(
             pair=found.pair[rows],
             key=found.key[rows],

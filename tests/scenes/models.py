@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.solve.bolts.installed import InstalledBolts
 from tests.scenes.shapes import turned
 
 GAMMA = 25e3  # N/m3
@@ -52,6 +53,11 @@ def admissible_at(results, friction):
     free = np.repeat(~np.isin(np.arange(results.blocks.count), stage.supports.block), 3)
     right = -stage.loads.reshape(-1)[free] / stage.reference_weight
     return linprog(np.ones(columns.shape[1]), A_eq=columns[free], b_eq=right).status == 0
+
+
+def installed_bolts(bolts, blocks: bsm.Blocks, position: np.ndarray) -> InstalledBolts:
+    """Return bolts in blocks without weight, installed at a position."""
+    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], bolts=bolts), position)
 
 
 def framed(blocks: bsm.Blocks, width: float, height: float) -> bsm.Blocks:

@@ -15,7 +15,8 @@ from bsm_mesh.converters.meshes import apart
 from bsm_mesh.converters.meshes.files import read_cells
 from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 from bsm_mesh.errors import ModelError
-from tests.scenes.small_case import CURVES, ROOT, msh, msh22
+from tests.scenes.small_case import ROOT
+from tests.scenes.square_mesh import CURVES, msh, msh22
 
 READERS = """
 import os

@@ -10,7 +10,8 @@ import shutil
 
 import pytest
 
-from tests.scenes.small_case import FILE, JOINT, JUNK, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case, msh
+from tests.scenes.small_case import FILE, JOINT, JUNK, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case
+from tests.scenes.square_mesh import msh
 
 KEYS = [  # old, new, words
     ("title =", "titel =", ["model.toml: top level: unknown key 'titel'", "did you mean 'title'"]),

@@ -6,7 +6,8 @@ import os
 
 import pytest
 
-from tests.scenes.small_case import CURVES, FILE, JUNK, LINEAR, LOAD, NODES, Case, msh22
+from tests.scenes.small_case import FILE, JUNK, LINEAR, LOAD, Case
+from tests.scenes.square_mesh import CURVES, NODES, msh22
 
 
 def moved(node: int, *place: object) -> str:

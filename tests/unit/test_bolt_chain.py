@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from bsm_mesh.solve.bolts.chain import chain_tangent, solve_chain
 
 RTOL = 1e-8  # of the greatest tension: NNLS works on squared data
-ROUNDING = 64 * np.finfo(float).eps  # of what the bolt would bear without limits, from which the reference begins
+ROUNDING = 64 * np.finfo(float).eps  # of what the bolt would carry without limits, from which the reference begins
 
 
 @st.composite
@@ -32,7 +32,7 @@ def chains(draw, *, elastic=True):
     return stiffness, stretch, most, capacity, bond, anchor
 
 
-SLACK_IN_THE_END = (  # without a bond at its end a bolt bears nothing, though it would bear 26 MN
+SLACK_IN_THE_END = (  # without a bond at its end a bolt carries nothing, though it would carry 26 MN
     np.array([1.0e7, 7.7e8, 4.4e8]),
     np.array([-9.9e-4, -5.3e-4, 1.5e-4]),
     np.inf,

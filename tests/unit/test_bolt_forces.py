@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.algebra.block_matrix import block_pattern, whole_pattern
-from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.state import holding_pairs
+from tests.scenes.models import installed_bolts
 from tests.scenes.shapes import rectangle
 
 BLOCKS = bsm.Blocks.from_polygons([rectangle(i, j, i + 1, j + 1) for j in range(3) for i in range(4)], rock="rock")
@@ -26,10 +26,6 @@ BOLTS = {
     "dowel, elastic bond": bsm.Bolt(**LINE, bond_stiffness=2e8, bearing_stiffness=1e9, plate=5e4),
     "anchorage slips": bsm.Bolt(**LINE, kind="end_anchored", pretension=4e4, anchor_capacity=4e4),
 }
-
-
-def installed_bolts(bolts, blocks, position):
-    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], bolts=bolts), position)
 
 
 def displaced(seed, size=2e-3):

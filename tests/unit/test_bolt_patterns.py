@@ -10,7 +10,8 @@ import bsm_mesh as bsm
 from bsm_mesh.model.bolt_patterns import bolts_from_table, bolts_on_curves, radial_bolts, row_of_bolts
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle, turned
-from tests.scenes.small_case import CURVES, MODEL, NODES, Case, check_refusal, msh
+from tests.scenes.small_case import MODEL, Case, check_refusal
+from tests.scenes.square_mesh import CURVES, NODES, msh
 
 KEYS = {"diameter": 0.025, "pretension": 5e4, "name": "crown"}
 

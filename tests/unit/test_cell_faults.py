@@ -10,7 +10,7 @@ import pytest
 
 from bsm_mesh.converters import convert_mesh
 from bsm_mesh.errors import ModelError
-from tests.scenes.small_case import NODES, QUADS
+from tests.scenes.square_mesh import NODES, QUADS
 
 GIVEN: dict[str, Any] = {
     "points": np.array(NODES, dtype=float),

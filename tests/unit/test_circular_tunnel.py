@@ -12,7 +12,7 @@ from bsm_mesh.geometries.errors import GeometryError
 
 gmsh = pytest.importorskip("gmsh")
 
-LEAST_QUALITY = 0.3  # minSICN; 1 is an equilateral triangle or a square
+MIN_QUALITY = 0.3  # minSICN; 1 is an equilateral triangle or a square
 ROUND_OFF = 1e-9
 VARIANTS = [
     dict(mesh=mesh, half=half, outline=outline, core=core)
@@ -127,7 +127,7 @@ def test_boundaries_lie_where_their_names_say(tmp_path):
 
 def test_quality_and_kind_of_elements(variant, tmp_path):
     mesh = build(tmp_path / "tunnel.msh", **variant)
-    assert quality(tmp_path / "tunnel.msh")[1] > LEAST_QUALITY
+    assert quality(tmp_path / "tunnel.msh")[1] > MIN_QUALITY
     kinds = {"triangles": {"triangle"}, "quads": {"quad"}, "radial": {"quad"}}[variant["mesh"]]
     if variant["core"] and variant["mesh"] == "radial":
         kinds = {"quad", "triangle"}
@@ -152,7 +152,7 @@ def test_documented_counts(mesh, size, count, tmp_path):
     path = circular_tunnel.build(tmp_path / "tunnel.msh", mesh=mesh, size=size)
     measured, worst = quality(path)
     assert measured == pytest.approx(count, rel=0.05)
-    assert worst > 2 * LEAST_QUALITY
+    assert worst > 2 * MIN_QUALITY
 
 
 @pytest.mark.parametrize("outline", ["rectangle", "circle"])
@@ -163,7 +163,7 @@ def test_kirsch_domain_of_twenty_radii(outline, tmp_path):
     )  # fmt: skip
     count, worst = quality(path)
     assert count >= 4000
-    assert worst > 2 * LEAST_QUALITY
+    assert worst > 2 * MIN_QUALITY
 
 
 def test_second_order_puts_mid_nodes_on_the_circle(tmp_path):

@@ -18,8 +18,8 @@ from tests.scenes.shapes import grid, rectangle, square, turned
 
 def test_one_contact_where_two_corners_meet_not_two():
     scene = column()
-    assert len(scene.touching(scene.detect())) == 2
-    assert len(scene.touching(scene.detect(rules=RULES._replace(dual_distance=0.0)))) == 4
+    assert len(scene.within_tolerance(scene.detect())) == 2
+    assert len(scene.within_tolerance(scene.detect(rules=RULES._replace(dual_distance=0.0)))) == 4
 
 
 @pytest.mark.parametrize("shift", [-0.01, 0.01])
@@ -28,7 +28,7 @@ def test_of_two_new_duals_the_closed_one_is_kept(polygons, shift):
     scene = Scene.of(polygons).moved(1, (shift, 0.0))
     found = scene.detect()
     assert found.count == 2
-    assert len(scene.touching(found)) == 2
+    assert len(scene.within_tolerance(found)) == 2
 
 
 def test_parallel_edges_without_overlap_do_not_support():
@@ -38,7 +38,7 @@ def test_parallel_edges_without_overlap_do_not_support():
     def diagonal(rules, shift=-1.0):  # the upper row has moved on by a whole block: other corners meet
         moved = start.moved(2, (shift, 0.0)).moved(3, (shift, 0.0))
         found = moved.detect(rules=rules)
-        pairs = {(int(p) >> 32, int(p) & 0xFFFFFFFF) for p in found.pair[moved.touching(found)]}
+        pairs = {(int(p) >> 32, int(p) & 0xFFFFFFFF) for p in found.pair[moved.within_tolerance(found)]}
         assert (0, 3) in pairs
         return pairs - {(0, 1), (2, 3), (0, 3)}
 
@@ -83,28 +83,28 @@ def test_the_face_of_a_small_block_counts_as_overlap():
     """A whole edge is shared, however short: the rule must not take the support from under it."""
     for side in (0.004, 0.02):
         scene = Scene.of([rectangle(-3, -2, 0, 0), rectangle(-side, 0, 0, side), square(5, 0)])
-        assert len(scene.touching(scene.detect())) == 2
+        assert len(scene.within_tolerance(scene.detect())) == 2
     scene = Scene.of([*delaunay_triangles(np.random.default_rng(0), 10), square(9, 9)])
-    assert len(scene.touching(scene.detect())) == 2 * len(find_faces(scene.blocks).edge_a)
+    assert len(scene.within_tolerance(scene.detect())) == 2 * len(find_faces(scene.blocks).edge_a)
 
 
 def test_a_hinge_stays_at_an_edges_end():
-    """Only parallel contacts have a seam: a block that leans on its corner at the end of an edge is held there."""
+    """Only parallel contacts need an overlap: a block that leans on its corner at the end of an edge is held there."""
     start = Scene.of([square(0, 0), square(1, 0)])  # they open about the upper ends of the face, (1, 1)
     hinge = start.moved(1, degrees=20.0, about=(1.0, 1.0)).moved(0, degrees=-15.0, about=(1.0, 1.0))
     first = start.detect()
-    rows = start.touching(first)
+    rows = start.within_tolerance(first)
     at_top = rows[start.placed[first.corner[rows], 1] > 0.9]
     active = start.activated(first, at_top)
     found = hinge.detect(active)
-    assert len(hinge.touching(found)) == 1
+    assert len(hinge.within_tolerance(found)) == 1
     assert (found.history >= 0).sum() == 1
     arms = np.radians([15, 75])
     tip = turned([(0, 0), *zip(np.cos(arms), np.sin(arms), strict=True)], 0, (1, 1))
     on_the_end = Scene.of([square(0, 0), tip])  # it shares no length with the top, nor with the right side
-    assert len(on_the_end.touching(on_the_end.detect())) == 1
+    assert len(on_the_end.within_tolerance(on_the_end.detect())) == 1
     off = RULES._replace(parallel=2.0)  # now every edge is parallel to every other
-    assert len(on_the_end.touching(on_the_end.detect(rules=off))) == 0
+    assert len(on_the_end.within_tolerance(on_the_end.detect(rules=off))) == 0
 
 
 def test_a_corner_within_a_corner_is_closed_on_one_edge_only():
@@ -115,7 +115,7 @@ def test_a_corner_within_a_corner_is_closed_on_one_edge_only():
 
     def normals(active=None, **off):
         found = scene.detect(active, rules=RULES._replace(**off))
-        rows = [r for r in scene.touching(found) if found.block_a[r] == 0]
+        rows = [r for r in scene.within_tolerance(found) if found.block_a[r] == 0]
         return [tuple(np.round(n, 6) + 0.0) for n in scene.normals(found.edge[rows])], found, rows
 
     assert normals()[0] == [(1.0, 0.0)]
@@ -132,12 +132,12 @@ def test_a_corner_in_a_notch_is_closed_on_floor_and_wall(floor):
     pressed = start.moved(1, (-1e-5, -2e-5))
     active = start.activated(start.detect())
     for found in (pressed.detect(), pressed.detect(active)):
-        rows = pressed.touching(found)
+        rows = pressed.within_tolerance(found)
         corner = np.abs(pressed.placed[found.corner[rows]] - 1.0).max(axis=1) < 0.01
         assert corner.sum() == 2
         assert_allclose(np.abs(pressed.normals(found.edge[rows[corner]]).sum(axis=0)), 1.0)
     near = start.moved(1, (0.02, -2e-5))  # a wall within the band does not take away the floor
-    assert (near.normals(near.detect().edge[near.touching(near.detect())])[:, 1] > 0.9).sum() >= 2
+    assert (near.normals(near.detect().edge[near.within_tolerance(near.detect())])[:, 1] > 0.9).sum() >= 2
 
 
 def test_a_tip_in_a_notch_is_closed_on_both_sides():
@@ -145,7 +145,7 @@ def test_a_tip_in_a_notch_is_closed_on_both_sides():
     arms = np.radians([20, 70])
     tip = turned([(0, 0), *zip(np.cos(arms), np.sin(arms), strict=True)], 0, (1, 1))
     pressed = Scene.of([notched, tip], fixed=[0]).moved(1, (-1e-5, -2e-5))
-    assert len(pressed.touching(pressed.detect())) == 2
+    assert len(pressed.within_tolerance(pressed.detect())) == 2
 
 
 def test_a_new_contact_does_not_start_with_a_large_penetration():
@@ -157,7 +157,9 @@ def test_a_new_contact_does_not_start_with_a_large_penetration():
     assert deep.detect(rules=RULES._replace(new_penetration=0.2)).count == 2
     assert deep.detect(start.activated(start.detect())).count == 2, "with history it stays"
     slid = column().moved(1, (2e-3, -3e-3))
-    assert len(slid.touching(slid.detect(column().activated(column().detect())))) == 2, "a dual takes over deep, too"
+    assert len(slid.within_tolerance(slid.detect(column().activated(column().detect())))) == 2, (
+        "a dual takes over deep, too"
+    )
 
 
 def test_only_convex_corners_touch():
@@ -165,10 +167,10 @@ def test_only_convex_corners_touch():
     rng = np.random.default_rng(0)
     scene = Scene.of(jagged_interface(rng, 0.015))
     faces = len(find_faces(scene.blocks).edge_a)
-    assert len(scene.touching(scene.detect())) == 2 * faces
+    assert len(scene.within_tolerance(scene.detect())) == 2 * faces
     off = RULES._replace(flat=2.0, dual_distance=0.0)
-    assert len(scene.touching(scene.detect(rules=off))) > len(
-        scene.touching(scene.detect(rules=off._replace(flat=1e-6)))
+    assert len(scene.within_tolerance(scene.detect(rules=off))) > len(
+        scene.within_tolerance(scene.detect(rules=off._replace(flat=1e-6)))
     )
     bridge = np.array([(0, 1), (1, 1.02), (2, 1), (2, 2), (0, 2)])  # its lower side is hollow
     over = Scene.of([rectangle(0, 0, 2, 1), bridge])
@@ -196,21 +198,21 @@ def vertex_cluster(turn=0.0):
 
 
 def test_corners_of_diagonal_neighbours_do_not_support_each_other():
-    """In a mesh many corners meet in one point; blocks without a common face bear there only once they are pressed."""
+    """In a mesh many corners meet in one point; without a common face they touch there only once pressed."""
     scene = Scene.of(vertex_cluster())
     found = scene.detect()
-    assert len(scene.touching(found)) == 14
-    assert len(scene.touching(scene.detect(rules=RULES._replace(vertex_tol=0.0)))) > 14
+    assert len(scene.within_tolerance(found)) == 14
+    assert len(scene.within_tolerance(scene.detect(rules=RULES._replace(vertex_tol=0.0)))) > 14
     tips = ~found.in_range & (np.abs(found.gap) < 1e-9)
     assert tips.any(), "candidates they stay"
     active = scene.activated(found, np.flatnonzero(tips))
     out = scene.position[0, :2] / np.hypot(*scene.position[0, :2])
-    for depth, bears in ((0.5e-3, False), (4e-3, True)):
+    for depth, carries in ((0.5e-3, False), (4e-3, True)):
         pressed = scene.moved(0, -depth * out)
         again = pressed.detect(active)
         still = np.isin(again.key, found.key[tips]) & (again.gap < 0)
         assert still.any()
-        assert (again.history[still] >= 0).any() == bears, "no history until it is pressed in"
+        assert (again.history[still] >= 0).any() == carries, "no history until it is pressed in"
 
 
 def test_a_thin_block_between_two_others_keeps_them_apart():
@@ -221,38 +223,38 @@ def test_a_thin_block_between_two_others_keeps_them_apart():
         np.array([(0, 0), (3, 0.1), (2, 2)]),
     ]
     scene = Scene.of(wedge)
-    assert len(scene.touching(scene.detect())) == 4
-    assert len(scene.touching(scene.detect(rules=RULES._replace(vertex_tol=0.0)))) == 5
+    assert len(scene.within_tolerance(scene.detect())) == 4
+    assert len(scene.within_tolerance(scene.detect(rules=RULES._replace(vertex_tol=0.0)))) == 5
 
 
 def test_corners_that_just_touch_do_support_each_other():
     """A block that is hollow below stands on its two corners, which lie on the corners of the block below."""
     hollow = np.array([(0, 1), (1, 1.05), (2, 1), (2, 2), (0, 2)])
     scene = Scene.of([rectangle(0, 0, 2, 1), hollow])
-    assert len(scene.touching(scene.detect())) == 2
+    assert len(scene.within_tolerance(scene.detect())) == 2
 
 
 def test_a_tip_that_stands_on_an_edge_is_closed():
     tip = np.array([(1, 1), (2, 3), (0, 3)])
     scene = Scene.of([rectangle(0, 0, 3, 1), tip])
     found = scene.detect()
-    (row,) = scene.touching(found)
+    (row,) = scene.within_tolerance(found)
     h = np.sqrt(2.0)  # the smaller block: the triangle
     assert found.parallel_edge[row] == -1
     assert found.length[row] == pytest.approx(0.05 * h)
     on_a_node = Scene.of([np.array([(0, 0), (3, 0), (3, 1), (1, 1), (0, 1)]), tip])  # a flat corner below the tip
-    assert len(on_a_node.touching(on_a_node.detect())) == 1
+    assert len(on_a_node.within_tolerance(on_a_node.detect())) == 1
 
 
 def test_rules_go_with_the_smaller_block_of_a_pair():
-    """A pebble 1/500 as large as the rock: a third of its base still bears, and its corners keep their own history."""
+    """A pebble 1/500 as large as the rock: a third of its base still carries, its corners keep their own history."""
     side = 0.002
     pebble = rectangle(-side / 3, 0, 2 * side / 3, side)
     scene = Scene.of([rectangle(-1, -1, 0, 0), pebble, square(3, 3)], fixed=[0])
     blunt = dataclasses.replace(scene.outlines, block_size=np.ones(3))  # the same scene, rules with the median size
     assert scene.outlines.size == pytest.approx(0.5 + side / 2)
-    assert len(scene.touching(scene.detect(band=side))) == 2
-    assert len(scene.touching(Scene(blunt, scene.position, scene.blocks).detect(band=side))) == 0
+    assert len(scene.within_tolerance(scene.detect(band=side))) == 2
+    assert len(scene.within_tolerance(Scene(blunt, scene.position, scene.blocks).detect(band=side))) == 0
 
 
 def test_rules_between_two_large_blocks_go_with_the_median_block():

@@ -1,4 +1,4 @@
-"""Corner on corner: which way out bears, against the least penetration of convex polygons; what is let in before."""
+"""Corner on corner: which opposing candidate is closed, against the least penetration of convex polygons."""
 
 import numpy as np
 import pytest
@@ -71,17 +71,17 @@ def test_the_nearer_way_out_bears(below, above, turn, other_turn, aside, apart, 
     directions = [way for (_, way), soon, came in zip(ways, soonest, apart_before, strict=True) if soon or came]
     direction = max(directions, key=lambda normal: force @ normal)
     aside_of_it = abs(force @ (-direction[1], direction[0]))
-    assert aside_of_it <= RULES.parallel * np.hypot(*force), "no other edge bears, but one within 6 degrees"
+    assert aside_of_it <= RULES.parallel * np.hypot(*force), "no other edge carries, but one within 6 degrees"
     assert force @ direction <= 2 * depth * contacts.normal_stiffness.max() * (1 + 1e-9)
     if depth > 1e-2:
         assert force @ direction > 0.0
 
 
 @pytest.mark.parametrize(("left", "down"), [(0.02, 0.008), (0.008, 0.02)])
-def test_squares_that_meet_in_a_corner_bear_on_one_side(left, down):
-    """Both ways out have parallel edges that only meet end to end: neither is a seam when pressed in."""
+def test_squares_that_meet_in_a_corner_carry_on_one_side(left, down):
+    """Both ways out have parallel edges that only meet end to end: neither overlaps enough when pressed in."""
     force, contacts = force_on_upper(square(0, 0), square(1, 1), (-left, -down))
-    assert not contacts.within_tolerance.any(), "at the start they bear nothing"
+    assert not contacts.within_tolerance.any(), "at the start they carry nothing"
     expected = (0, 1) if down < left else (1, 0)
     assert_allclose(force / np.hypot(*force), expected, atol=1e-12)
     shallow, _ = force_on_upper(square(0, 0), square(1, 1), (-0.9 * RULES.min_overlap, -0.5))
@@ -129,7 +129,7 @@ def test_the_front_of_a_low_step_lets_the_toe_in_whatever_its_slope(x):
     assert (found.corner_gap[mine & (np.abs(normals[:, 0]) > 0.5)] == 0).all(), "a real step"
 
 
-def test_a_face_that_slides_on_is_let_in_at_the_end_only():
+def test_a_face_that_slides_on_may_penetrate_at_first_at_the_end_only():
     def rows(x, depth, rules=RULES):
         scene = Scene.of([square(0, 0), square(-1.5, 1)], fixed=[0]).moved(1, (0.5 + x, -depth))
         return scene.detect(rules=rules).count
@@ -151,7 +151,7 @@ def test_an_open_corner_may_turn_onto_an_edge(degrees):
 
 
 @pytest.mark.parametrize(("sine", "corners"), [(0.1, 1), (RULES.entrance + 1e-3, 1), (RULES.entrance - 1e-3, 2)])
-def test_a_corner_with_an_edge_into_the_other_block_bears_once_it_has_turned(sine, corners):
+def test_a_corner_with_an_edge_into_the_other_block_closes_once_it_has_turned(sine, corners):
     """A slab aslant, pressed in deeper than its second corner is high, stands on the first until its edge is level."""
     slab = turned(rectangle(0, 0, 0.4, 0.2), 6.0)
     moving = BlockSystem(model_of([rectangle(-3, -1, 3, 0), slab, square(5, 0)]))
@@ -169,13 +169,13 @@ def test_blocks_on_both_sides_of_a_wedge_that_has_gone_are_a_face():
     scene = Scene.of([lower, np.array([(0, 0), (3, 0), (3, 0.3)]), upper])
     closed = scene.moved(1, (9, 0)).moved(2, degrees=-np.degrees(np.arctan2(0.3, 3)), about=(0, 0))
     found = closed.detect()
-    assert len(closed.touching(found)) == 2
-    assert (found.corner_gap[closed.touching(found)] == 0).all()
-    assert len(scene.moved(1, (9, 0)).touching(scene.moved(1, (9, 0)).detect())) == 0
+    assert len(closed.within_tolerance(found)) == 2
+    assert (found.corner_gap[closed.within_tolerance(found)] == 0).all()
+    assert len(scene.moved(1, (9, 0)).within_tolerance(scene.moved(1, (9, 0)).detect())) == 0
 
 
-def test_a_contact_that_was_let_in_deep_is_remembered_until_it_has_come_out():
-    """Forgotten in a step in which it bears nothing, it was too deep to start anew: the block fell through."""
+def test_the_initial_penetration_of_a_contact_is_remembered_until_it_has_come_out():
+    """Forgotten in a step in which it carries nothing, it was too deep to start anew: the block fell through."""
     moving = BlockSystem(model_of([square(0, 0), square(-1.5, 1)], friction=0.0))
     pressed, eased, out = (moving.start + np.array([(0, 0, 0), (0.53, -y, 0)]) for y in (4e-3, 1.5e-3, -1e-3))
 
@@ -191,7 +191,7 @@ def test_a_contact_that_was_let_in_deep_is_remembered_until_it_has_come_out():
     assert len(taken(first, out).offset) == 0
 
 
-def test_beside_a_contact_that_bears_its_opposing_one_does_not_close():
+def test_beside_a_closed_contact_its_opposing_one_does_not_close():
     """Of both the next search would keep one: steps flipped between the two for ever."""
     rng, beside = np.random.default_rng(3), 0
     for _ in range(300):
@@ -206,9 +206,9 @@ def test_beside_a_contact_that_bears_its_opposing_one_does_not_close():
         history, _ = commit(first, moving.evaluate(first, position), position, moving.outlines.size)
         contacts = moving.gather(history, position, first=False)
         other = contacts.candidates.opposing_candidate[contacts.opposing]
-        bears = contacts.candidates.history[other] >= 0
+        carries = contacts.candidates.history[other] >= 0
         for _ in range(20):
             closed = moving.evaluate(contacts, moved(0.01, position)).closed
-            assert not (closed[contacts.opposing] & closed[other])[bears].any()
-            beside += int(closed[other][bears].sum())
+            assert not (closed[contacts.opposing] & closed[other])[carries].any()
+            beside += int(closed[other][carries].sum())
     assert beside > 100, "or nothing was tried"

@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.solve.contacts.forces import CONTACT_TOLERANCE
-from bsm_mesh.solve.contacts.history import IDLE, History, commit
+from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, square
@@ -30,7 +31,7 @@ def after_lifting(moving, height):
     return commit(contacts, moving.evaluate(contacts, position), position, moving.outlines.size)
 
 
-@pytest.mark.parametrize(("height", "kept"), [(0.0, 2), (0.5 * IDLE, 2), (3 * IDLE, 0)])
+@pytest.mark.parametrize(("height", "kept"), [(0.0, 2), (0.5 * RULES.rounding, 2), (3 * RULES.rounding, 0)])
 def test_contacts_that_touch_without_force_keep_their_strength(height, kept):
     moving = block_on_a_base()
     history, changed = after_lifting(moving, height)
@@ -45,15 +46,15 @@ def test_contacts_that_touch_without_force_keep_their_strength(height, kept):
 
 @pytest.mark.parametrize(("part", "kept"), [(0.9, 2), (1.1, 0)])
 def test_contacts_pulled_past_their_tensile_strength_are_not_kept(part, kept):
-    """Though open by less than contacts that bear nothing may be."""
-    strength = 0.1 * IDLE * KN
+    """Though open by less than contacts that carry nothing may be."""
+    strength = 0.1 * RULES.rounding * KN
     history, _ = after_lifting(block_on_a_base(strength), part * strength / KN)
     assert len(history.failed) == kept
 
 
 @pytest.mark.parametrize("gap", [0.5, 2.5])
 def test_contacts_closed_over_a_gap_overhang_the_ends_of_their_edges(gap):
-    """In situ they bear at gap 0 and on, `offset` wide: a corner at the very end of an edge must not lose it all."""
+    """In situ they carry at gap 0 and on, `offset` wide: a corner at the very end of an edge must not lose it all."""
     moving = block_on_a_base()
     near = CONTACT_TOLERANCE * moving.outlines.size
     contacts = moving.gather(History.none(), moving.start, first=True)

@@ -40,11 +40,11 @@ def test_no_swapped_role_while_the_active_contact_is_in_range(shift):
     moved = start.moved(1, (shift, -1e-5))
 
     found = moved.detect(active)
-    assert len(moved.touching(found)) == 2
+    assert len(moved.within_tolerance(found)) == 2
     if abs(shift) < 1e-3:
-        assert (found.history[moved.touching(found)] >= 0).all()
+        assert (found.history[moved.within_tolerance(found)] >= 0).all()
         off = moved.detect(active, rules=RULES._replace(dual_distance=0.0))
-        assert sorted(off.history[moved.touching(off)]) == [-1, 0, 1]
+        assert sorted(off.history[moved.within_tolerance(off)]) == [-1, 0, 1]
 
 
 def test_history_of_two_goes_to_one_from_the_nearer():
@@ -107,7 +107,7 @@ def test_history_is_not_transferred_round_a_corner():
     active = start.activated(start.detect())
     assert len(active.key) == 2
     beside = start.moved(1, (0.1, -0.05))
-    assert len(beside.touching(beside.detect(active))) == 2
+    assert len(beside.within_tolerance(beside.detect(active))) == 2
     assert (beside.detect(active).predecessor < 0).all()
     assert (beside.detect(active, rules=RULES._replace(min_cosine=-1.0, transfer_distance=0.3)).predecessor >= 0).any()
 
@@ -117,7 +117,7 @@ def test_history_goes_along_an_outline_from_edge_to_edge():
     start = Scene.of([floor, rectangle(-1, 0, -0.001, 1)], fixed=[0])
     active = start.activated(start.detect())
     found = start.moved(1, (0.02, -1e-5)).detect(active)
-    rows = start.touching(found)
+    rows = start.within_tolerance(found)
     assert len(rows) == 3, "the flat corner of the floor has come under the block"
     assert found.length[rows].sum() == pytest.approx(0.999)
     right = rows[start.placed[found.corner[rows], 0] > -0.01]
@@ -137,12 +137,12 @@ def test_an_active_contact_has_a_largest_penetration():
 def test_two_active_duals_at_one_point_become_one():
     start = column()
     every = start.detect(rules=RULES._replace(dual_distance=0.0))
-    rows = start.touching(every)
+    rows = start.within_tolerance(every)
     assert len(rows) == 4
     active = start.activated(every, rows, pressure=np.array([1.0, 2.0, 3.0, 4.0]))
     found = start.moved(1, (0.0, -1e-5)).detect(active)
     assert found.count == 2
-    assert sorted(active.pressure[found.history]) == [3.0, 4.0], "those that bear more"
+    assert sorted(active.pressure[found.history]) == [3.0, 4.0], "those that carry more"
 
 
 def test_contacts_without_pressure_are_not_active():

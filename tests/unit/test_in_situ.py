@@ -1,4 +1,4 @@
-"""The in-situ field as it is given: what is refused, and what is said of a field that the joints cannot bear."""
+"""The in-situ field as it is given: what is refused, and what is said of a field that the joints cannot carry."""
 
 from __future__ import annotations
 

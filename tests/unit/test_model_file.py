@@ -10,7 +10,8 @@ import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.errors import MeshWarning, ModelError
-from tests.scenes.small_case import MODEL, Case, msh
+from tests.scenes.small_case import MODEL, Case
+from tests.scenes.square_mesh import msh
 
 
 @pytest.mark.parametrize("content", [MODEL.replace("\n", "\r\n").encode(), b"\xef\xbb\xbf" + MODEL.encode()])

@@ -13,15 +13,15 @@ from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun, still
 
-UNDAMPED = MotionSettings(damping=0.0, impact=0.0, real_masses=True)
-INELASTIC = MotionSettings(damping=0.0, impact=1.0, real_masses=True)
+UNDAMPED = MotionSettings(damping=0.0, damps_impacts=False, real_masses=True)
+INELASTIC = MotionSettings(damping=0.0, damps_impacts=True, real_masses=True)
 BASE = rectangle(-20, -1, 20, 0)
 
 
 def follow(motion: ExplicitMotion, until, windows: int = 400) -> None:
     """Go on, with contacts searched as blocks move, until a condition holds."""
     for _ in range(windows):
-        motion.go_on()
+        motion.advance()
         assert not motion.diverged
         if motion.passed > 0.5 * motion.system.d:
             motion.search()
@@ -56,7 +56,9 @@ def test_a_sliding_block_accelerates_by_what_friction_leaves(slope, friction):
 def test_a_block_that_friction_holds_slips_nowhere():
     polygons = [turned(p, 30.0) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
     motion = ExplicitMotion(
-        begun(model_of(polygons, friction=40.0)), MotionSettings(damping=0.5, impact=0.0, real_masses=False), ramp=300
+        begun(model_of(polygons, friction=40.0)),
+        MotionSettings(damping=0.5, damps_impacts=False, real_masses=False),
+        ramp=300,
     )
     follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-5)
     assert motion.residual.at.sticking[motion.residual.at.closed].all()
@@ -83,7 +85,7 @@ def test_an_impact_loses_its_energy():
     motion = ExplicitMotion(begun(model_of([BASE, block])), INELASTIC, velocity=still(2, b1=(0, -0.5, 0)))
     speed = []
     for _ in range(60):
-        motion.go_on()
+        motion.advance()
         speed.append(motion.velocity[1, 1])
     assert min(speed) < -0.4
     assert max(speed) < 0.05
@@ -99,7 +101,7 @@ def test_one_thread_and_two_give_equal_digits():
         velocity[0] = 0.0
         motion = ExplicitMotion(step, INELASTIC, velocity=velocity)
         for _ in range(3):
-            motion.go_on()
+            motion.advance()
         ends.append((motion.residual.position, motion.velocity))
     assert_array_equal(ends[0][0], ends[1][0])
     assert_array_equal(ends[0][1], ends[1][1])
@@ -109,7 +111,7 @@ def moved_in(model, windows, **moving):
     """Return where blocks are after windows of so many cycles each, undamped, and their velocity."""
     motion = ExplicitMotion(begun(model), UNDAMPED, velocity=still(model.blocks.count, **moving))
     for cycles in windows:
-        motion.go_on(cycles)
+        motion.advance(cycles)
     assert motion.cycles == sum(windows)
     return motion.residual.position, motion.velocity
 
@@ -149,12 +151,12 @@ def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
 
 @pytest.mark.parametrize(("strength", "holds"), [(60e3, True), (15e3, False)])
 def test_a_block_hangs_by_the_tensile_strength_of_its_joint(strength, holds):
-    """Its joint of a square metre bears 25 kN; what breaks has failed and falls."""
+    """Its joint of a square metre carries 25 kN; what breaks has failed and falls."""
     model = model_of([rectangle(-4, 1, 4, 2), rectangle(-0.5, 0, 0.5, 1)])
     model = model.replace(joints=[replace(model.joints[0], tensile_strength=strength)])
-    motion = ExplicitMotion(begun(model), MotionSettings(damping=0.5, impact=0.0, real_masses=True), ramp=200)
+    motion = ExplicitMotion(begun(model), MotionSettings(damping=0.5, damps_impacts=False, real_masses=True), ramp=200)
     for _ in range(20):
-        motion.go_on(100)
+        motion.advance(100)
     assert bool(motion.residual.position[1, 1] > -1e-3) is holds
     assert bool(motion.contacts.failed.any()) is not holds
 
@@ -174,10 +176,10 @@ def doweled(turn, load, **given):
 
 
 @pytest.mark.parametrize("turn", [0.0, 35.0, 160.0])
-def test_a_dowel_bears_what_pushes_a_block(turn):
+def test_a_dowel_carries_what_pushes_a_block(turn):
     load = 10e3
     bolt, model = doweled(turn, load)
-    damped = MotionSettings(damping=0.5, impact=0.0, real_masses=False)
+    damped = MotionSettings(damping=0.5, damps_impacts=False, real_masses=False)
     motion = ExplicitMotion(begun(model), damped, ramp=300)
     follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-5)
     moved = turned(motion.residual.position[1:, :2], -turn)[0]
@@ -213,7 +215,7 @@ def test_supports_that_settle_or_move_along_a_slope_carry_their_block(degrees):
         bsm.Roller(blocks=[0], direction=degrees + 90.0),
     ]
     step = begun(model_of([BASE, rectangle(-0.5, 0, 0.5, 1)], friction=50.0, supports=supports))
-    motion = ExplicitMotion(step, MotionSettings(damping=0.5, impact=1.0, real_masses=True))
+    motion = ExplicitMotion(step, MotionSettings(damping=0.5, damps_impacts=True, real_masses=True))
     follow(motion, lambda m: m.is_loaded and m.residual.max_norm < 1e-3)
     wanted = move * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
     assert_allclose(motion.residual.position[0, :2], wanted, rtol=0, atol=1e-9)

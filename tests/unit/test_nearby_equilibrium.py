@@ -23,7 +23,7 @@ def scene(name):
         "wall": ([BASE, *running_bond(5, 4)], 35.0),
         "tilted wall": ([turned(p, 8.0) for p in (BASE, *running_bond(5, 4))], 35.0),
         "wedge": (
-            # a triangle in a notch, which slides down both sides until they bear it
+            # a triangle in a notch, which slides down both sides until they carry it
             [
                 np.array([(-3, -1), (3, -1), (3, 2), (2, 2), (0, 0), (-2, 2), (-3, 2)]),
                 np.array([(-1, 1), (0, 0), (1, 1)]),

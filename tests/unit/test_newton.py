@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose
 
 from bsm_mesh.solve.methods.newton import ExactNewton, chord_method, newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
-from bsm_mesh.solve.step.elastic import elastic_position
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun
@@ -29,9 +28,9 @@ def column(count):
 @pytest.mark.parametrize("regularized", [False, True])
 @pytest.mark.parametrize(("count", "turn"), [(4, 0.0), (2, 10.0)])
 def test_a_column_settles_and_shears_by_the_weight_above_each_joint(count, turn, regularized):
-    """The joint below block k bears all blocks from it on, across the joint and along it."""
+    """The joint below block k carries all blocks from it on, across the joint and along it."""
     step = step_of(column(count), turn, friction=60.0)
-    found = newton(step, elastic_position(step), TOLERANCE, regularized=regularized)
+    found = newton(step, step.elastic_position, TOLERANCE, regularized=regularized)
     assert found.outcome is Outcome.SOLVED
     assert step.residual_at(found.position).max_norm < TOLERANCE
     at = found.at
@@ -52,7 +51,7 @@ def test_a_column_settles_and_shears_by_the_weight_above_each_joint(count, turn,
 def test_the_work_of_the_weight_is_twice_the_energy_of_the_joints():
     """Clapeyron: a wall whose joints stick and stay closed is elastic."""
     step = step_of([BASE, *running_bond(4, 4)], friction=60.0)
-    found = newton(step, elastic_position(step), TOLERANCE)
+    found = newton(step, step.elastic_position, TOLERANCE)
     assert found.outcome is Outcome.SOLVED
     at, contacts = found.at, found.contacts
     closed = at.closed
@@ -66,7 +65,7 @@ def test_the_work_of_the_weight_is_twice_the_energy_of_the_joints():
 def test_it_converges_quadratically_near_the_solution():
     """Blocks of a leaning column rotate by finite angles; with the exact tangent errors are squared."""
     step = step_of(column(2), 10.0, friction=60.0)
-    rest = newton(step, elastic_position(step), 1e-12).position
+    rest = newton(step, step.elastic_position, 1e-12).position
     moved = rest + np.array([(0, 0, 0), *[(1e-5 * k, 0, -1e-5 * k) for k in (1, 2)]])
     errors = []
     for iterations in range(4):
@@ -80,7 +79,7 @@ def test_it_converges_quadratically_near_the_solution():
 def test_where_friction_does_not_hold_it_stalls_without_making_the_residual_worse(friction):
     step = begun(model_of([turned(p, 45.0) for p in (BASE, rectangle(0, 0, 1, 1))], friction=friction, kn=KN))
     step = step.with_regularization(1e-9)
-    start = step.residual_at(elastic_position(step))
+    start = step.residual_at(step.elastic_position)
     found = newton(step, start.position, TOLERANCE)
     assert found.outcome is Outcome.STALLED
     assert step.residual_at(found.position).l2_norm <= start.l2_norm
@@ -94,10 +93,10 @@ def test_a_block_that_nothing_holds_is_not_said_to_rest():
 
 
 def test_the_elastic_solution_sticks_whatever_the_friction():
-    """Weight along the slope over the shear stiffness of the face, though friction bears a half of it."""
+    """Weight along the slope over the shear stiffness of the face, though friction carries a half of it."""
     slope = 30.0
     step = step_of([BASE, rectangle(0, 0, 1, 1)], slope, friction=15.0)
-    moved = turned(elastic_position(step)[1:, :2], -slope)[0]
+    moved = turned(step.elastic_position[1:, :2], -slope)[0]
     assert_allclose(moved[1], -GAMMA * np.cos(np.radians(slope)) / KN, rtol=1e-4)  # exact rotation
     # Along the slope it shears, and leans on its two corners: as much again at its centroid.
     assert_allclose(moved[0], -2 * GAMMA * np.sin(np.radians(slope)) / KN, rtol=1e-4)
@@ -105,7 +104,7 @@ def test_the_elastic_solution_sticks_whatever_the_friction():
 
 def test_chord_iterations_reach_rounding_with_the_factors_there_are():
     step = step_of([BASE, *running_bond(4, 4)], friction=60.0)
-    rest = newton(step, elastic_position(step), 1e-4)
+    rest = newton(step, step.elastic_position, 1e-4)
     assert rest.outcome is Outcome.SOLVED
     pushed, factorized = rest.position.copy(), step.factors.count
     pushed[3, 0] += 1e-9
@@ -117,7 +116,7 @@ def test_chord_iterations_reach_rounding_with_the_factors_there_are():
 
 def test_chord_iterations_end_at_the_tolerance_and_never_make_it_worse():
     step = step_of([BASE, *running_bond(4, 4)], friction=60.0)
-    rest = newton(step, elastic_position(step), 1e-9).position
+    rest = newton(step, step.elastic_position, 1e-9).position
     assert_allclose(chord_method(step, rest, 1e-6), rest, atol=0)
     far = rest.copy()
     far[5] += (0.02, 0.05, 0.1)  # its contacts are open there

@@ -13,7 +13,8 @@ import bsm_mesh as bsm
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.errors import ModelError
 from bsm_mesh.processes import python_command
-from tests.scenes.small_case import LINEAR, MODEL, ROOT, msh, run_process
+from tests.scenes.small_case import LINEAR, MODEL, ROOT, run_process
+from tests.scenes.square_mesh import msh
 
 EVIL = "from pathlib import Path\nPath(__file__).with_name('was_run').touch()\nraise SystemExit('a stranger was run')\n"
 PROBE = (

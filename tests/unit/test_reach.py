@@ -8,7 +8,8 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
-from tests.scenes.small_case import FILE, LINEAR, MODEL, Case, msh, msh22, tree
+from tests.scenes.small_case import FILE, LINEAR, MODEL, Case, tree
+from tests.scenes.square_mesh import msh, msh22
 
 SCRIPT = "from pathlib import Path\n\ndef build(path):\n    Path(__file__).with_name('was_run').touch()\n"
 BOLTS = '[[bolt]]\ntable = "NAME"\ndiameter = "25 mm"\nyield_strength = "500 MPa"\n'

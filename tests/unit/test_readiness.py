@@ -9,7 +9,8 @@ import bsm_mesh as bsm
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.solve.linear.readiness import make_ready
 from tests.scenes.shapes import grid, rectangle, running_bond, square
-from tests.scenes.small_case import FILE, LINEAR, LOAD, MODEL, NODES, ROCK, SUPPORT, Case, msh
+from tests.scenes.small_case import FILE, LINEAR, LOAD, MODEL, ROCK, SUPPORT, Case
+from tests.scenes.square_mesh import NODES, msh
 
 SCHEMES = ("linear", "continuation", "wang")
 OPTIONS = [bsm.Options(scheme=scheme) for scheme in SCHEMES]
@@ -153,7 +154,7 @@ def test_the_stiffness_that_a_refusal_names_is_taken():
 
 
 def test_the_forces_decide_and_not_the_stiffness():
-    """A thousand times the weight bears a thousand times the stiffness; so does stress in situ, without any weight."""
+    """A thousand times the weight allows a thousand times the stiffness; so does stress in situ, without any weight."""
     heavy = bsm.Rock("r", unit_weight=25e6)
     with pytest.raises(bsm.ModelError, match="too stiff"):
         bsm.run(pile(kn=1e16))
@@ -183,7 +184,7 @@ def test_too_soft_is_what_blocks_sink_into(options):
 
 
 def test_shear_springs_too_soft_for_a_block_on_an_incline():
-    """It would slide by kilometres before friction bears it."""
+    """It would slide by kilometres before friction carries it."""
     tilted = {"gravity_direction": -105.0, "friction": 40.0}
     assert bsm.run(pile(**tilted)).status == "stable"
     with pytest.raises(bsm.ModelError, match=r"1e\+09 and 1 Pa/m .* too soft"):
@@ -201,7 +202,7 @@ def test_what_is_held_otherwise_does_not_sink():
 
 
 def test_stress_in_situ_sinks_nothing():
-    """What the field's contacts bear is in balance with the weights before anything closes."""
+    """What the field's contacts carry is in balance with the weights before anything closes."""
     blocks = bsm.Blocks.from_polygons(running_bond(3, 3), rock="r")
     given = {"blocks": blocks, "fixed": (0, 1, 2), "kn": 1e4}
     with pytest.raises(bsm.ModelError, match="too soft"):

@@ -7,7 +7,6 @@ from numpy.testing import assert_allclose
 from bsm_mesh.solve.methods.newton import newton, tangent_regularization
 from bsm_mesh.solve.methods.regularized_newton import SETTINGS, RegularizedNewton, regularized_newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
-from bsm_mesh.solve.step.elastic import elastic_position
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun
@@ -23,7 +22,7 @@ def wall(turn=0.0, friction=35.0):
 @pytest.mark.parametrize("turn", [0.0, 6.0])
 def test_it_ends_in_the_equilibrium_of_the_exact_tangent(turn):
     step = wall(turn)
-    start = elastic_position(step)
+    start = step.elastic_position
     found, exact = regularized_newton(step, start, TOLERANCE), newton(step, start, TOLERANCE, max_iterations=40)
     assert found.outcome is exact.outcome is Outcome.SOLVED
     assert step.residual_at(found.position).max_norm < TOLERANCE
@@ -43,7 +42,7 @@ def test_it_carries_a_block_whose_contacts_are_open_back_to_rest():
 def test_where_there_is_no_equilibrium_it_stalls_early():
     step = begun(model_of([turned(p, 50.0) for p in (BASE, rectangle(0, 0, 1, 1))], friction=30.0))
     before = step.factors.count
-    found = regularized_newton(step, elastic_position(step), TOLERANCE)
+    found = regularized_newton(step, step.elastic_position, TOLERANCE)
     assert found.outcome is Outcome.STALLED
     assert step.factors.count - before < SETTINGS.max_factorizations / 2
 
@@ -51,7 +50,7 @@ def test_where_there_is_no_equilibrium_it_stalls_early():
 def test_it_may_end_where_few_blocks_are_left():
     """The rms residual that is asked for is reached; the maximum norm is not."""
     step = wall()
-    rest = regularized_newton(step, elastic_position(step), TOLERANCE).position
+    rest = regularized_newton(step, step.elastic_position, TOLERANCE).position
     pushed = rest.copy()
     pushed[9, 1] -= 1e-6
     residual = step.residual_at(pushed)

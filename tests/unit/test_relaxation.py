@@ -58,3 +58,21 @@ def test_the_equations_asked_are_unchanged():
     assert step.contacts is contacts
     assert step.system.bolts is bolts
     np.testing.assert_array_equal(contacts.old_shear, shear)
+
+
+def test_the_elastic_solution_is_found_once_in_a_step():
+    """A wall on a steep slope: the first method begins with it and fails, the second takes it as it is."""
+    step = begun(model_of([turned(p, 30.0) for p in wall()], friction=35.0))
+    assert NearbyEquilibrium().solve(step, AT_REST, GOAL).outcome is Outcome.STALLED
+    known, count = step.elastic_position.copy(), step.factors.count
+    RelaxToRest().solve(step, AT_REST, GOAL)
+    assert step.factors.count == count
+    np.testing.assert_array_equal(step.elastic_position, known)
+
+
+def test_another_step_has_an_elastic_solution_of_its_own():
+    step = begun(model_of(wall()))
+    softly = step.elastic_position
+    stiffly = step.with_regularization(1e3 / step.system.d).elastic_position
+    assert step.movement(stiffly - step.start) < 0.5 * step.movement(softly - step.start)
+    assert step.elastic_position is softly

@@ -11,7 +11,8 @@ from numpy.testing import assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.vtk_files import read_pvd
-from tests.scenes.small_case import CURVES, MODEL, SUPPORT, Case, msh
+from tests.scenes.small_case import MODEL, SUPPORT, Case
+from tests.scenes.square_mesh import CURVES, msh
 
 SOLVER = '[solver]\nscheme = "linear"\ntolerance = 1e-8\n'
 STEPS = '[output]\nfolder = "results"\nsnapshots = "steps"\n'

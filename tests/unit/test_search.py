@@ -64,7 +64,7 @@ def place_rows(pair_low, pair_high, point, length):
 
 
 def rows_of(scene, found):
-    rows = scene.touching(found)
+    rows = scene.within_tolerance(found)
     low, high = np.minimum(found.block_a, found.block_b), np.maximum(found.block_a, found.block_b)
     return place_rows(low[rows], high[rows], scene.placed[found.corner[rows]], found.length[rows])
 
@@ -87,7 +87,7 @@ def test_at_the_start_every_face_is_two_contacts(name, seed):
     )
     assert len(expected) > 0
     assert_allclose(rows_of(scene, found), expected, atol=1e-6)
-    assert np.abs(found.gap[scene.touching(found)]).max() < ATOL
+    assert np.abs(found.gap[scene.within_tolerance(found)]).max() < ATOL
 
 
 def test_the_start_has_the_points_and_lengths_of_the_contact_table():
@@ -221,7 +221,7 @@ def test_many_candidates_of_one_pair():
     zigzag = np.column_stack([np.arange(601.0), rng.uniform(-0.4, 0.4, 601)])
     lower, upper = np.vstack([[(0, -9), (600, -9)], zigzag[::-1]]), np.vstack([zigzag, [(600, 9), (0, 9)]])
     scene = Scene.of([lower, upper])
-    assert len(scene.touching(scene.detect())) == 1200
+    assert len(scene.within_tolerance(scene.detect())) == 1200
 
 
 def test_pairs_looked_at_apart_by_two_threads_find_the_same(monkeypatch):

@@ -15,7 +15,8 @@ import bsm_mesh as bsm
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import UNPRINTABLE, MeshWarning, ModelError
 from bsm_mesh.geometries import GeometryError
-from tests.scenes.small_case import FILE, JOINT, LINEAR, LOAD, MODEL, ROCK, Case, command, environment, msh
+from tests.scenes.small_case import FILE, JOINT, LINEAR, LOAD, MODEL, ROCK, Case, command, environment
+from tests.scenes.square_mesh import msh
 
 TITLE = 'title = "Two by two"'
 STEERING = r"\u001b[31m\u009b2J\u202e\u0007"

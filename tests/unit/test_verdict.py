@@ -34,7 +34,7 @@ def watch(heights, limit=100.0, **given):
         ([FAR, 0.0, FAR], False),  # and land
         ([FAR, FAR], True),
         ([0.0, NEAR, FAR], True),
-        ([NEAR, NEAR, NEAR], False),  # it has hardly moved since it parted
+        ([NEAR, NEAR, NEAR], False),  # it has hardly moved since it was detached
     ],
 )
 def test_a_block_comes_down_that_is_free_after_two_steps_and_has_moved(heights, comes_down):

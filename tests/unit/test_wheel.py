@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.scenes.small_case import MODEL, ROOT, msh
+from tests.scenes.small_case import MODEL, ROOT
+from tests.scenes.square_mesh import msh
 
 SOURCES = ("bsm_mesh", "geometries", "converters", "pyproject.toml", "README.md", "LICENSE")
 NEIGHBOURS = ("geometries", "converters", "bsm")

@@ -7,7 +7,8 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
-from tests.scenes.small_case import FILE, LINEAR, MODEL, Case, msh
+from tests.scenes.small_case import FILE, LINEAR, MODEL, Case
+from tests.scenes.square_mesh import msh
 
 BOLTS = '[[bolt]]\ntable = "bolts.csv"\ndiameter = "25 mm"\nyield_strength = "500 MPa"\n'
 TABLE = "start_x,start_y,end_x,end_y,name\n"

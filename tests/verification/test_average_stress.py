@@ -77,7 +77,7 @@ def test_weight_between_rollers(choice, points):
 
 
 def test_loads_and_supports_count_as_contacts_do():
-    """A block squeezed between a load and a roller bears the load over its width."""
+    """A block squeezed between a load and a roller carries the load over its width."""
     blocks = bsm.Blocks.from_polygons([np.array([(0, 0), (2, 0), (2, 3), (0, 3)], dtype=float)], rock="r")
     blocks = blocks.with_boundary("bottom", lambda x, y: y < 1e-9).with_boundary("top", lambda x, y: y > 3 - 1e-9)
     model = bsm.Model(

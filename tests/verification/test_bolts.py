@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.results import BoltStatus
-from bsm_mesh.solve.bolts.installed import InstalledBolts
-from tests.scenes.models import LINEAR
+from tests.scenes.models import LINEAR, installed_bolts
 from tests.scenes.shapes import rectangle
 
 CONTINUATION = bsm.Options(scheme="continuation")
@@ -38,10 +37,6 @@ def stress_of(force, diameter):
     return force / (np.pi * diameter**2 / 4)
 
 
-def installed_bolts(bolts, blocks, position):
-    return InstalledBolts.of(bsm.Model(blocks=blocks, rocks=[bsm.Rock("rock", unit_weight=0)], bolts=bolts), position)
-
-
 def roof_bolt(**keys):
     return bsm.Bolt(**{"start": (1.5, 0), "end": (1.5, 2.5), "diameter": 0.022, **keys})
 
@@ -61,7 +56,7 @@ def test_hanging_block(stiffness, kind, spacing):
 
 @pytest.mark.parametrize("offset", [0.05, 0.3])
 def test_hanging_block_off_its_centre(offset):
-    """The block leans on the roof; the bolt bears more than the weight, by moments about the corner it leans on."""
+    """The block leans on the roof; the bolt carries more than the weight, by moments about the corner it leans on."""
     results = solve([ROOF, HUNG], [bsm.Bolt(start=(1.5 + offset, 0), end=(1.5 + offset, 2.5), diameter=0.1)])
     assert results.status == "stable"
     assert_allclose(results.stages[-1].bolts.axial_force, GAMMA * 0.5 / (0.5 - offset), rtol=5e-3)

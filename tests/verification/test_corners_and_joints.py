@@ -90,7 +90,7 @@ def test_joints_in_an_incline_neither_stop_a_slab_nor_let_it_go(friction, degree
 
 
 def test_a_slab_does_not_sink_while_it_slides_over_joints():
-    """On soft joints every new support must bear what the last one bore: seen, it sank by its closure at each joint."""
+    """On soft joints every new support must carry what the last one did: seen, it sank by its closure at each joint."""
     results = run(incline_of_blocks(30.0, 30.3, kn=1e8), limit=2.0)
     assert results.status == "unstable"
     lowest = turned(moved_polygons(results)[7], -30.3)[:, 1].min()

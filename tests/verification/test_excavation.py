@@ -76,8 +76,8 @@ def test_the_direct_state_is_exact(kind, scheme, k0):
 
 
 @pytest.mark.parametrize("scheme", ["linear", "continuation", "wang"])
-def test_residuals_are_relative_to_what_contacts_bear_at_the_start_where_that_is_most(scheme):
-    """Fifty metres down they bear ten times a block's weight; from zero stress the weight counts."""
+def test_residuals_are_relative_to_what_contacts_carry_at_the_start_where_that_is_most(scheme):
+    """Fifty metres down they carry ten times a block's weight; from zero stress the weight counts."""
     options = bsm.Options(scheme=scheme)
     stage = bsm.run(ground(k0=1.0), options).stages[0]
     forces = np.hypot(stage.contacts.normal_force, stage.contacts.shear_force)
@@ -117,7 +117,7 @@ def test_the_direct_state_under_a_given_stress_field(points):
 
 @pytest.mark.parametrize("scheme", ["linear", "continuation"])
 def test_the_direct_state_with_layers_a_surcharge_and_water(scheme):
-    """Three layers of other weight: vertical stress from all above, joints bear it less the water's pressure."""
+    """Three layers of other weight: vertical stress from all above, joints carry it less the water's pressure."""
     weights = {"lower": 27e3, "middle": 22e3, "upper": 18e3}
     polygons = cells("quads")
     rock = ["lower" if p[:, 1].mean() < 4 else "middle" if p[:, 1].mean() < 7 else "upper" for p in polygons]
@@ -297,7 +297,7 @@ def test_the_iteration_of_the_thesis_goes_through_stages_too():
 
 @pytest.mark.parametrize("options", [LINEAR, CONTINUATION])
 def test_repeated_supports_share_the_reaction_of_the_field(options):
-    """A corner block on two sides: statics leaves its four bars open, the field says what each bears."""
+    """A corner block on two sides: statics leaves its four bars open, the field says what each carries."""
     model = ground("quads", k0=0.5)
     results = bsm.run(model, options)
     supports = results.stages[0].supports

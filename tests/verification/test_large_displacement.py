@@ -62,7 +62,7 @@ def test_block_on_an_incline(height, friction, angle, status, turns):
 
 
 def test_forces_under_a_block_whose_heel_slips():
-    """Heel and toe N / 2 -+ S h / (2 b); the heel bears its friction, the toe the rest."""
+    """Heel and toe N / 2 -+ S h / (2 b); the heel carries its friction, the toe the rest."""
     stage = solve(incline(10, 40.1, 40)).stages[-1]
     weight, a = 2e4 * 100, np.radians(40)
     N, S = weight * np.cos(a), weight * np.sin(a)

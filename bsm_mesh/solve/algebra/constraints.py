@@ -16,8 +16,9 @@ from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 
-RANK = 1e-9  # of a block's greatest singular value: a smaller one is a bar that repeats others (or `rounding`)
-CONFLICT = 1e-9  # of the greatest prescribed value: a larger misfit is a contradiction
+# Part of a block's greatest singular value, and of the greatest prescribed value: what is smaller is rounding, a bar
+# that repeats others or a misfit that is no contradiction (or `rounding`, on a national grid).
+REPEATS = 1e-9
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -85,7 +86,7 @@ class Constraints:
         return free
 
     def unconstrained(self, forces: FloatArray, scale: FloatArray) -> FloatArray:
-        """Return what the supports leave unbalanced of forces (n, 3), times a scale (n, 3), in x, y and rotation."""
+        """Project forces (n, 3) onto the axes that supports leave free, times a scale (n, 3), in x, y and rotation."""
         free = self.scaled(forces, scale)
         axes = self.basis / scale[self.block][:, :, None]  # orthonormal
         free[self.block] = np.einsum("kri,ki->kr", axes, free[self.block])
@@ -159,15 +160,13 @@ def constrain_bars(
     k, most = len(block), int(counts.max(initial=1))
     radius = moments.gyration[block]
     rows, values = np.zeros((k, most, 3)), np.zeros((k, most))
-    arm = arm / radius[row_of_bar, None]
-    moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
-    rows[row_of_bar, slot] = np.column_stack([bars.direction, moment])
+    rows[row_of_bar, slot] = _unit_rows(bars, arm / radius[row_of_bar, None])
     # A bar that holds the rotation counts as one at the radius of gyration, or units of length would weigh it.
     lever = np.where(bars.holds_rotation, radius[row_of_bar], 1.0)
     values[row_of_bar, slot] = value * lever
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
     noise = rounding(model.blocks.vertices) / radius
-    constrained = (size > np.maximum(RANK, noise)[:, None] * size[:, :1]).sum(axis=1)
+    constrained = (size > np.maximum(REPEATS, noise)[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(3) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
     prescribed = np.einsum("kab,kb->ka", pseudo, values)
@@ -175,7 +174,7 @@ def constrain_bars(
     share = np.transpose(pseudo, (0, 2, 1))
     share[row_of_bar, slot] *= lever[:, None]
     if conflicts:
-        _check_conflicts(bars, misfit, np.maximum(CONFLICT, noise)[row_of_bar])
+        _check_conflicts(bars, misfit, np.maximum(REPEATS, noise)[row_of_bar])
     scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
     number[block] = np.arange(k)
@@ -191,6 +190,12 @@ def constrain_bars(
         slot=slot,
         share=share * scale[:, None, :],
     )
+
+
+def _unit_rows(bars: Bars, arm: FloatArray) -> FloatArray:
+    """Return the rows of bars (n_bars, 3), from arms (n_bars, 2) over radii of gyration."""
+    moment = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0] + bars.holds_rotation
+    return np.column_stack([bars.direction, moment])
 
 
 def _slots(row_of_bar: IntArray, counts: IntArray) -> IntArray:

@@ -12,7 +12,7 @@ from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
 from bsm_mesh.solve.algebra.ordering import elimination_order
 from bsm_mesh.solve.algebra.superlu import SuperLU
 
-WORTH_SINGLE = 5000  # blocks: below, refining takes what single precision saves
+WORTH_SINGLE = 5000  # [blocks]; below, refining takes what single precision saves
 
 
 class LinearSolver(Protocol):

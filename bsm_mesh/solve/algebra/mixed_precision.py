@@ -11,7 +11,8 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.algebra.pardiso import Pardiso
 
 ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
-MAX_REFINEMENTS, SLOWEST = 10, 0.5  # each leaves at most this part: in a wall of 400 000, a fiftieth
+SLOWEST = 0.5  # part that a refinement may leave, else double precision is cheaper: in a wall of 400 000, a fiftieth
+MAX_REFINEMENTS = 10  # halving so often leaves a thousandth
 
 
 class MixedPrecisionPardiso:

@@ -8,7 +8,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
-SMALLEST_PART = 6  # blocks: smaller parts are not cut again
+SMALLEST_PART = 6  # [blocks]; smaller parts are not cut again: they are next to full in any order
 
 
 def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
@@ -50,20 +50,8 @@ def nested_dissection(
         if last - first <= SMALLEST_PART:
             continue
         members = order[first:last].copy()
-        low0, high0, low1, high1 = np.inf, -np.inf, np.inf, -np.inf
-        for i in members:
-            low0, high0 = min(low0, position[i, 0]), max(high0, position[i, 0])
-            low1, high1 = min(low1, position[i, 1]), max(high1, position[i, 1])
-        axis = 0 if high0 - low0 >= high1 - low1 else 1
-        along = np.empty(members.size)
-        for k in range(members.size):
-            along[k] = position[members[k], axis]
-        middle = np.median(along)
         cut += 1
-        highest = high0 if axis == 0 else high1
-        for k in range(members.size):
-            if along[k] > middle or along[k] == middle == highest:
-                upper[members[k]] = cut
+        _mark_upper_half(members, position, upper, cut)
         lower_end, separator_start = first, last
         upper_part = np.empty(members.size, np.int32)
         n_upper = 0
@@ -90,3 +78,23 @@ def nested_dissection(
         parts.append((first, lower_end))
         parts.append((lower_end, separator_start))
     return order
+
+
+@njit()
+def _mark_upper_half(
+    members: IntArray, position: FloatArray, upper: IntArray, cut: int
+) -> None:  # pragma: no cover - compiled
+    """Set `upper` (n,) of the members beyond the median of the coordinate along which they are longer to `cut`."""
+    low0, high0, low1, high1 = np.inf, -np.inf, np.inf, -np.inf
+    for i in members:
+        low0, high0 = min(low0, position[i, 0]), max(high0, position[i, 0])
+        low1, high1 = min(low1, position[i, 1]), max(high1, position[i, 1])
+    axis = 0 if high0 - low0 >= high1 - low1 else 1
+    along = np.empty(members.size)
+    for k in range(members.size):
+        along[k] = position[members[k], axis]
+    middle = np.median(along)
+    highest = high0 if axis == 0 else high1
+    for k in range(members.size):
+        if along[k] > middle or along[k] == middle == highest:
+            upper[members[k]] = cut

@@ -18,7 +18,7 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
-WORTH_THREADS, WORTH_SOLVING = 5000, 30_000  # blocks: below, threads wait more than they work
+WORTH_THREADS, WORTH_SOLVING = 5000, 30_000  # [blocks], to factorize, to solve: below, threads wait more than they work
 SHARES = 8  # into which a factorization is divided, whatever the number of threads: so that it changes no digit
 
 

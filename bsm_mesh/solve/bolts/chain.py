@@ -18,7 +18,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.compiled import njit
 
-AT_LIMIT = 1e-12  # of a capacity or yield force, or of the forces in the chain: nearer than this is there
+AT_LIMIT = 1e-12  # of a capacity, a yield force, E A, or the forces in a chain: nearer to a limit or to zero is there
 
 
 @njit()
@@ -75,14 +75,24 @@ def solve_chain(
         elastic = slip[i + 1] - found / stiffness[i] + stretch[i]
         m = size[i]
         low, high = _level(w[i, :m], t[i, :m], found)
-        if found <= 0.0:
-            slip[i] = min(max(anchor[i], low, elastic), max(high, elastic))
-        elif found >= most:
-            slip[i] = max(min(anchor[i], high, elastic), min(low, elastic))
-        else:
-            slip[i] = elastic
+        slip[i] = _near_slip(anchor[i], low, high, elastic, found, most)
     _reset_rounding(tension, slip, capacity - AT_LIMIT * bound, bond_stiffness, anchor)
     return tension, slip
+
+
+@njit()
+def _near_slip(
+    anchor: float, low: float, high: float, elastic: float, tension: float, most: float
+) -> float:  # pragma: no cover - compiled
+    """Return the slip of an element's near node: `elastic`, unless it is slack or yields; then nearest to the anchor.
+
+    `low` and `high` are the least and the greatest slip at which the tension before the element is in equilibrium.
+    """
+    if tension <= 0.0:
+        return min(max(anchor, low, elastic), max(high, elastic))
+    if tension >= most:
+        return max(min(anchor, high, elastic), min(low, elastic))
+    return elastic
 
 
 @njit()

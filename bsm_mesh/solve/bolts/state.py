@@ -12,7 +12,6 @@ from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.kernels import own_coupling
 
-ROUNDING = 1e-12  # of E A
 RESISTS = 1e-9  # of an element's stiffness: what is left of it where its bond gives way is less
 
 
@@ -23,7 +22,7 @@ def bolt_status(installed: InstalledBolts, at: BoltEvaluation) -> IntArray:
     sheared, shear = bolt[dowels.element], np.abs(at.dowels.force)
     state = np.full(layout.bolts, BoltStatus.SLACK)
     state[bolt[taut(installed, at)]] = BoltStatus.ELASTIC
-    state[sheared[shear > ROUNDING * dowels.stiffness]] = BoltStatus.ELASTIC
+    state[sheared[shear > AT_LIMIT * dowels.stiffness]] = BoltStatus.ELASTIC
     state[layout.bolt_of_node[slipping(installed, at)]] = BoltStatus.SLIPPING
     state[bolt[installed.yielding(at)]] = BoltStatus.YIELDING
     state[sheared[shear >= dowels.strength * (1 - AT_LIMIT)]] = BoltStatus.YIELDING
@@ -45,7 +44,7 @@ def utilisation(installed: InstalledBolts, at: BoltEvaluation) -> FloatArray:
 
 def taut(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
     """Return which elements have a tension above the rounding of their length, (n_elements,)."""
-    found: BoolArray = at.tension > ROUNDING * installed.stiffness * at.length
+    found: BoolArray = at.tension > AT_LIMIT * installed.stiffness * at.length
     return found
 
 
@@ -64,7 +63,7 @@ def holding_pairs(installed: InstalledBolts, at: BoltEvaluation) -> tuple[IntArr
     own = own_coupling(layout.node_start, installed.coupling(at))
     resists = taut(installed, at) & (own > RESISTS * installed.stiffness)
     sheared = np.abs(at.dowels.force)
-    holds = (sheared > ROUNDING * dowels.stiffness) & (sheared < dowels.strength * (1 - AT_LIMIT))
+    holds = (sheared > AT_LIMIT * dowels.stiffness) & (sheared < dowels.strength * (1 - AT_LIMIT))
     node = layout.first_node[resists]
     near = np.concatenate([layout.block[node], dowels.near[holds]])
     return near, np.concatenate([layout.block[node + 1], dowels.far[holds]])

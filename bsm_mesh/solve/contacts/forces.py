@@ -19,8 +19,8 @@ from bsm_mesh.solve.contacts.force_kernels import (
     relative_positions,
 )
 
-FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping
-AT_ONCE = 30_000  # contacts whose response is evaluated in one go
+FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
+AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 CONTACT_TOLERANCE = 1e-3  # over the block size: a gap or penetration up to this is contact when two blocks meet
 
 
@@ -220,9 +220,9 @@ def resolve_corner_corner(
 ) -> BoolArray:
     """Return which candidates may be closed at a position, (m,).
 
-    Of two opposing corner-corner candidates keep the one that bears since the last accepted step, else the one with
-    the smaller penetration: with both, the next search would drop one of them, and steps would flip between the two
-    for ever. Of a corner with an entering edge keep none until the blocks have rotated.
+    Of two opposing corner-corner candidates keep the one that has been closed since the last accepted step, else the
+    one with the smaller penetration: with both, the next search would drop one of them, and steps would flip between
+    the two for ever. Of a corner with an entering edge keep none until the blocks have rotated.
 
     Parameters
     ----------

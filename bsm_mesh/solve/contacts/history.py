@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ActiveContacts
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
-
-IDLE = 1e-6  # over the block size: an intact contact open by less has not separated
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -91,7 +90,7 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
 
 def _kept(contacts: ContactSet, at: Evaluation, size: float) -> IntArray:
     broken = (contacts.tension > 0) & ~at.closed
-    idle = contacts.within_tolerance & ~at.failed & (at.gap <= IDLE * size) & ~broken
+    idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken
     return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at))
 
 

@@ -17,7 +17,7 @@ from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.in_situ import beyond_strength
 
-BAND = 0.075  # of the contact search, over the block size; only contacts within tolerance are set
+BAND = 0.075  # of the contact search, over the block size: far beyond the tolerance within which contacts are set
 
 
 def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:

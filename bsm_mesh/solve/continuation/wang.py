@@ -30,14 +30,14 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import commit
+from bsm_mesh.solve.continuation.loop import SETTINGS as LOOP
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.equations import StepEquations, moved_by
 
-OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix
+OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix: see above
 NAME = "Wang's iteration"
-QUIET_CYCLES = 2  # in equilibrium without a failure, running
 
 
 class WangIteration(Continuation):
@@ -72,7 +72,7 @@ class WangIteration(Continuation):
             complete = self.system.prescription_complete(position)
             at_rest = residual < self.options.tolerance and failures == 0 and complete
             quiet = quiet + 1 if at_rest else 0
-            if quiet == QUIET_CYCLES:
+            if quiet == LOOP.quiet_steps:
                 return self._at_rest(contacts, position, at)
             if collapse := self.collapse.check(contacts, at.closed, position):
                 return self._collapsed(collapse, contacts, position)

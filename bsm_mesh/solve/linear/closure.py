@@ -27,7 +27,7 @@ def closure_faults(system: LinearSystem, options: Options) -> list[str]:
     Parameters
     ----------
     system : LinearSystem
-        The model where nothing has moved, with what its contacts bear there.
+        The model where nothing has moved, with the contact forces there.
     options : Options
         The linear scheme adds movements up and rounds nothing by the blocks' size; to it nothing is too stiff.
     """
@@ -38,7 +38,7 @@ def closure_faults(system: LinearSystem, options: Options) -> list[str]:
 
 
 def _too_stiff(system: LinearSystem, tolerance: float) -> list[str]:
-    """Compare what rounding of positions makes of the contacts' forces with what may be out of balance."""
+    """Compare what rounding of positions makes of the contacts' forces with the residual that the tolerance allows."""
     contacts, blocks = system.contacts, system.model.blocks
     stiffness = np.maximum(contacts.normal_stiffness, contacts.shear_stiffness)
     arms = (contacts.point - blocks.moments.centroid[side] for side in (contacts.block_a, contacts.block_b))

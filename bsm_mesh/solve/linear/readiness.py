@@ -17,12 +17,11 @@ from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
+from bsm_mesh.solve.algebra.mechanisms import MAX_NAMED
 from bsm_mesh.solve.contacts.in_situ import in_situ_contacts
 from bsm_mesh.solve.linear.closure import closure_faults
 from bsm_mesh.solve.linear.system import LinearSystem
 from bsm_mesh.solve.options import Options
-
-MAX_NOTES = 3  # on parts that are free to move
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,7 +33,7 @@ class Ready:
     contacts : ContactTable
         Its contacts as the blocks are given.
     system : LinearSystem
-        Its equations with these, bearing what the in-situ field asks of them.
+        Its equations with these, which carry the forces of the in-situ field.
     notes : tuple of str
         What a reader of the results should know, a sentence each.
     """
@@ -80,12 +79,12 @@ def _solver_faults(options: Options) -> tuple[str, ...]:
 
 
 def _borne_at_start(model: Model, contacts: ContactTable) -> tuple[FloatArray, FloatArray]:
-    """Return what the contacts bear where nothing has moved, normal and shear, (m,) each [N/m]."""
+    """Return the contact forces where nothing has moved, normal and shear, (m,) each [N/m]."""
     if model.in_situ is None or model.in_situ.method != "direct":
         return np.zeros(contacts.count), np.zeros(contacts.count)
     return in_situ_contacts(model, contacts)
 
 
 def _notes(free: list[str]) -> tuple[str, ...]:
-    more = [f"{len(free) - MAX_NOTES} more parts are free to move"] if len(free) > MAX_NOTES else []
-    return (*(f"{text}; it is followed where it moves" for text in free[:MAX_NOTES]), *more)
+    more = [f"{len(free) - MAX_NAMED} more parts are free to move"] if len(free) > MAX_NAMED else []
+    return (*(f"{text}; it is followed where it moves" for text in free[:MAX_NAMED]), *more)

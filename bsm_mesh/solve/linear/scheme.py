@@ -23,7 +23,7 @@ from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.loads import relative_residual
-from bsm_mesh.solve.algebra.mechanisms import FreePart
+from bsm_mesh.solve.algebra.mechanisms import MAX_NAMED, FreePart
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory
@@ -35,8 +35,6 @@ from bsm_mesh.solve.linear.system import LinearSystem, Solution
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
-
-MAX_FREE = 3  # parts that are free to move, in the reason for a verdict
 
 
 class LinearScheme:
@@ -247,14 +245,7 @@ def _outcome(
     reference = system.reference_of(solution)
     residual = relative_residual(model, solution.residual + reactions, reference)
     at_start = relative_residual(model, start.residual + constraints.reactions(start.residual), reference)
-    status = Status.STABLE if residual <= tolerance else Status.NOT_CONVERGED
-    reason = (
-        "one linear step: no contact can fail" if status is Status.STABLE else "rounding spoils the linear solution"
-    )
-    if free:
-        status, reason = Status.UNSTABLE, "; ".join(part.text for part in free[:MAX_FREE])
-    elif spoilt:
-        status, reason = Status.NOT_CONVERGED, spoilt
+    status, reason = _verdict(free, spoilt, within_tolerance=residual <= tolerance)
     water = WaterLoad(model)
     stress, effective = total_and_effective_stress(
         blocks,
@@ -264,18 +255,6 @@ def _outcome(
         water.point_forces(blocks.vertices),
     )
     U = solution.displacement
-    step = StepRecord(
-        stage=0,
-        step=0,
-        residual=residual,
-        max_displacement=float(np.hypot(U[:, 0], U[:, 1]).max()),
-        newton_iterations=0 if free else 1,
-        factorizations=0 if free else solution.factorizations,
-        open_contacts=0,
-        slipping_contacts=0,
-        seconds=time.perf_counter() - began,
-        method="linear system",
-    )
     stage = StageResult(
         name="",
         status=status,
@@ -293,13 +272,11 @@ def _outcome(
         contacts=contacts,
         supports=supports,
         bolts=bolts,
-        unstable_blocks=np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(
-            np.int32
-        ),
+        unstable_blocks=_blocks_of(free),
         start_residual=at_start,
         residual=residual,
         reference_weight=reference,
-        steps=(step,),
+        steps=(_step_record(solution, residual, began, solved=not free),),
         evidence=_evidence(system, solution),
     )
     return Outcome(stage, size)
@@ -322,4 +299,36 @@ def _evidence(system: LinearSystem, solution: Solution) -> Evidence:
         bolt_pair=pair,
         bolt_tangent=tangent,
         **bar_rows(bars, bars.point),
+    )
+
+
+def _verdict(free: list[FreePart], spoilt: str, *, within_tolerance: bool) -> tuple[Status, str]:
+    """Return the status and its reason; `free`, `spoilt`: parts that are free to move, or why there is no solution."""
+    if free:
+        return Status.UNSTABLE, "; ".join(part.text for part in free[:MAX_NAMED])
+    if spoilt:
+        return Status.NOT_CONVERGED, spoilt
+    if within_tolerance:
+        return Status.STABLE, "one linear step: no contact can fail"
+    return Status.NOT_CONVERGED, "rounding spoils the linear solution"
+
+
+def _blocks_of(free: list[FreePart]) -> IntArray:
+    """Return the blocks of all parts, (k,)."""
+    return np.sort(np.concatenate([np.zeros(0, np.int32), *(part.blocks for part in free)])).astype(np.int32)
+
+
+def _step_record(solution: Solution, residual: float, began: float, *, solved: bool) -> StepRecord:
+    """Return the record of the one step of a stage."""
+    return StepRecord(
+        stage=0,
+        step=0,
+        residual=residual,
+        max_displacement=float(np.hypot(*solution.displacement[:, :2].T).max()),
+        newton_iterations=int(solved),
+        factorizations=solution.factorizations if solved else 0,
+        open_contacts=0,
+        slipping_contacts=0,
+        seconds=time.perf_counter() - began,
+        method="linear system",
     )

@@ -13,8 +13,7 @@ from bsm_mesh.solve.contacts.history import commit, restore_history
 from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import SETTINGS as NEWTON
 from bsm_mesh.solve.methods.regularized_newton import regularized_newton
-from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.elastic import elastic_position
+from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
 
@@ -25,22 +24,20 @@ class NearbySettings:
     Attributes
     ----------
     max_updates : int
-        Of the contacts.
+        Of the contacts, at most: a list that still changes then has no equilibrium nearby.
     first : float
-        Maximum norm or rms residual before an update.
+        Maximum norm or rms residual [mean weights] before the first update, which changes it: more digits would be
+        lost.
     updated : float
         Part of the residual after an update that is solved for before the next, which leaves about as much.
     confirmed : float
-        Part of the tolerance of rest: a smaller residual has only to be confirmed.
-    localized_rms : float
-        Rms residual of which few blocks are the cause; steps to come take it up.
+        Part of the tolerance of rest: a smaller residual has only to be confirmed. Below 1, or rounding would decide.
     """
 
     max_updates: int = 6
     first: float = 1e-3
     updated: float = 0.03
     confirmed: float = 0.99
-    localized_rms: float = 0.03
 
 
 SETTINGS = NearbySettings()
@@ -69,7 +66,7 @@ class NearbyEquilibrium:
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
         shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
-        position = elastic_position(step)
+        position = step.elastic_position
         step = step.allowing_settlement(position)
         wanted = max(SETTINGS.first, inner)
         for update in range(SETTINGS.max_updates + 1):
@@ -98,7 +95,7 @@ def _ended(attempt: Attempt) -> Attempt:
         if not step.factors.ready:
             return attempt
         return replace(attempt, position=chord_method(step, attempt.position, 0.0))
-    if step.residual_at(attempt.position).rms < SETTINGS.localized_rms:  # steps to come take it up
+    if step.residual_at(attempt.position).rms < MAX_RMS:
         return replace(attempt, outcome=Outcome.ACCEPTABLE)
     return replace(attempt, outcome=Outcome.STALLED)
 

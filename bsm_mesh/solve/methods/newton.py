@@ -17,17 +17,20 @@ class NewtonSettings:
 
     Attributes
     ----------
-    max_iterations, max_halvings : int
-        Corrections, and how often one is halved.
+    max_iterations : int
+        Corrections: it converges quadratically or, where contacts flicker, not at all.
+    max_halvings : int
+        Of a correction, at most: to a sixty-fourth.
     decrease : float
-        Part of the predicted decrease of the 2-norm that a correction must bring (Armijo).
+        Part of the predicted decrease of the 2-norm that a correction must bring: Armijo's condition, hardly more than
+        that it decreases.
     chord : float
-        Part of either norm left by a chord iteration, above which it ends.
+        Part of either norm left by a chord iteration, above which it ends: rounding is near.
     regularization : float
         Part of their stiffness that open and slipping contacts keep in a regularised tangent where the residual is
-        that of the weight.
+        that of the weight. Less throws blocks with few contacts, more takes more corrections.
     near_rest : float
-        Goal of a step, over the mean weight, below which few contacts change.
+        Goal of a step [mean weights] below which few contacts change.
     """
 
     max_iterations: int = 12

@@ -28,9 +28,9 @@ class RegularizedSettings:
     worthwhile : float
         The same while the maximum norm is below `nearly`: few contacts still change there, and a stage is near its end.
     nearly : float
-        Maximum norm, over the mean weight.
+        Maximum norm [mean weights].
     max_factorizations : int
-        Corrections at most.
+        Corrections at most: what shrinks by `worthwhile` every second time has come to a two-hundredth.
     """
 
     shrinking: float = 0.25

@@ -80,7 +80,7 @@ def add_bolts(
     across : (k, 2) float64
         Unit vector across the bolt, in the near block's axes.
     dowel : (k, 3) float64 [N/m2, N/m, m]
-        Stiffness and strength over the spacing; coordinate at which the dowel bears nothing.
+        Stiffness and strength over the spacing; coordinate at which its force is zero.
     """
     if node.size == 0:
         return

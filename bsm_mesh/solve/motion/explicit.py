@@ -1,4 +1,4 @@
-"""Explicit motion: blocks accelerated cycle by cycle by what their equilibrium lacks.
+"""Explicit motion: blocks accelerated cycle by cycle by their residual.
 
 The one method that needs no solution nearby and no factorization. A cycle has unit time; masses are the real ones in
 a time that suits the stiffest of them (`real_masses`), or as small as stability allows (Underwood 1983). A part of each
@@ -6,7 +6,7 @@ force acts against the velocity (Cundall 1987): it takes nothing from what stand
 breaks, bolts what yields, as it comes.
 
 A *window* of cycles has one reference: forces and laws are worked out exactly there, their changes within (see
-`kernels`). It ends when a block has moved by an eighth of a step length.
+`contact_kernels`). It ends when a block has moved by an eighth of a step length.
 """
 
 from __future__ import annotations
@@ -20,9 +20,18 @@ from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
-from bsm_mesh.solve.motion.kernels import BROKEN, CONTACTED, FAILED, frames
+from bsm_mesh.solve.motion.contact_kernels import (
+    BROKEN,
+    CONTACTED,
+    FAILED,
+    SPRING,
+    STATE,
+    RecordArray,
+    SingleArray,
+    frames,
+)
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
-from bsm_mesh.solve.motion.threads import Share, go_through, strips
+from bsm_mesh.solve.motion.threads import Share, advance_window, strips
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
@@ -51,7 +60,7 @@ class ExplicitMotion:
     contacts : ContactSet
         With what slipped and broke on the way.
     contacted : (m,) bool
-        Contacts that bore at any time since they were searched for.
+        Contacts that were closed at any time since the last search.
     cycles, searches : int
         So far.
     diverged : bool
@@ -68,13 +77,13 @@ class ExplicitMotion:
         self.residual: Residual = self._step.residual_at(step.anchor)
         self._searched = self.residual.position
         self.contacted = self.residual.at.closed.copy()
-        self._missing = self.residual.forces if ramp else np.zeros_like(step.start)
+        self._ramped_load = self.residual.forces if ramp else np.zeros_like(step.start)
         self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
         self._rows, self._frame, self._spring = self._near()
         given = np.zeros_like(step.start) if velocity is None else velocity
         self._masses = Masses(self._step, settings, self._weighed(), given)
         self._velocity = given / np.sqrt(self._masses.inverse_rate)
-        self._drift, self._drifting = self._drift_of(step)
+        self._prescribed, self._prescribed_cycles = self._prescribed_per_cycle(step)
 
     @property
     def equations(self) -> StepEquations:
@@ -100,7 +109,7 @@ class ExplicitMotion:
     @property
     def is_loaded(self) -> bool:
         """Whether the ramp is over, and supports have arrived."""
-        return self.cycles >= max(self._ramp, self._drifting)
+        return self.cycles >= max(self._ramp, self._prescribed_cycles)
 
     @property
     def passed(self) -> float:
@@ -118,34 +127,36 @@ class ExplicitMotion:
         self.contacted = self.residual.at.closed.copy()
         self._rows, self._frame, self._spring = self._near()
 
-    def go_on(self, most: int | None = None) -> None:
-        """Go on by a window of cycles, `most` of them at most, and keep what slips, breaks and yields in it."""
+    def advance(self, max_cycles: int | None = None) -> None:
+        """Go through a window, of `max_cycles` at most, and keep what slips, breaks and yields in it."""
         self._masses.update(self._weighed())
         contacts, at, rows, supports = self.contacts, self.residual.at, self._rows, self._step.supports
-        state = np.column_stack(
-            [np.where(at.closed, at.shear, 0.0)[rows], np.zeros((len(rows), 2)), contacts.tension[rows]]
-        ).astype(np.float32)
+        state = np.zeros(len(rows), STATE)
+        state["shear"], state["tension"] = np.where(at.closed, at.shear, 0.0)[rows], contacts.tension[rows]
+        self._spring["dashpot"] = self._masses.dashpots(self._weighed())
         events = np.zeros(len(rows), np.uint8)
         candidates = contacts.candidates
         share = Share(
             block_a=candidates.block_a[rows],
             block_b=candidates.block_b[rows],
             frame=self._frame,
-            spring=np.column_stack([self._spring, self._masses.dashpots(self._weighed())]),
+            spring=self._spring,
             state=state,
             events=events,
         )
-        cycles = min(self._settings.cycles, most or self._settings.cycles)
-        if self.cycles < self._drifting:  # a window may end early: what its supports have not moved would be lost
-            cycles = min(cycles, self._drifting - self.cycles)
-        went, moved, self._velocity = go_through(
+        cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
+        if (
+            self.cycles < self._prescribed_cycles
+        ):  # a window may end early: what its supports have not moved would be lost
+            cycles = min(cycles, self._prescribed_cycles - self.cycles)
+        went, moved, self._velocity = advance_window(
             share,
             self._strips,
             cycles,
             self._settings.window * self.system.d,
-            supports=(supports.block, projectors(supports, self._masses.mass), self._drift_in(cycles)),
+            supports=(supports.block, projectors(supports, self._masses.mass), self._prescribed_in(cycles)),
             bolts=bolt_arrays(self.system, self.residual.position),
-            loads=(self._acting(), self._missing, self._unramped(cycles)),
+            loads=(self._acting(), self._ramped_load, self._unramped_fraction(cycles)),
             constants=(1 / self._masses.mass, self.system.scale, self._settings.damping),
             velocity=self._velocity,
         )
@@ -160,7 +171,7 @@ class ExplicitMotion:
         candidates, rows = self.contacts.candidates, self._rows
         return candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring
 
-    def _near(self) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _near(self) -> tuple[IntArray, SingleArray, RecordArray]:
         """Return the contacts (k,) that may close within a window, their frames and springs as kernels take them."""
         contacts, at = self.contacts, self.residual.at
         margin = 3 * self._settings.window * self.system.d
@@ -177,43 +188,46 @@ class ExplicitMotion:
         candidates = contacts.candidates
         frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
         pressure = np.where(at.closed, at.pressure, 0.0)
-        columns = (
-            contacts.normal_stiffness,
-            contacts.shear_stiffness,
-            np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
-            pressure,
-            np.where(at.closed, at.shear, 0.0),
-            low,
-            high,
-            *strength_lines(contacts, self.system.catalogue.laws, pressure),
-        )
-        return rows, frame, np.column_stack([column[rows] for column in columns]).astype(np.float32)
+        columns = {
+            "normal_stiffness": contacts.normal_stiffness,
+            "shear_stiffness": contacts.shear_stiffness,
+            "trial_pressure": np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
+            "pressure": pressure,
+            "shear": np.where(at.closed, at.shear, 0.0),
+            "low": low,
+            "high": high,
+            **strength_lines(contacts, self.system.catalogue.laws, pressure),
+        }
+        spring = np.zeros(len(rows), SPRING)
+        for name, column in columns.items():  # the dashpot follows the masses
+            spring[name] = column[rows]
+        return rows, frame, spring
 
     def _acting(self) -> FloatArray:
         """Return the forces at the reference without the bolts', (n, 3)."""
         acting: FloatArray = self.system.loads_at(self.residual.position) + self.residual.at.forces
         return acting
 
-    def _unramped(self, cycles: int) -> FloatArray:
+    def _unramped_fraction(self, cycles: int) -> FloatArray:
         """Return the part of the residual at the start that does not act yet in every cycle, (cycles,)."""
         if self.cycles >= self._ramp:
             return np.zeros(cycles)
         time = np.minimum(np.arange(self.cycles + 1, self.cycles + cycles + 1) / self._ramp, 1.0)
-        unramped: FloatArray = 0.5 + 0.5 * np.cos(np.pi * time)
-        return unramped
+        unramped_fraction: FloatArray = 0.5 + 0.5 * np.cos(np.pi * time)
+        return unramped_fraction
 
-    def _drift_of(self, step: StepEquations) -> tuple[FloatArray, int]:
+    def _prescribed_per_cycle(self, step: StepEquations) -> tuple[FloatArray, int]:
         """Return by what supports move their blocks in a cycle, (n, 3), and in how many: as fast as blocks fall."""
-        drift = step.start - step.anchor
-        size = step.movement(drift)
+        prescribed = step.start - step.anchor
+        size = step.movement(prescribed)
         if not step.supports_move or size == 0:
-            return np.zeros_like(drift), 0
+            return np.zeros_like(prescribed), 0
         cycles = max(1, int(2 * self.fall_cycles * size / self.system.d))
-        return drift / cycles, cycles
+        return prescribed / cycles, cycles
 
-    def _drift_in(self, cycles: int) -> FloatArray:
-        left = min(cycles, max(self._drifting - self.cycles, 0))
-        return self._drift * (left / cycles)
+    def _prescribed_in(self, cycles: int) -> FloatArray:
+        left = min(cycles, max(self._prescribed_cycles - self.cycles, 0))
+        return self._prescribed * (left / cycles)
 
     def _keep(self, position: FloatArray, share: Share) -> None:
         """Keep where blocks are, and what slipped, broke, failed and yielded on the way."""
@@ -223,8 +237,8 @@ class ExplicitMotion:
         failed = contacts.failed.copy()
         failed[rows] |= (events & (BROKEN | FAILED)) > 0
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
-        shear[rows] = share.state[:, 0]
-        along[rows] = before.tangential[rows] + share.state[:, 1]
+        shear[rows] = share.state["shear"]
+        along[rows] = before.tangential[rows] + share.state["along"]
         touched = ~np.isnan(contacts.old_tangential)
         touched[rows] |= (events & CONTACTED) > 0
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
@@ -244,8 +258,8 @@ class ExplicitMotion:
         self.residual = self._step.residual_at(position)
 
 
-def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the shear strength of contacts as `add_contact_forces` takes it, seven columns (m,).
+def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> dict[str, FloatArray]:
+    """Return the shear strength of contacts by the names of `SPRING`, (m,) each.
 
     The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
     bilinear law they are its two lines. Then the residual line, and on which lines slip is for good.
@@ -255,7 +269,9 @@ def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: F
     low, high = (_tangent(contacts, laws, np.full_like(pressure, p)) for p in (floor, HIGH))
     other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
     residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
-    return (*here[:2], *other[:2], *residual[:2], here[2] + 2 * other[2])
+    lines = {"first": here, "second": other, "residual": residual}
+    found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
+    return found | {"lasting": here[2] + 2 * other[2]}
 
 
 def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:

@@ -16,8 +16,9 @@ from bsm_mesh.solve.motion.masses import MotionSettings
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
-DAMPED = MotionSettings(damping=0.5, impact=1.0, real_masses=True)
-FREE = MotionSettings(damping=0.02, impact=1.0, real_masses=True)
+DAMPED = MotionSettings(damps_impacts=True, real_masses=True)
+# Of blocks that go on: little, or what slides would be dragged to a stop; some, or what swings would never rest.
+FREE = MotionSettings(damping=0.02, damps_impacts=True, real_masses=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,9 +30,9 @@ class FollowSettings:
     beginning, going_on : MotionSettings
         In the first steps and later. Rock hardly rebounds: impacts are damped critically.
     beginning_steps : int
-        How many the first steps are.
+        How many the first steps are: what comes to rest within as many step lengths does so damped.
     longest : float
-        Cycles of a step at most, over those of a free fall through the step length.
+        Cycles of a step at most, over those of a free fall through the step length: a slower block is near rest.
     """
 
     beginning: MotionSettings = DAMPED
@@ -58,7 +59,7 @@ class FollowMotion:
         settings = SETTINGS.beginning if begins else SETTINGS.going_on
         motion = ExplicitMotion(equations, settings, velocity=at.velocity)
         while motion.cycles < SETTINGS.longest * motion.fall_cycles:
-            motion.go_on()
+            motion.advance()
             if motion.diverged:
                 return Attempt(equations=equations, position=equations.start, outcome=Outcome.STALLED)
             if motion.passed > equations.system.d:

@@ -8,11 +8,13 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.algebra.constraints import Constraints
-from bsm_mesh.solve.motion.kernels import stiffness_sums
+from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, stiffness_sums
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 
-Weighed = tuple[IntArray, IntArray, FloatArray, FloatArray]  # contacts: both blocks, frames and springs as kernels take
+Weighed = tuple[
+    IntArray, IntArray, SingleArray, RecordArray
+]  # contacts: both blocks, frames and springs as kernels take
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,29 +23,34 @@ class MotionSettings:
 
     Attributes
     ----------
-    damping : float
-        Part of a force that acts against the velocity.
-    impact : float
-        Damping of impacts, over the critical one.
+    damps_impacts : bool
+        Whether impacts are damped critically: rock hardly rebounds.
     real_masses : bool
         Weights over gravity, in a time in which nine of ten blocks are stable; else the least that are.
+    damping : float
+        Part of a force that acts against the velocity (local damping, Cundall 1987).
     window : float
-        Movement that ends a window, over the step length.
+        Movement that ends a window, over the step length: forces within are changes from its reference, exact in the
+        turns, and strengths are tangents there.
     cycles : int
-        Cycles in a window at most.
+        Cycles in a window at most: so often the residual is looked at where nothing moves far.
     min_cycles : int
-        In which a block falls freely by a step length, or crosses it with the velocity it has.
+        In which a block falls freely by a step length, or crosses it with the velocity it has: a cycle moves it
+        by a hundredth of that.
     min_dashpot : float [cycles]
         Least dashpot of a contact, over its normal stiffness, that masses leave room for.
-    light, stiff : float
-        Blocks lighter than this part of the mean do not count for the time; the quantile of the others that does.
+    light : float
+        Blocks lighter than this part of the mean do not count for the time: with a splinter a fall would take
+        many cycles.
+    stiff : float
+        The quantile of the others that does: the stiffest tenth becomes heavier than it is.
     heavier_bolts : float
         Times the stiffness of bolts: what a chain and its turning add to the highest frequency.
     """
 
-    damping: float
-    impact: float
+    damps_impacts: bool
     real_masses: bool
+    damping: float = 0.5
     window: float = 0.125
     cycles: int = 500
     min_cycles: int = 200
@@ -55,7 +62,7 @@ class MotionSettings:
     @property
     def heavier(self) -> float:
         """Masses over stiffness sums with which no wave grows."""
-        return 1 + self.damping + 2 * self.min_dashpot * (self.impact > 0)
+        return 1 + self.damping + 2 * self.min_dashpot * self.damps_impacts
 
 
 class Masses:
@@ -90,22 +97,24 @@ class Masses:
         self.update(weighed)
 
     def update(self, weighed: Weighed) -> None:
-        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k, 14)."""
+        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k,)."""
         least, settings = self._least(weighed), self._settings
         real = self.inverse_rate * self._system.mass if settings.real_masses else self._floor
         self.mass = np.maximum(np.where(real > 0, real, self._floor), least)
 
     def dashpots(self, weighed: Weighed) -> FloatArray:
-        """Return the dashpots of contacts (k,): a part of the critical ones, or the most with which no wave grows."""
+        """Return the dashpots of contacts (k,): the critical ones, or the most with which no wave grows; or none."""
         (a, b, _, spring), settings = weighed, self._settings
+        if not settings.damps_impacts:
+            return np.zeros(len(a))
         with np.errstate(divide="ignore"):
             slack = ((self.mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
             inverse = 1 / self.mass[:, 0]
         slack[self._system.prescribed_blocks], inverse[self._system.prescribed_blocks] = np.inf, 0.0
-        stiffness = spring[:, 0].astype(float)
+        stiffness = spring["normal_stiffness"].astype(float)
         critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
         stable = stiffness * np.minimum(slack[a], slack[b])
-        dashpots: FloatArray = np.minimum(settings.impact * critical, stable).astype(np.float32)
+        dashpots: FloatArray = np.minimum(critical, stable).astype(np.float32)
         return dashpots
 
     def _least(self, weighed: Weighed) -> FloatArray:

@@ -15,11 +15,10 @@ import numpy as np
 
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
-from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.elastic import elastic_position
+from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
-LIGHTEST = MotionSettings(damping=0.5, impact=0.0, real_masses=False)
+LIGHTEST = MotionSettings(damps_impacts=False, real_masses=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,36 +29,33 @@ class RelaxationSettings:
     ----------
     pressed : float
         Part of the elastic solution from which it begins where no contact carries a force yet.
-    farthest : float
-        Movement to it at most, over the step length: of what nothing holds the elastic solution is far away.
     motion : MotionSettings
         How blocks are moved.
     ramp : float [transits]
         Of the loads. With 20, slopes near their limit come down that stand with 60.
-    patience, halved : float
-        Transits in which the rms residual must fall to this part, or it has stalled.
-    levels : tuple of float
-        Rms residuals over the mean weight: contacts are searched for at each, the last ends it.
-    at_rest : float
-        The same, of blocks at rest but for few.
+    patience : float [transits]
+        In which the rms residual must fall to the part `halved`, or it has stalled.
+    halved : float
+        Part of the rms residual before.
+    levels : tuple of float [mean weights]
+        Rms residuals: contacts are searched for at each, the last ends it.
     passed : float
-        Of the step length, by which blocks pass each other before contacts are searched for again.
+        Of the step length: movement that one search for contacts serves. By so much blocks pass each other before the
+        next, and so far away is the elastic solution from which it begins, at most.
     max_searches : int
-        How often.
+        How often, at most: what still moves then is followed.
     min_cycles : int
-        In a window: fewer than a transit in small models.
+        In a window: more than a transit in small models, where a window costs more than its cycles.
     min_transit : float [cycles]
         Of small models: a few slender blocks bend and turn more slowly than waves cross them.
     """
 
     pressed: float = 0.1
-    farthest: float = 0.5
     motion: MotionSettings = LIGHTEST
     ramp: float = 60.0
     patience: float = 10.0
     halved: float = 0.5
-    levels: tuple[float, ...] = (3e-2, 1e-3, 1e-5)
-    at_rest: float = 3e-2
+    levels: tuple[float, ...] = (MAX_RMS, 1e-3, 1e-5)
     passed: float = 0.5
     max_searches: int = 12
     min_cycles: int = 100
@@ -85,19 +81,19 @@ class RelaxToRest:
         motion, levels = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=ramp), list(SETTINGS.levels)
         before, until = np.inf, ramp + window
         while levels and motion.searches < SETTINGS.max_searches:
-            motion.go_on(max(SETTINGS.min_cycles, int(transit)))
+            motion.advance(max(SETTINGS.min_cycles, int(transit)))
             rms = motion.residual.rms
             if motion.diverged or (motion.cycles >= until and rms > SETTINGS.halved * before):
                 break
             if motion.cycles >= until:
                 before, until = rms, until + window
-            if _is_calm(motion, levels[0], goal.max_residual):
+            if _is_below(motion, levels[0], goal.max_residual):
                 motion.search()
-                if _is_calm(motion, levels[0], goal.max_residual):
+                if _is_below(motion, levels[0], goal.max_residual):
                     del levels[0]
             elif motion.passed > SETTINGS.passed * equations.system.d:
                 motion.search()
-        if motion.diverged or motion.residual.rms > SETTINGS.at_rest:
+        if motion.diverged or motion.residual.rms > MAX_RMS:
             return Attempt(equations=equations, position=equations.start, outcome=Outcome.STALLED)
         motion.search()
         return Attempt(
@@ -115,12 +111,12 @@ def _pressed(equations: StepEquations) -> StepEquations:
     """
     if (equations.contacts.candidates.history >= 0).any():
         return equations
-    movement = elastic_position(equations) - equations.start
-    farthest = SETTINGS.farthest * equations.system.d
+    movement = equations.elastic_position - equations.start
+    farthest = SETTINGS.passed * equations.system.d
     part = min(SETTINGS.pressed, farthest / max(equations.movement(movement), farthest))
     return equations.static_problem_at(equations.start + part * movement, equations.lam)
 
 
-def _is_calm(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
+def _is_below(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:
     """Return whether all loads act and the residual is below either norm."""
     return motion.is_loaded and (motion.residual.rms < rms or motion.residual.max_norm < max_residual)

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.solve.motion.kernels import CHECK_EVERY, go_on
+from bsm_mesh.solve.motion.kernels import CHECK_EVERY, advance
 
-WORTH_A_THREAD = 15_000  # contacts: with fewer, threads wait more than they work
+WORTH_A_THREAD = 15_000  # [contacts]; with fewer, threads wait more than they work
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -46,7 +46,7 @@ def strips(centroid: FloatArray, threads: int) -> list[IntArray]:
     return np.array_split(order, max(1, threads or os.cpu_count() or 1))
 
 
-def go_through(
+def advance_window(
     share: Share,
     strips: list[IntArray],
     cycles: int,
@@ -60,34 +60,34 @@ def go_through(
 ) -> tuple[int, FloatArray, FloatArray]:
     """Return how many cycles went by, by what they moved blocks, and their velocities, (n, 3) each.
 
-    `share` changes in place; the rest as `kernels.go_on` takes it.
+    `share` changes in place; the rest as `kernels.advance` takes it.
     """
     velocity = velocity.copy()
     moved, turns = np.zeros((2, *velocity.shape)), np.zeros((2, 2, len(velocity)), np.float32)
     count = min(len(strips), len(share.block_a) // WORTH_A_THREAD)
     common = bolts, loads, constants, velocity, moved, turns
     if count <= 1:
-        part = _Part(share, np.arange(len(velocity)), supports, common)
-        went = part.go_on(cycles, 0, farthest)
+        part = _Strip(share, np.arange(len(velocity)), supports, common)
+        went = part.advance(cycles, 0, farthest)
     else:
         went = _by_threads(share, np.array_split(np.concatenate(strips), count), cycles, farthest, supports, common)
     return went, moved[went % 2], velocity
 
 
-class _Part:
+class _Strip:
     """Some of the blocks, with all contacts that they have."""
 
     def __init__(self, share: Share, own: IntArray, supports: Any, common: Any) -> None:
-        supported, projector, drift = supports
+        supported, projector, prescribed = supports
         self.share = share
         self._own = np.sort(own[~np.isin(own, supported)])
-        self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, drift
+        self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, prescribed
         self._common, self._forces = common, np.empty_like(common[3])
 
-    def go_on(self, cycles: int, begun: int, farthest: float) -> int:
-        bolts, (acting, missing, unramped), constants, velocity, moved, turns = self._common
-        loads = acting, missing, unramped[begun : begun + cycles]
-        went: int = go_on(
+    def advance(self, cycles: int, begun: int, farthest: float) -> int:
+        bolts, (acting, ramped_load, unramped_fraction), constants, velocity, moved, turns = self._common
+        loads = acting, ramped_load, unramped_fraction[begun : begun + cycles]
+        went: int = advance(
             cycles, begun, farthest, self._own, self._supports, self.share.columns, bolts, loads, constants,
             velocity, moved, turns, self._forces,
         )  # fmt: skip
@@ -101,12 +101,12 @@ def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: flo
         mine = np.zeros(len(common[3]), dtype=bool)
         mine[own] = True
         rows = np.flatnonzero(mine[share.block_a] | mine[share.block_b])
-        parts.append((rows, _Part(share.of(rows), own, supports, common)))
+        parts.append((rows, _Strip(share.of(rows), own, supports, common)))
     scale, moved = common[2][1], common[4]
     with ThreadPoolExecutor(len(parts) - 1) as threads:
         for cycle in range(cycles):
-            others = [threads.submit(part.go_on, 1, cycle, np.inf) for _, part in parts[1:]]
-            parts[0][1].go_on(1, cycle, np.inf)
+            others = [threads.submit(part.advance, 1, cycle, np.inf) for _, part in parts[1:]]
+            parts[0][1].advance(1, cycle, np.inf)
             for other in others:
                 other.result()
             went = cycle + 1

@@ -20,10 +20,10 @@ from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate, turned
 from bsm_mesh.solve.contacts.history import History
 
-STEP = 0.05  # step length d over the block size
+STEP = 0.05  # step length d over the block size: turns within it are small, and the rules of contacts hold
 BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates
-PRESCRIBED_STEP = 0.5  # largest prescribed movement in a step, over the step length
-PRESCRIPTION_TOLERANCE = 1e-6  # of a prescribed displacement at the end, over the step length
+PRESCRIBED_STEP = 0.5  # largest prescribed movement in a step, over the step length: less than blocks fall in one
+PRESCRIPTION_TOLERANCE = 1e-6  # of a prescribed displacement at the end, over the step length: rounding
 
 
 class BlockSystem:
@@ -60,7 +60,7 @@ class BlockSystem:
     moving_weight : float [N/m]
         The same of the blocks that are not prescribed.
     residual_scale : float
-        Reference weight of reported residuals over `mean_weight`: that of the moving blocks, more in stressed rock.
+        Reference weight of reported residuals over `mean_weight`: that of the moving blocks, more in rock under stress.
     """
 
     def __init__(self, model: Model, bolts: InstalledBolts | None = None, position: FloatArray | None = None) -> None:

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.algebra.block_matrix import constrain
 from bsm_mesh.solve.contacts.force_kernels import max_relative_movement
-from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, tangent_stiffness
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, first_tangent, tangent_stiffness
 from bsm_mesh.solve.step.block_system import BAND, BlockSystem
 from bsm_mesh.solve.step.factorization import Factors
 
-MAX_RELATIVE_MOVEMENT = BAND  # of neighbouring blocks, over the step length: the range of the contact search
 MAX_MOVEMENT = 2.0  # of a block in one correction, and in a step, over the step length
 
 
@@ -106,37 +106,28 @@ class StepEquations:
 
     def with_regularization(self, lam: float) -> StepEquations:
         """Return the same step with another regularisation [1/m]."""
-        other = copy(self)
-        other.lam = lam
-        return other
+        return self._changed(lam=lam)
 
     def with_system_of_its_own(self) -> StepEquations:
         """Return the same step with a copy of the system, whose bolts a method may commit on its way."""
-        other = copy(self)
-        other.system = self.system.copy()
-        return other
+        return self._changed(system=self.system.copy())
 
     def with_contacts(self, contacts: ContactSet) -> StepEquations:
         """Return the same step with other states of the same contacts."""
-        other = copy(self)
-        other.contacts = contacts
-        return other
+        return self._changed(contacts=contacts)
 
     def updated(self, contacts: ContactSet, position: FloatArray) -> StepEquations:
         """Return the step with contacts searched at a position, which becomes the reference of the regularisation."""
-        other = copy(self)
-        other.contacts, other.regularization_reference = contacts, position
-        other.pattern = self.factors.pattern_of(contacts)
-        return other
+        pattern = self.factors.pattern_of(contacts)
+        return self._changed(contacts=contacts, regularization_reference=position, pattern=pattern)
 
     def static_problem_at(self, position: FloatArray, lam: float) -> StepEquations:
         """Return the static equations at another position, with another regularisation."""
-        there = copy(self)
-        there.anchor = there.regularization_reference = position
-        there.lam = lam
-        there.supports = self.system.constraints_at(position)
-        there.pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
-        return there
+        supports = self.system.constraints_at(position)
+        pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
+        return self._changed(
+            anchor=position, regularization_reference=position, lam=lam, supports=supports, pattern=pattern
+        )
 
     def allowing_settlement(self, elastic: FloatArray) -> StepEquations:
         """Return the step that allows movements up to the elastic position, if neighbours hardly move apart by them."""
@@ -145,9 +136,29 @@ class StepEquations:
             return self
         if not self._is_within_band(elastic - self.start):
             return self
+        return self._changed(settlement_allowance=size)
+
+    def _changed(self, **attributes: Any) -> StepEquations:
+        """Return a copy with other attributes, whose solutions are its own."""
         other = copy(self)
-        other.settlement_allowance = size
+        vars(other).pop("elastic_position", None)
+        vars(other).update(attributes)
         return other
+
+    @cached_property
+    def elastic_position(self) -> FloatArray:
+        """The elastic solution of the step: every contact within tolerance closed and sticking, (n, 3).
+
+        No line search: the laws may be far from satisfied there. It is kept: where one method begins with it in vain,
+        the next may begin with it too.
+        """
+        at = self.evaluate(self.start)
+        forces = self.residual(self.start, at.forces)
+        data = first_tangent(self.contacts, at, self.pattern.place, len(self.pattern.column))
+        if not self.factorize(data, self.start):
+            return self.start
+        movement = self.solve(forces)
+        return moved_by(self.start, movement) if np.isfinite(movement).all() else self.start
 
     @property
     def max_movement(self) -> float:
@@ -169,7 +180,7 @@ class StepEquations:
         return largest
 
     def _is_within_band(self, movement: FloatArray) -> bool:
-        return self.max_relative_movement(movement) <= MAX_RELATIVE_MOVEMENT * self.system.d
+        return self.max_relative_movement(movement) <= BAND * self.system.d
 
     def evaluate(self, position: FloatArray) -> Evaluation:
         """Return the contact forces at a position."""

@@ -17,7 +17,7 @@ from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.block_system import BlockSystem
 
-WORTH_GIVING_BACK = 200_000  # blocks: below, free heap memory is worth less than mapping it anew
+WORTH_GIVING_BACK = 200_000  # [blocks]; below, free heap memory is worth less than mapping it anew
 
 
 class Factors:

@@ -6,9 +6,11 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from tests.scenes.square_mesh import NODES, QUADS
+
 from ..inputs import Input, demand_finite
 from ..mutations import mutate
-from ..small import CURVES, MESH, NODES, QUADS, SURFACES
+from ..small import CURVES, MESH, SURFACES
 
 GROUPS: tuple[dict[str, str] | None, ...] = (None, None, {"*": "rock:gneiss"}, {"*": "rock:r"}, {"rock=1": "rock:a"})
 BY_MESHIO = (

@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from ..inputs import AcceptedError, Input
+from ..inputs import AcceptedError, Input, without_numbers
 from ..mutations import mutate, mutate_tree
 from ..small import MESH, model
 from .models import BOLT_TABLE, written
@@ -105,9 +105,4 @@ def _load(says: str, name: str) -> None:
     results = bsm.Results.load("out")
     results.check()
     if digest(results) != says:
-        raise AcceptedError(f"results: what changed in {kind_of(name)} is not noticed")
-
-
-def kind_of(name: str) -> str:
-    """Return a file's name without the numbers in it."""
-    return "".join("#" if letter.isdigit() else letter for letter in name)
+        raise AcceptedError(f"results: what changed in {without_numbers(name)} is not noticed")

@@ -1,0 +1,197 @@
+"""Compiled contact forces of explicit motion: how they change in the moving geometry within a window of cycles.
+
+All forces are known in double precision at the window's reference position. Only their changes are worked out, from
+movements since by exact finite rotations. So constants of contacts may be in single precision, which halves what a
+cycle reads from memory: they give changes of forces to 1e-7 of these, and a block comes to rest as exactly as its
+residual at the reference is known.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.compiled import njit
+
+SingleArray = NDArray[np.float32]
+RecordArray = NDArray[np.void]  # of SPRING, STATE: a record is no reference that would be counted, unlike an array
+
+SPRING = np.dtype(
+    [
+        ("normal_stiffness", "f4"),
+        ("shear_stiffness", "f4"),
+        ("trial_pressure", "f4"),  # at the reference: below 0 what it would take to close the contact
+        ("pressure", "f4"),  # that the reference forces contain
+        ("shear", "f4"),
+        ("low", "f4"),  # least and greatest movement along the edge within which the corner meets it
+        ("high", "f4"),
+        ("first", "f4"),  # intercept of a line of the shear strength over the pressure; of two lines the lower governs
+        ("first_slope", "f4"),
+        ("second", "f4"),
+        ("second_slope", "f4"),
+        ("residual", "f4"),  # of the line once it has failed
+        ("residual_slope", "f4"),
+        ("lasting", "f4"),  # 1 and 2 where slip on the first, the second line is for good
+        ("dashpot", "f4"),  # of the normal force, over a cycle
+    ]
+)  # what is constant of a contact in a window [N/m2, N/m, m]
+STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
+CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
+
+
+@njit()
+def frames(
+    position: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray, rows: IntArray
+) -> SingleArray:  # pragma: no cover - compiled
+    """Return the reference frames of contacts, (k, 6) [m; -].
+
+    Vectors from b's and from a's centroid to the corner, and the edge's direction. `block_a`, `block_b` (k,) are
+    those of the `rows` (k,) of `geometry` (m, 8), which `relative_positions` describes.
+    """
+    frame = np.empty((rows.size, 6), np.float32)
+    cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
+    for k in range(rows.size):
+        a, b, given = block_a[k], block_b[k], geometry[rows[k]]
+        ax, ay = cosine[a] * given[2] - sine[a] * given[3], sine[a] * given[2] + cosine[a] * given[3]
+        frame[k, 0] = given[0] + (position[a, 0] - position[b, 0]) + ax
+        frame[k, 1] = given[1] + (position[a, 1] - position[b, 1]) + ay
+        frame[k, 2], frame[k, 3] = ax, ay
+        frame[k, 4] = cosine[b] * given[6] - sine[b] * given[7]
+        frame[k, 5] = sine[b] * given[6] + cosine[b] * given[7]
+    return frame
+
+
+@njit()
+def stiffness_sums(
+    block_a: IntArray, block_b: IntArray, frame: SingleArray, spring: RecordArray, n: int
+) -> FloatArray:  # pragma: no cover - compiled
+    """Return what bounds the highest frequency of n blocks, (n, 3) [N/m2, N/m2, N]: Gershgorin sums over contacts.
+
+    A cycle of unit time is stable if no mass is below them: the stiffer spring of a contact counts twice, for both
+    its blocks' movement and for translation and turn, the latter times the square of the arm.
+    """
+    sums = np.zeros((n, 3))
+    for k in range(block_a.size):
+        stiffness = np.float64(max(spring[k].normal_stiffness, spring[k].shear_stiffness))
+        rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
+        sums[block_a[k], 0] += stiffness
+        sums[block_b[k], 0] += stiffness
+        sums[block_a[k], 2] += stiffness * (ax * ax + ay * ay)
+        sums[block_b[k], 2] += stiffness * (rx * rx + ry * ry)
+    sums[:, 1] = sums[:, 0]
+    return sums
+
+
+@njit(nogil=True)
+def add_contact_forces(
+    here: FloatArray,
+    sine: SingleArray,
+    versine: SingleArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    frame: SingleArray,
+    spring: RecordArray,
+    state: RecordArray,
+    events: NDArray[np.uint8],
+    forces: FloatArray,
+) -> None:  # pragma: no cover - compiled
+    """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
+
+    Parameters
+    ----------
+    here : (n, 3) float64 [m, m, rad]
+        Movement since the reference.
+    sine, versine : (n,) float32
+        Of the turns in it.
+    block_a, block_b : (m,) int32
+        Blocks of the corner and of the edge.
+    frame : (m, 6) float32
+        As `frames` returns it.
+    spring : (m,) SPRING
+        Constants of the contacts.
+    state : (m,) STATE
+        Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
+    events : (m,) uint8
+        CONTACTED, BROKEN, FAILED are added, in place.
+    """
+    zero = np.float32(0.0)
+    for k in range(block_a.size):
+        a, b = block_a[k], block_b[k]
+        rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
+        sb, vb = sine[b], versine[b]
+        dax, day = _change_by_turn(ax, ay, sine[a], versine[a])  # by which a's turn moves the corner
+        ex = np.float32(here[a, 0] - here[b, 0]) + dax
+        ey = np.float32(here[a, 1] - here[b, 1]) + day
+        qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
+        qy = ey - sb * (rx + ex) - vb * (ry + ey)
+        failed = events[k] & FAILED
+        pressure, shear, event = _respond(qx * ty - qy * tx, qx * tx + qy * ty, spring[k], state[k], failed)
+        events[k] |= event
+        p0, s0 = spring[k].pressure, spring[k].shear
+        if pressure == zero and shear == zero and p0 == zero and s0 == zero:
+            continue
+        fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
+        fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
+        forces[a, 0] += fx
+        forces[a, 1] += fy
+        forces[a, 2] += (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0
+        forces[b, 0] -= fx
+        forces[b, 1] -= fy
+        forces[b, 2] -= (rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0
+
+
+@njit(nogil=True, forceinline=True)
+def _change_by_turn(
+    x: float, y: float, sine: float, versine: float
+) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Return by how much a turn changes a vector, from its sine and versine."""
+    return -versine * x - sine * y, sine * x - versine * y
+
+
+@njit(nogil=True, forceinline=True)
+def _respond(
+    gap: np.float32, along: np.float32, spring: Any, state: Any, failed: np.uint8
+) -> tuple[np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
+    """Return pressure, shear and what happened to a contact moved by `gap`, `along` [m]; update its state."""
+    zero = np.float32(0.0)
+    shear, tension, event = zero, state.tension, np.uint8(0)
+    pressure = spring.trial_pressure - spring.normal_stiffness * gap
+    closed = pressure > zero or (tension > zero and pressure >= -tension)
+    if closed and along >= spring.low and along <= spring.high:
+        event = CONTACTED
+        pressure = max(pressure - spring.dashpot * (gap - state.gap), -tension)
+        shear = state.shear + spring.shear_stiffness * (along - state.along)
+        first = spring.first + spring.first_slope * pressure
+        second = spring.second + spring.second_slope * pressure
+        strength = first if first <= second else second
+        if failed:
+            strength = spring.residual + spring.residual_slope * pressure
+        strength = max(strength, zero)
+        if abs(shear) > strength:
+            shear = strength if shear > zero else -strength
+            if int(spring.lasting) & (1 if first <= second else 2):
+                event |= FAILED
+    else:
+        pressure = zero
+        if tension > zero:
+            state.tension = zero
+            event = BROKEN
+    state.shear, state.along, state.gap = shear, along, gap
+    return pressure, shear, event
+
+
+@njit(nogil=True, forceinline=True)
+def _change_of_force(
+    dp: float, ds: float, p0: float, s0: float, tx: float, ty: float, sine: float, versine: float
+) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Return by how much the force on a has changed: pressure and shear p0, s0 turn with the edge, dp and ds are new.
+
+    The edge has the direction (tx, ty) at the reference, and has turned since; `sine` and `versine` are of that.
+    """
+    dtx, dty = _change_by_turn(tx, ty, sine, versine)
+    fx = dp * (ty + dty) + p0 * dty - ds * (tx + dtx) - s0 * dtx
+    fy = -dp * (tx + dtx) - p0 * dtx - ds * (ty + dty) - s0 * dty
+    return fx, fy

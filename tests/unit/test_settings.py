@@ -1,0 +1,47 @@
+"""The numeric settings of the solver: how many there are, and that each says what it is."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.settings import FORMATS, SOLVER, settings_of, solver_settings
+
+MAX_SETTINGS = 81  # no more than there are: what brings a number takes one away, or measures what it is worth
+MIN_WORDS = 4  # that say less name it once more
+
+
+def test_there_are_no_more_settings_than_there_were():
+    assert len(solver_settings()) <= MAX_SETTINGS
+
+
+def test_every_setting_says_what_it_is():
+    silent = [f"{s.place}: {s.name}" for s in solver_settings() if len(s.explained.split()) < MIN_WORDS]
+    assert silent == []
+
+
+def test_what_is_no_setting_is_there():
+    for place, names in FORMATS.items():
+        text = (SOLVER / place).read_text(encoding="utf-8")
+        assert [name for name in names if name not in text] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("A = 3  # of its size", [("A", "3", "of its size")]),
+        ("# Of a size\n# and more.\nA = -3.0", [("A", "-3.0", "Of a size and more.")]),
+        ("A, B = 1e-3, 2", [("A", "0.001", ""), ("B", "2", "")]),
+        ("A = (B, 1, 2)", [("A", "1", ""), ("A", "2", "")]),
+        ("A = 'word'\nB = True\nb = 3\nC = f(3)", []),
+        ("A = 1 - 1e-9", [("A", "1 - 1e-09", "")]),
+        ("A = SomeSettings(b=2, c=True)", [("A", "b=2", "")]),
+        (
+            'class SomeSettings:\n    """It.\n\n    Attributes\n    ----------\n    a, b : int\n        Both\n'
+            '        of them.\n    """\n\n    a: int = 1\n    b: tuple = (2, 3, C)\n    c: int\n',
+            [(f"SomeSettings.{name}", value, "int Both of them.") for name, value in ("a1", "b2", "b3")],
+        ),
+        ("class Other:\n    a: int = 1", []),
+    ],
+)
+def test_the_walk_finds_settings(text, found):
+    assert [(s.name, s.value, s.explained) for s in settings_of(text, "place.py")] == found
