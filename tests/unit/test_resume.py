@@ -18,6 +18,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.app import checkpoints, snapshots
 from bsm_mesh.app.checkpoint_file import write_checkpoint
+from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.app.own_files import CHECKPOINT
 from bsm_mesh.errors import ModelError, SingularMatrixError
 from bsm_mesh.solve.algebra import linear_solvers
@@ -27,6 +28,8 @@ from bsm_mesh.solve.step.factorization import Factors
 from tests.campaigns.scenes import content, put_model
 from tests.file_operations import count_operations, full_disk, killed_at, names, watched
 from tests.scenes.large import tilted_courses
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case, environment
 from tests.scenes.steps import begun
 
@@ -87,6 +90,24 @@ def test_resumed_from_every_checkpoint(tmp_path: Path, left: list[Path], name: s
         assert len(seen) < steps
         assert content(out) == wanted
         assert names(model.parent) == ["bolts.csv", "mesh.msh", "model.toml", "out"]
+
+
+@pytest.mark.usefixtures("at_every_step")
+def test_a_block_that_falls_from_where_it_slid_to(tmp_path: Path, left: list[Path]) -> None:
+    """It is unstable when it has fallen by a tenth of its size since it last lay on something, not since the start."""
+    polygons = [rectangle(-4, -1, 0, 0), rectangle(-8, -9, 8, -8), rectangle(-1.3, 0, -0.3, 1)]
+    push = bsm.PointLoad(block=2, point=(-0.8, 0.4), force=(20e3, 0))
+    model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
+    model.parent.mkdir()
+    for name, write in files_of_model(model_of(polygons, fixed=(0, 1), loads=[push]), bsm.Options()).items():
+        write(model.parent / name)
+    whole = bsm.run(model, output=out)
+    assert whole.stages[0].reason == "a block has lost all contact and moves freely"
+    wanted, copies = content(out), list(left)
+    for copy in copies[-8::2]:
+        interrupted(model.parent, copy)
+        bsm.run(model, output=out, resume=True)
+        assert content(out) == wanted
 
 
 @pytest.mark.usefixtures("at_every_step")
