@@ -74,7 +74,7 @@ class StepSolver:
         """Return the names of the methods tried, and the last one's attempt: the first that is acceptable, or None."""
         tried: tuple[str, ...] = ()
         phase = self._phase(equations, iterate, number)
-        goal = Goal(max_residual=self._step_tolerance(iterate.residual), rest=self.tolerance)
+        goal = Goal(max_residual=self._step_tolerance(iterate), rest=self.tolerance)
         for method in self._route.plan(phase):
             if not method.applies(equations, iterate, goal):
                 continue
@@ -114,9 +114,13 @@ class StepSolver:
         pushed = moved_by(attempt.position, SETTINGS.push * self._system.d * mode)
         return replace(attempt, position=pushed, velocity=np.zeros_like(pushed))
 
-    def _step_tolerance(self, residual: float) -> float:
-        """Return the tolerance of a step that starts with a residual, over the mean weight."""
-        tolerance = self._options.tolerance
+    def _step_tolerance(self, iterate: Iterate) -> float:
+        """Return the tolerance of a step, over the mean weight.
+
+        At rest a part of the residual at its start is enough: steps to come take up the others. Velocities end in an
+        equilibrium only, or what slides slowly would stop at every step.
+        """
+        tolerance, residual = self._options.tolerance, 0.0 if iterate.velocity is not None else iterate.residual
         inner = max(SETTINGS.min_inner * tolerance, SETTINGS.reduction * min(residual, 1.0))
         if residual < NEARBY.confirmed * tolerance:  # at rest already, confirmed by this step
             inner = max(inner, residual / NEARBY.confirmed)
