@@ -33,7 +33,8 @@ class MotionSettings:
         Movement that ends a window, over the step length: forces within are changes from its reference, exact in the
         turns, and strengths are tangents there.
     cycles : int
-        Cycles in a window at most: so often the residual is looked at where nothing moves far.
+        Cycles in a window at most: so often the residual is looked at where nothing moves far. With 2000 one verdict
+        of 166 changed, at 0.9 of the time.
     min_cycles : int
         In which a block falls freely by a step length, or crosses it with the velocity it has: a cycle moves it
         by a hundredth of that.
