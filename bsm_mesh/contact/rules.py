@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+CONTACT_TOLERANCE = 1e-3  # over the block size: a gap or penetration up to this is contact when two blocks meet
+
 
 class Rules(NamedTuple):
     """Tolerances of the contact rules: lengths over a block size h, sines and cosines of angles.

@@ -7,8 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.rules import RULES
-from bsm_mesh.solve.contacts.forces import CONTACT_TOLERANCE
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.models import model_of

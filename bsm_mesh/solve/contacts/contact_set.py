@@ -8,11 +8,12 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
-from bsm_mesh.solve.contacts.forces import CONTACT_TOLERANCE, ContactSet, rows_by_law
+from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
 
 

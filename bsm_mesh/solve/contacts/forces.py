@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.rules import RULES
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
@@ -21,7 +21,6 @@ from bsm_mesh.solve.contacts.force_kernels import (
 
 FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
-CONTACT_TOLERANCE = 1e-3  # over the block size: a gap or penetration up to this is contact when two blocks meet
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.outlines import Outlines
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import ActiveContacts, detect_contacts, key_of
 from bsm_mesh.contact.strength import contact_strength
 from bsm_mesh.contact.table import ContactTable, initial_contacts
@@ -32,7 +33,6 @@ from bsm_mesh.solve.limit.program import LimitProgram, Optimum
 
 MAX_BLOCKS = 300  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
 LAYERS = 2  # of neighbours that may move with the blocks that come down
-TOUCHING = 1e-3  # over the block size: the gap that is contact, as everywhere
 FEASIBLE = "no proof: forces within strength exist that balance the loads, which proves nothing"
 
 
@@ -111,7 +111,7 @@ def _left_out(model: Model, contacts: ContactTable) -> str:
     """
     blocks = model.blocks
     outlines = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool))
-    near = TOUCHING * outlines.size
+    near = CONTACT_TOLERANCE * outlines.size
     found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
     corner = blocks.nodes[found.corner]
     at_node = (corner == blocks.nodes[found.edge]) | (corner == blocks.nodes[blocks.following[found.edge]])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.errors import counted, listing
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces
@@ -23,8 +24,6 @@ from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Scheme
-
-STILL = 1e-3  # of a block's size, the root of its area: what moved by less is where it was given, for contacts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,7 +220,7 @@ class StageSolution:
         if bolts and self._number:
             return Proof(text="no proof was sought: in stages after the first limit analysis leaves out bolts")
         moved = float(np.hypot(*self._began_at[state.present, :2].T).max(initial=0.0))
-        if moved > STILL * float(np.sqrt(np.median(run.model.blocks.moments.area))):
+        if moved > CONTACT_TOLERANCE * float(np.sqrt(np.median(run.model.blocks.moments.area))):
             return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
         bars = run.scheme.stage_bars(state.bars, self._number)
         part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
