@@ -54,13 +54,29 @@ def at_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
     """Copy the folder of a run after each checkpoint, as a run that is killed there leaves it."""
+    return copies_of(monkeypatch, tmp_path / "left", before=False)
+
+
+@pytest.fixture
+def left_late(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
+    """Copy the folder of a run before each checkpoint but the first, as a run that is killed there leaves it."""
+    return copies_of(monkeypatch, tmp_path / "left", before=True)
+
+
+def copies_of(monkeypatch: pytest.MonkeyPatch, folder: Path, *, before: bool) -> list[Path]:
     copies: list[Path] = []
     write = checkpoints.Checkpoints.write
 
-    def and_copy(self: Any, place: Path, *rest: Any) -> None:
-        write(self, place, *rest)
-        copies.append(tmp_path / "left" / f"{os.getpid()}-{len(copies)}")
+    def copy(place: Path) -> None:
+        copies.append(folder / f"{os.getpid()}-{len(copies)}")
         shutil.copytree(place, copies[-1])
+
+    def and_copy(self: Any, place: Path, *rest: Any) -> None:
+        if before and (place / CHECKPOINT).exists():
+            copy(place)
+        write(self, place, *rest)
+        if not before:
+            copy(place)
 
     monkeypatch.setattr(checkpoints.Checkpoints, "write", and_copy)
     return copies
@@ -71,6 +87,10 @@ def interrupted(case: Path, copy: Path) -> None:
     for name in ("out", "out.running", "out.interrupted"):
         shutil.rmtree(case / name, ignore_errors=True)
     shutil.copytree(copy, case / "out.running")
+
+
+def stop(record: bsm.results.StepRecord) -> None:
+    raise KeyboardInterrupt
 
 
 @pytest.mark.usefixtures("at_every_step")
@@ -112,9 +132,12 @@ def test_a_block_that_falls_from_where_it_slid_to(tmp_path: Path, left: list[Pat
 
 @pytest.mark.usefixtures("at_every_step")
 def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
-    tmp_path: Path, left: list[Path], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, left_late: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What falls is removed and the others go on; of more than ten snapshots every second goes, again and again."""
+    """What falls is removed and the others go on; of more than ten snapshots every second goes, again and again.
+
+    Also after another run that was begun anew and ended at once.
+    """
     monkeypatch.setattr(snapshots, "MOST_SNAPSHOTS", 10)
     solver = {"falls": {"on_fall": "remove"}}
     model = put_model(tmp_path / "case", "collapsing", tables=solver)
@@ -122,10 +145,13 @@ def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
     whole = bsm.run(model, output=out)
     assert whole.status == "stable_after_falls"
     assert len(whole.stages[0].falls) == 1
-    wanted, copies = content(out), list(left)
+    wanted, copies = content(out), list(left_late)
     assert len(copies) > 25
-    for copy in copies:
+    for number, copy in enumerate(copies):
         interrupted(model.parent, copy)
+        if number % 2 == 0:
+            with pytest.raises(KeyboardInterrupt):
+                bsm.run(model, output=out, observer=stop)
         bsm.run(model, output=out, resume=True)
         assert content(out) == wanted
 
@@ -247,10 +273,6 @@ def test_finished_stages_that_cannot_be_read(killed: tuple[Path, Path]) -> None:
 def test_a_run_that_begins_anew_keeps_what_there_is_to_go_on_with(killed: tuple[Path, Path]) -> None:
     """Who forgets --resume, and ends that run at once, can still go on."""
     model, out = killed
-
-    def stop(record: bsm.results.StepRecord) -> None:
-        raise KeyboardInterrupt
-
     before = tree(out.with_name("out.running"))
     with pytest.raises(KeyboardInterrupt):
         bsm.run(model, output=out, observer=stop)
