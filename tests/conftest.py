@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
+import bsm_mesh as bsm
+from bsm_mesh.app import checkpoints
+from tests.campaigns.scenes import put_model
+from tests.scenes.interrupted import copies_of, interrupted
 from tests.scenes.small_case import MODEL, Case, environment
 from tests.scenes.square_mesh import msh
 
@@ -19,3 +24,26 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     made.write("model.toml", MODEL)
     made.write("mesh.msh", msh())
     return made
+
+
+@pytest.fixture
+def at_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Checkpoints are written after every step, and nothing waits for the disk itself."""
+    monkeypatch.setattr(checkpoints.SETTINGS, "interval", 0.0)
+    monkeypatch.setattr(os, "fsync", lambda descriptor: None)
+
+
+@pytest.fixture
+def left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
+    """Copy the folder of a run after each checkpoint, as a run that is killed there leaves it."""
+    return copies_of(monkeypatch, tmp_path / "left", before=False)
+
+
+@pytest.fixture
+def killed(tmp_path: Path, left: list[Path], at_every_step: None) -> tuple[Path, Path]:
+    """Return a staged model and its folder, in which a run was killed amid its second stage."""
+    model = put_model(tmp_path / "case", "staged")
+    out = model.parent / "out"
+    bsm.run(model, output=out)
+    interrupted(model.parent, left[4])
+    return model, out

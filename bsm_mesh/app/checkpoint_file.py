@@ -67,8 +67,7 @@ def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -
     text = np.frombuffer(json.dumps(content).encode(), np.uint8)
     members = {_TEXT: text, **{f"a{number}": array for number, array in enumerate(arrays)}}
     with whole_file(path, settled=True) as draft:
-        with draft.open("wb") as file:
-            np.savez(file, **members)  # type: ignore[arg-type]
+        np.savez(draft, **members)  # type: ignore[arg-type]
         with draft.open("rb") as file:
             seal = hashlib.file_digest(file, "sha256").hexdigest()
         with draft.open("ab") as file:

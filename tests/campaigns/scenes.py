@@ -143,7 +143,7 @@ class Scene:
         elif code:
             faults.append(("resuming fails", said))
         else:
-            end = end if "it begins at the start" not in said else "begins at the start"
+            end = end if len(seen) < self._steps else "begins at the start"
             if content(self.root / OUT) != self._content:
                 faults.append(("a resumed run ends otherwise", said))
             if len(seen) > self._steps - max(0, steps - 1):
