@@ -33,6 +33,7 @@ class _Watch:
     def __init__(self) -> None:
         self.before: dict[int, Any] = {}
         self.first = 0.0  # when the signal came that is being heeded
+        self.missed: tuple[str, threading.Timer] | None = None  # a signal that could not be raised, until it comes anew
 
     def take(self, number: int, frame: FrameType | None) -> None:
         """Raise `Interrupted`, once."""
@@ -41,7 +42,7 @@ class _Watch:
         if self.first:
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
-        self.first = time.monotonic()
+        self.first, self.missed = time.monotonic(), None
         raise Interrupted(signal.Signals(number).name)
 
     def again(self, error: BaseException) -> None:
@@ -50,7 +51,17 @@ class _Watch:
         number = signal.Signals[str(error)]
         repeat = threading.Timer(SOON, _send, (number,))
         repeat.daemon = True
+        self.missed = number.name, repeat
         repeat.start()
+
+    def end_of_missed(self) -> str:
+        """Return the name of the signal that was missed, which does not come anew; empty if there is none."""
+        if self.missed is None:
+            return ""
+        name, repeat = self.missed
+        repeat.cancel()
+        self.first, self.missed = time.monotonic(), None
+        return name
 
 
 def _send(number: signal.Signals) -> None:
@@ -81,9 +92,15 @@ def guarded(command: Callable[[], Any], *, last: bool = False, tell: bool = True
         try:
             return command()
         except KeyboardInterrupt as error:
-            if tell:
-                _tell(error)
-            sys.exit(EXIT_INTERRUPTED)
+            name = str(error) if isinstance(error, Interrupted) else "SIGINT"
+            notes = getattr(error, "__notes__", [])
+        except Exception as error:  # of a library that misses what the call back was to do in which the signal came
+            name, notes = _watch.end_of_missed(), getattr(error, "__notes__", [])
+            if not name:
+                raise
+        if tell:
+            _tell(name, notes)
+        sys.exit(EXIT_INTERRUPTED)
 
 
 def heed_again() -> None:
@@ -92,12 +109,10 @@ def heed_again() -> None:
         signal.signal(number, _watch.take)
 
 
-def _tell(error: KeyboardInterrupt) -> None:
-    name = str(error) if isinstance(error, Interrupted) else "SIGINT"
+def _tell(name: str, notes: list[str]) -> None:
     which = "" if name == "SIGINT" else f" ({name})"
-    notes = "; ".join(getattr(error, "__notes__", [])) or "nothing is half-written"
     try:
-        complain(f"interrupted{which}: {notes}")
+        complain(f"interrupted{which}: {'; '.join(notes) or 'nothing is half-written'}")
     except (OSError, ValueError):  # the terminal is gone
         return
 
@@ -134,6 +149,6 @@ def _handled(*, last: bool) -> Iterator[None]:
         for number, before in _watch.before.items():
             signal.signal(number, signal.SIG_IGN if last else before)
         _watch.before.clear()
-        _watch.first = 0.0
+        _watch.first, _watch.missed = 0.0, None
         if not last:
             sys.unraisablehook, sys.excepthook = unraisable, uncaught

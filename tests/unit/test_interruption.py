@@ -209,6 +209,34 @@ def test_a_signal_that_python_cannot_raise_is_taken_again(capfd: pytest.CaptureF
     assert capfd.readouterr().err == "interrupted (SIGTERM): nothing is half-written\n"
 
 
+def test_what_a_library_makes_of_a_signal_in_its_call_back_is_an_interruption(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """LLVM calls back with what it compiled; Numba then raised a RuntimeError: no compiled object yet."""
+
+    class Late:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+            time.sleep(0)
+
+    def command() -> None:
+        Late()
+        error = RuntimeError("no compiled object yet")
+        error.add_note("two stages are finished")
+        raise error
+
+    with pytest.raises(SystemExit) as caught:
+        guarded(command)
+    assert caught.value.code == 130
+    assert capfd.readouterr().err == "interrupted: two stages are finished\n"
+    with pytest.raises(RuntimeError, match="on its own"):  # without a signal it is no interruption
+        guarded(_fail)
+
+
+def _fail() -> None:
+    raise RuntimeError("on its own")
+
+
 def test_a_second_signal_does_not_disturb_clearing_up(capfd: pytest.CaptureFixture[str]) -> None:
     cleared = []
 
