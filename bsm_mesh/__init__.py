@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from bsm_mesh.errors import MeshWarning, ModelError, ResultsWarning
 from bsm_mesh.reading import as_path
-from bsm_mesh.run import run
+from bsm_mesh.run import run, spread
 
 if TYPE_CHECKING:
     from bsm_mesh.model import (
@@ -121,6 +121,7 @@ __all__ = [
     "limit_analysis",
     "load",
     "run",
+    "spread",
 ]
 
 if not TYPE_CHECKING:

@@ -95,27 +95,44 @@ def run(
     return solve(model, options or model.options or Options(), observer, report, snapshot, finished)
 
 
-def spread(model: Model, results: Results, report: Reporter = lambda text: None) -> Results:
-    """Return results with where other routes lead: other methods first, loads in parts.
+def spread(results: Results, report: Reporter = lambda text: None) -> Results:
+    """Return results with where other routes lead (`Results.spread`): other methods first, loads in parts.
+
+    Parameters
+    ----------
+    results : Results
+        What `run` returned.
+    report : callable
+        Told what is being done, a few words each.
 
     Raises
     ------
     ModelError
-        If the results are not of the continuation: other schemes have one route.
+        If the results are not of the continuation (other schemes have one route), or were read back.
     """
     from dataclasses import replace
 
+    from bsm_mesh.results.records import Results
     from bsm_mesh.results.spread import route_end
     from bsm_mesh.solve.continuation.plan import OTHERS, USUAL
 
-    options = results.options
-    if options is None or options.scheme != "continuation":
-        raise ModelError("spread: only scheme = 'continuation' knows several routes")
+    if not isinstance(results, Results):
+        raise ModelError(f"spread: {type(results).__name__} is no bsm.Results; give what bsm.run returned")
+    model, options = results.model, results.options
+    if model is None or options is None:
+        raise ModelError("spread: these results were read back, without their model; give what bsm.run returned")
+    refuse_one_route(options)
     ends = [route_end(USUAL.name, results, results)]
     for route in OTHERS:
         report(f"spread: {route.name}")
         ends.append(route_end(route.name, solve(_in_parts(model, route.parts), options, route=route), results))
     return replace(results, spread=tuple(ends))
+
+
+def refuse_one_route(options: Options) -> None:
+    """Raise a `ModelError` where a way to solve has no other routes."""
+    if options.scheme != "continuation":
+        raise ModelError(f"spread: scheme = '{options.scheme}' has one route; only 'continuation' has others")
 
 
 def _in_parts(model: Model, parts: tuple[float, ...]) -> Model:

@@ -20,7 +20,7 @@ from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import write_text
 from bsm_mesh.results.records import Results, StepRecord
-from bsm_mesh.run import Finished, Observer, Output, Snapshot, solve
+from bsm_mesh.run import Finished, Observer, Output, Snapshot, refuse_one_route, solve
 from bsm_mesh.run import spread as with_spread
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Resumption
@@ -128,9 +128,11 @@ def run_file(
             writer.checkpoints.identity = identity_of(loaded.model, solver, file.output.snapshots)
             resumption = _resumption(writer, report, resume=resume)
         with placed(path.name):
+            if spread:
+                refuse_one_route(solver)  # before anything is solved
             results = solve(loaded.model, solver, observer, report, watch, end, resumption)
             if spread:
-                results = with_spread(loaded.model, results, report)
+                results = with_spread(results, report)
         if writer is not None:
             report(f"writing {folder}")
             writer.finish(results)

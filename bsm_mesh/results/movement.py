@@ -6,14 +6,14 @@ import numpy as np
 
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.results.records import StageResult
 
 FAR = 0.1  # of a block's size, the root of its area
 
 
 def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
     """Return the blocks at rest that lie far from where the stage found them, (k,)."""
-    if stage.status not in (Status.STABLE, Status.STABLE_AFTER_FALLS):
+    if not stage.status.is_stable:
         return np.zeros(0, np.intp)
     return np.flatnonzero(np.hypot(*stage.stage_displacement[:, :2].T) > FAR * np.sqrt(blocks.moments.area))
 

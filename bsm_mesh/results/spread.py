@@ -66,8 +66,8 @@ def spread_text(ends: tuple[RouteEnd, ...]) -> str:
     known = [end for end in ends[1:] if end.difference is not None]
     told = []
     if differ:
-        others = ", ".join(f"{end.status.value} by {end.route}" for end in differ)
-        told.append(f"the verdict depends on the route: {ends[0].status.value} {ends[0].route}, {others}")
+        verdicts = ", ".join(f"{end.status.value} ({end.route})" for end in (ends[0], *differ))
+        told.append(f"the verdict depends on the route: {verdicts}")
     else:
         told.append(f"{len(ends)} routes, one verdict")
     if known:

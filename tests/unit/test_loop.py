@@ -65,3 +65,28 @@ def test_a_mirrored_and_a_renumbered_wall_have_its_verdict(slope):
     if given.status == "stable":
         np.testing.assert_allclose(mirrored.displacement[:, 1], given.displacement[:, 1], atol=1e-9)
         np.testing.assert_allclose(renumbered.displacement, given.displacement[order], atol=1e-9)
+
+
+class Asked:
+    """A method that keeps what it is asked, and leaves the step to the next."""
+
+    name = "asked"
+
+    def __init__(self):
+        self.goals = []
+
+    def applies(self, equations, at, goal):
+        self.goals.append((at.velocity is not None, at.residual, goal))
+        return False
+
+
+def test_velocities_end_in_an_equilibrium_within_the_tolerance_only(monkeypatch):
+    """Solved to a part of its residual, a step would stop what slides slowly."""
+    asked = Asked()
+    for phase in Phase:
+        monkeypatch.setitem(PLANS, phase, (asked, *PLANS[phase]))
+    assert ended([BASE, rectangle(0, 0, 1, 1), rectangle(0.6, 1.02, 1.6, 2.02)]).status == "stable"
+    moving = [(residual, goal) for moves, residual, goal in asked.goals if moves]
+    assert max(residual / goal.rest for residual, goal in moving) > 1e3, "or nothing was tried"
+    assert all(goal.max_residual <= goal.rest for _, goal in moving)
+    assert any(goal.max_residual > goal.rest for moves, _, goal in asked.goals if not moves)

@@ -61,7 +61,7 @@ def test_a_corner_on_an_edge_is_no_face():
     model = model_of([rectangle(-2, -1, 2, 0), turned(rectangle(0, 0, 1, 1), 45.0)], friction=30.0)
     found = prove(model, block(1))
     assert found.witness is None
-    assert "1 corner touch an edge without a common face (blocks 1 and 0)" in found.text
+    assert "limit analysis leaves out 1 corner on an edge without a face (blocks 1 and 0)" in found.text
 
 
 @pytest.mark.parametrize(("force", "proved"), [(12.4e3, True), (12.6e3, False)])

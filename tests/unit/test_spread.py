@@ -9,9 +9,9 @@ import bsm_mesh as bsm
 from bsm_mesh.app.cli import cli
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.spread import RouteEnd, spread_text
-from bsm_mesh.run import spread
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
+from tests.scenes.small_case import LINEAR, MODEL
 
 
 def on_incline(friction, **given):
@@ -32,17 +32,15 @@ def end(route, status, difference=None, block=None):
 
 
 def test_routes_to_one_equilibrium_differ_by_rounding():
-    model = on_incline(35.0)
-    results = bsm.run(model)
-    ends = spread(model, results).spread
-    assert [one.route for one in ends] == ["as always", "relaxation first", "four parts"]
+    results = bsm.run(on_incline(35.0))
+    ends = bsm.spread(results).spread
+    assert [one.route for one in ends] == ["usual", "relaxation first", "four parts"]
     assert {one.status for one in ends} == {Status.STABLE}
     assert max(one.difference for one in ends) < 1e-3 * results.stages[0].max_displacement
 
 
 def test_blocks_that_come_down_have_no_difference():
-    model = on_incline(25.0)
-    ends = spread(model, bsm.run(model)).spread
+    ends = bsm.spread(bsm.run(on_incline(25.0))).spread
     assert {one.status for one in ends} == {Status.UNSTABLE}
     assert {one.difference for one in ends} == {None}
 
@@ -52,25 +50,29 @@ def test_an_excavation_is_released_in_parts():
     polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 3, 0), rectangle(-0.5, 0, 0.5, 0.5))]
     stages = [bsm.Stage(name="later", excavate=[2], relaxation=[0.5, 1.0])]
     model = model_of([*polygons, stop], friction=35.0, fixed=(0, 2), stages=stages)
-    ends = spread(model, bsm.run(model)).spread
+    ends = bsm.spread(bsm.run(model)).spread
     assert [one.stage for one in ends] == ["later"] * 3
 
 
-def test_other_schemes_have_one_route():
+def test_what_has_no_other_routes_is_told(tmp_path):
     model = on_incline(35.0)
-    with pytest.raises(bsm.ModelError, match="only scheme = 'continuation'"):
-        spread(model, bsm.run(model, bsm.Options(scheme="linear")))
+    with pytest.raises(bsm.ModelError, match="only 'continuation' has others"):
+        bsm.spread(bsm.run(model, bsm.Options(scheme="linear")))
+    with pytest.raises(bsm.ModelError, match="were read back, without their model"):
+        bsm.spread(bsm.Results.load(bsm.run(model).save(tmp_path / "out")))
+    with pytest.raises(bsm.ModelError, match=r"Model is no bsm\.Results; give what bsm\.run returned"):
+        bsm.spread(model)
 
 
 @pytest.mark.parametrize(
     ("others", "words"),
     [
         ([end("b", Status.STABLE, 0.5, 7)], "2 routes, one verdict; equilibria differ by up to 0.5 m (block 7, b)"),
-        ([end("b", Status.UNSTABLE)], "the verdict depends on the route: stable as always, unstable by b"),
+        ([end("b", Status.UNSTABLE)], "the verdict depends on the route: stable (usual), unstable (b)"),
     ],
 )
 def test_words(others, words):
-    assert words in spread_text((end("as always", Status.STABLE, 0.0, 0), *others))
+    assert words in spread_text((end("usual", Status.STABLE, 0.0, 0), *others))
 
 
 def test_the_command_tells_it(tmp_path):
@@ -79,5 +81,12 @@ def test_the_command_tells_it(tmp_path):
     assert out.exit_code == 0, out.output
     assert "spread: 3 routes, one verdict" in out.stdout
     told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["spread"]
-    assert [one["route"] for one in told] == ["as always", "relaxation first", "four parts"]
+    assert [one["route"] for one in told] == ["usual", "relaxation first", "four parts"]
     assert len(bsm.Results.load(tmp_path / "out").spread) == 3
+
+
+def test_the_command_refuses_one_route_before_it_solves(case):
+    case.write("model.toml", MODEL + LINEAR)
+    case.refuses(
+        "run", "model.toml", "--spread", says=["scheme = 'linear' has one route; only 'continuation' has others"]
+    )

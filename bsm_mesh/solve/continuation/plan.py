@@ -55,7 +55,7 @@ class Route:
         return self.first.get(phase, PLANS[phase])
 
 
-USUAL = Route(name="as always")
+USUAL = Route(name="usual")
 OTHERS = (
     Route(
         name="relaxation first",

@@ -70,7 +70,7 @@ def _in_vain(part: SubModel | None, model: Model) -> str:
 
 
 def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | None:
-    """Return blocks that come down with layers of neighbours, the last fixed; None where that is no small part."""
+    """Return blocks that come down with layers of neighbours, the last fixed; None where that is too much, or all."""
     near = np.zeros(model.blocks.count, dtype=bool)
     near[down] = True
     layers = [near]
@@ -79,7 +79,7 @@ def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | 
         near[contacts.block_a[layers[-1][contacts.block_b]]] = True
         near[contacts.block_b[layers[-1][contacts.block_a]]] = True
         layers.append(near)
-    if near.sum() > min(MAX_BLOCKS, 0.7 * len(near)):
+    if near.sum() > MAX_BLOCKS or near.all():
         return None
     forces = point_forces_of(model.acting_loads, model.blocks)
     part = submodel_of(model, near, bars_of(model.supports, model.blocks), forces, model.water)
@@ -121,7 +121,7 @@ def _left_out(model: Model, contacts: ContactTable) -> str:
     if not alone.size:
         return ""
     a, b = int(found.block_a[alone[0]]), int(found.block_b[alone[0]])
-    return f"{counted(alone.size, 'corner')} touch an edge without a common face (blocks {a} and {b})"
+    return f"limit analysis leaves out {counted(alone.size, 'corner')} on an edge without a face (blocks {a} and {b})"
 
 
 def _witness(model: Model, program: LimitProgram, loads: FloatArray, optimum: Optimum) -> Witness:

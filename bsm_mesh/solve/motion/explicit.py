@@ -145,9 +145,8 @@ class ExplicitMotion:
             events=events,
         )
         cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
-        if (
-            self.cycles < self._prescribed_cycles
-        ):  # a window may end early: what its supports have not moved would be lost
+        # A window may end early: what its supports have not moved would be lost.
+        if self.cycles < self._prescribed_cycles:
             cycles = min(cycles, self._prescribed_cycles - self.cycles)
         went, moved, self._velocity = advance_window(
             share,

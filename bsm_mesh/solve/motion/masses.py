@@ -12,9 +12,8 @@ from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, stif
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 
-Weighed = tuple[
-    IntArray, IntArray, SingleArray, RecordArray
-]  # contacts: both blocks, frames and springs as kernels take
+# Contacts: both blocks, frames and springs as kernels take them.
+Weighed = tuple[IntArray, IntArray, SingleArray, RecordArray]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
