@@ -144,6 +144,7 @@ FRICTION = Quantity(
     unit="degrees", least=0, below=90, usual=(0, 70), example='35 or "35 deg"'
 )  # 70: Barton and Choubey 1977
 DILATION = Quantity(unit="degrees", least=0, below=90, usual=(0, 45), example="5")
+STRENGTH_FACTOR = Quantity(least=1e-6, most=1e6, example="0.8")
 STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
 THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1 mm"')
 
