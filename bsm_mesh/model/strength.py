@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.errors import nearest, placed, raise_faults
+from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ReducibleLaw, StraightLaw, refuse_factor
@@ -124,7 +124,14 @@ def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
         With every fault: names that do not exist, joints without a law and rocks without strength that are named,
         factors and strengths out of range.
     """
-    raise_faults(strength_faults(model, factors))
+    joints, rocks = joints_and_rocks_at(model, factors)
+    pairs = zip((*joints, *rocks), (*model.joints, *model.rocks), strict=True)
+    return model if all(one is other for one, other in pairs) else model.replace(joints=joints, rocks=rocks)
+
+
+def joints_and_rocks_at(model: Model, factors: Mapping[str, float]) -> tuple[tuple[Joint, ...], tuple[Rock, ...]]:
+    """Return the joints and rocks of `with_strength`, which says what is raised."""
+    raise_faults(_name_faults(model, factors))
     parts = resolved(model, factors)
     joints, rocks = [], []
     for joint in model.joints:
@@ -133,11 +140,20 @@ def with_strength(model: Model, factors: Mapping[str, float]) -> Model:
     for rock in model.rocks:
         with placed(f"rock '{rock.name}'"):
             rocks.append(_rock_at(rock, parts.get(OF_ROCK + rock.name, 1.0)))
-    return model if all(part == 1 for part in parts.values()) else model.replace(joints=joints, rocks=rocks)
+    return tuple(joints), tuple(rocks)
 
 
 def strength_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
-    """Return what is wrong with factors of strength for a model, a sentence each."""
+    """Return what `with_strength` would raise, a sentence each."""
+    try:
+        joints_and_rocks_at(model, factors)
+    except ModelError as error:
+        return list(error.faults)
+    return []
+
+
+def _name_faults(model: Model, factors: Mapping[str, float]) -> list[str]:
+    """Return what is wrong with factors of strength and with what they name."""
     rules = Rules("strength")
     given = rules.mapping("factors", factors)
     joints = {joint.name: joint.law is not None for joint in model.joints}

@@ -19,6 +19,7 @@ from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.solve.algebra.loads import external_loads
 from bsm_mesh.solve.limit.program import LimitProgram, Optimum
@@ -135,7 +136,7 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
     Parameters
     ----------
     model : Model
-        What is given. Its loads keep their directions.
+        What is given. Its loads keep their directions; what an earthquake adds to gravity turns with it.
     clockwise : bool
         Turn gravity clockwise, as if the model were tilted counter-clockwise; else the other way.
     accuracy : float [degrees]
@@ -147,7 +148,7 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
     model = model.replace(loads=model.acting_loads, bolts=bolts, in_situ=None, stages=())
 
     def stands(tilt: float) -> bool:
-        turned = model.replace(gravity_direction=model.gravity_direction + sense * tilt)
+        turned = _with_gravity_turned(model, sense * tilt)
         return LimitProgram(turned.replace(contact_points="ends")).balance(external_loads(turned)) is not None
 
     if not stands(0.0):
@@ -159,3 +160,14 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
         middle = (low + high) / 2
         low, high = (middle, high) if stands(middle) else (low, middle)
     return (low + high) / 2
+
+
+def _with_gravity_turned(model: Model, angle: float) -> Model:
+    """Return a model whose gravity, with what an earthquake adds, is turned by an angle [degrees]."""
+    cosine, sine = unit_vector(angle)
+    horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
+    return model.replace(
+        gravity_direction=model.gravity_direction + angle,
+        gravity_horizontal=float(cosine * horizontal - sine * vertical),
+        gravity_vertical=float(sine * horizontal + cosine * vertical),
+    )
