@@ -99,7 +99,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
         whole = program.balance(dead)
         if whole is None:
             return _result(program, program.maximise(nothing, dead, most=1.0), admissible=False)
-        limit = whole if program.is_cone else program.maximise(nothing, dead)
+        limit = whole if program.strength.is_cone else program.maximise(nothing, dead)
         return _result(program, whole if math.isinf(limit.factor) else limit, admissible=True, factor=limit.factor)
     chosen = external_loads(model.replace(loads=chosen_loads)) - external_loads(model.replace(loads=()))
     if not chosen.any():
@@ -123,8 +123,8 @@ def _result(program: LimitProgram, optimum: Optimum, *, admissible: bool, factor
         normal_force=-optimum.forces[:m],
         shear_force=optimum.forces[m : 2 * m],
         contacts=program.contacts,
-        unlimited=program.unlimited,
-        bolt_force=program.bolt_force(optimum),
+        unlimited=int(program.strength.unlimited.sum()),
+        bolt_force=program.bolt_force(optimum.forces),
     )
 
 
