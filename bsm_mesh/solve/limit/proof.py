@@ -94,9 +94,10 @@ def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | 
 def _proof_of(model: Model) -> Proof:
     """Return the proof that the linear program gives."""
     program, loads = LimitProgram(model), external_loads(model)
-    optimum = program.maximise(np.zeros_like(loads), loads, most=1.0)
-    if optimum.factor >= 1:
+    balance = program.balance(loads)
+    if balance.stands:
         return Proof(text=FEASIBLE)
+    optimum = program.collapse(loads, balance)
     text = (
         "no forces within strength balance the loads where the blocks were given: they bear at most "
         f"{optimum.factor + 0.0:.6g} times the loads; the blocks must move"

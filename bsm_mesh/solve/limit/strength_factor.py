@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.table import ContactTable
@@ -25,12 +26,11 @@ from bsm_mesh.model.strength import ALL_JOINTS, OF_ROCK, with_bolt_capacities, w
 from bsm_mesh.model.values import Rules
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.algebra.loads import external_loads
-from bsm_mesh.solve.limit.program import LimitProgram, Shortfall
+from bsm_mesh.solve.limit.program import LimitProgram, Shortfall, mean_force
 from bsm_mesh.solve.limit.proof import left_out_of, witness_of
 
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
-NOTHING = 1e-8  # mean forces of the loads: what falls short by less does not; the linear programs have ten digits
 STRIDE = 8.0  # from the side that is known where nothing tells how far
 
 
@@ -159,8 +159,12 @@ class _Search:
         chosen = np.array([joints is None or name in joints for name in of_joints] + [rocks])
         return np.asarray(chosen[self.program.contacts.joint])  # the last, -1: no joint
 
-    def _rows(self, part: float):  # type: ignore[no-untyped-def]
-        return self.program.bounds(self.program.strength.times(part, self.chosen, bolts=self.bolts))
+    def _rows(self, part: float) -> tuple[csr_array, FloatArray]:
+        return self._at(part).bounds()
+
+    def _at(self, part: float) -> LimitProgram:
+        """Return the program of a part of the strength."""
+        return self.program.at(self.program.strength.times(part, self.chosen, bolts=self.bolts))
 
     def run(self) -> None:
         """Bring the two sides together."""
@@ -168,7 +172,7 @@ class _Search:
         while self.high > self.low * (1 + ACCURACY) and self.low < MOST and self.high > 1 / MOST:
             found = self.program.shortfall(self.loads, *self._rows(part), self.helps)
             self.programs += 1
-            if found.lacking > NOTHING:
+            if not found.stands:
                 self.low, self.failed = part, found
             else:
                 self.high, self.held = part, found
@@ -176,7 +180,7 @@ class _Search:
 
     def _next(self, part: float, found: Shortfall) -> float:
         """Return the next part of the strength: a little beyond Newton's, so that the other side comes near too."""
-        beyond = ACCURACY / 3 if found.lacking > NOTHING else -ACCURACY / 3
+        beyond = ACCURACY / 3 if not found.stands else -ACCURACY / 3
         slope = self._slope(part, found)
         guess = (part - found.lacking / slope) * (1 + beyond) if slope < 0 else math.nan
         if self.programs % 4 == 0 or not self.low < guess < self.high:
@@ -191,8 +195,6 @@ class _Search:
             return math.nan
         (rows, bound), (less, lower) = self._rows(1.5 * part), self._rows(0.5 * part)
         change = (rows - less) @ found.forces - (bound - lower)
-        from bsm_mesh.solve.limit.program import mean_force
-
         return float(found.of_bounds @ change) / part / mean_force(self.loads)
 
     @property
@@ -221,5 +223,5 @@ class _Search:
                 weaker = with_bolt_capacities(weaker, self.low)
         except ModelError as error:
             return Proof(text=f"{text}; no proof: {error}")
-        program = self.program.at(self.program.strength.times(self.low, self.chosen, bolts=self.bolts))
+        program = self._at(self.low)
         return Proof(text=text, witness=witness_of(weaker, program, self.loads, self.failed.velocity, self.failed.slip))
