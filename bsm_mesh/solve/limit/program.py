@@ -18,9 +18,11 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.solve.bolts.dowels import Dowels
 from bsm_mesh.solve.limit.interior_point import Answer, minimise
+from bsm_mesh.solve.limit.measure import Measure
 from bsm_mesh.solve.limit.strength import Strength
 
-NOTHING = 1e-8  # mean forces of the loads: what lacks less lacks nothing; linear programs are solved to 1e-10
+NOTHING = 1e-8  # over loads on blocks: what lacks less lacks nothing; programs are solved to 1e-10
+HARDLY = 1e-6  # of the loads: where less is borne nothing is
 RIGID = 1e-6  # least eigenvalue of unit bars on a block, rotations times its radius of gyration, that hold it
 
 
@@ -53,13 +55,14 @@ class Shortfall:
     Attributes
     ----------
     lacking : float
-        In mean forces of the loads; at least -1; infinite where no strength of what was asked for helps.
+        Over the load on the less loaded block of every contact; at least -1; infinite where no strength of what was
+        asked for helps.
     forces : (k,) float64 [N/m]
         The unknown forces with what is lacking; zero where nothing helps.
     velocity, slip : (n, 3), (n_nodes,) float64
         As in `Optimum`.
-    of_bounds : (r,) float64
-        Multipliers of the rows that bound the forces.
+    of_bounds : (r,) float64 [m/N]
+        By how much less is lacking when a bound grows.
     least : float
         What forces that balance would have to be at least, over all loads together: rounding takes up no more than what
         is lacking otherwise.
@@ -99,12 +102,9 @@ class LimitProgram:
         self.crossing = model.blocks.moments.centroid[self.dowels.near] + self.dowels.arm_near
         self.strength = Strength.of(model, self.contacts, self.bolts, self.dowels)
         self.radius = model.blocks.moments.gyration
-        held = _held(self.bars, model.blocks)
-        self.acting = np.flatnonzero(~held[self.bars.block])  # the others balance whatever comes
-        self.free = np.flatnonzero(np.repeat(~held, 3))
-        # what makes moments forces: the inverse of the radius of gyration, and 1 for forces
-        self.units = np.column_stack([np.ones((self.blocks.count, 2)), 1 / self.radius]).reshape(-1)
-        self.equilibrium = csr_array(self._equilibrium() * self.units[:, None])[self.free]
+        self.movable = ~_held(self.bars, model.blocks)
+        self.acting = np.flatnonzero(self.movable[self.bars.block])  # bars of held blocks balance whatever comes
+        self.equilibrium = csr_array(self._equilibrium())
 
     def at(self, strength: Strength) -> LimitProgram:
         """Return the program of another strength."""
@@ -115,52 +115,47 @@ class LimitProgram:
     def balance(self, loads: FloatArray) -> Shortfall:
         """Return what all contacts lack, in shear and in tension alike, for forces that balance the loads."""
         bounded, bound = self.bounds()
-        of_contacts = abs(bounded[:, : 2 * self.contacts.count]).sum(axis=1) > 0
-        return self.shortfall(loads, bounded, bound, np.asarray(of_contacts, dtype=np.float64).reshape(-1))
+        return self.shortfall(loads, bounded, bound, _any(bounded[:, : 2 * self.contacts.count]))
 
     def collapse(self, loads: FloatArray, balance: Shortfall) -> Optimum:
         """Return the part of loads that is borne, and the mechanism, where `balance` does not stand.
 
-        Where admissible forces stay so when multiplied, forces that balance no whole balance no part.
+        Where hardly any part is, forces have no room, in which the greatest would be sought.
         """
-        if self.strength.is_cone:
-            return Optimum(0.0, np.zeros(self.unknowns), balance.velocity, balance.slip)
-        return self.maximise(np.zeros_like(loads), loads)
+        if not self.strength.is_cone:
+            balance = self.balance(HARDLY * loads)
+            if balance.stands:
+                return self.maximise(np.zeros_like(loads), loads)
+        return Optimum(0.0, np.zeros(self.unknowns), balance.velocity, balance.slip)
 
     def _unlimited(self, forces: FloatArray) -> Optimum:
         return Optimum(math.inf, forces, np.zeros((self.blocks.count, 3)), np.zeros(len(self.bolts.block)))
 
-    def maximise(self, dead: FloatArray, live: FloatArray, most: float | None = None) -> Optimum:
-        """Return the greatest factor, not above `most`, with ``dead + factor * live`` in equilibrium within strength.
+    def maximise(self, dead: FloatArray, live: FloatArray) -> Optimum:
+        """Return the greatest factor with ``dead + factor * live`` in equilibrium within strength.
 
         Raises
         ------
         ModelError
-            If the solver gives up.
+            If no factor does, or the solver gives up.
         """
-        scale = mean_force(dead + live)
-        bounded, bound = self.bounds()
-        limits = [-1.0] if most is None else [-1.0, 1.0]  # the factor is not negative, and not above `most`
+        measure, (bounded, bound) = self._measure(dead + live), self.bounds()
+        balance, (fixed, grows) = self._balance(measure, dead, live)
         found = minimise(
             np.append(np.zeros(self.unknowns), -1.0),
-            csr_array(hstack([self.equilibrium, self._measured(live, scale)[:, None]])),
-            -self._measured(dead, scale),
-            csr_array(block_diag([bounded, np.array(limits)[:, None]])),
-            np.concatenate([bound / scale, [0.0] if most is None else [0.0, most]]),
+            csr_array(hstack([balance, grows[:, None]])),
+            -fixed,
+            csr_array(block_diag([bounded, [[-1.0]]])),  # the factor is not negative
+            np.append(bound / measure.mean, 0.0),
         )
         if found.answer is Answer.UNBOUNDED:  # feasible at 0: no factor is too great
             return self._unlimited(np.zeros(self.unknowns))
         if found.answer is Answer.INFEASIBLE:
             raise ModelError("limit analysis: no forces within strength exist, whatever the factor")
-        velocity, slip = self.motion(found.of_balance, found.of_bounds[: len(bound)])
-        return Optimum(max(float(found.x[-1]), 0.0), found.x[:-1] * scale, velocity, slip)
+        velocity, slip = self._motion(found.of_balance, found.of_bounds[: len(bound)], measure)
+        return Optimum(max(float(found.x[-1]), 0.0), found.x[:-1] * measure.mean, velocity, slip)
 
-    def _measured(self, loads: FloatArray, scale: float) -> FloatArray:
-        """Return loads (n, 3) on what may move, moments as forces, over a force."""
-        measured: FloatArray = (loads.reshape(-1) * self.units)[self.free] / scale
-        return measured
-
-    def shortfall(self, loads: FloatArray, bounded: csr_array, bound: FloatArray, helps: FloatArray) -> Shortfall:
+    def shortfall(self, loads: FloatArray, bounded: csr_array, bound: FloatArray, yields: BoolArray) -> Shortfall:
         """Return by how much rows that bound the forces must give way for forces that balance the loads.
 
         Parameters
@@ -169,31 +164,58 @@ class LimitProgram:
             What is to be balanced.
         bounded, bound : (r, k), (r,) float64 [-, N/m]
             As `bounds` returns them.
-        helps : (r,) float64
-            What a mean force of the loads adds to a bound, in mean forces: 1 or 0.
+        yields : (r,) bool
+            Rows that may give way.
         """
-        scale, rows = mean_force(loads), len(bound)
+        measure = self._measure(loads)
+        balance, (fixed,) = self._balance(measure, loads)
+        give = np.where(yields, self._sizes(measure, bounded), 0.0) / measure.mean
         found = minimise(
             np.append(np.zeros(self.unknowns), 1.0),
-            csr_array(hstack([self.equilibrium, csr_array((len(self.free), 1))])),
-            -self._measured(loads, scale),
-            csr_array(vstack([hstack([bounded, -helps[:, None]]), coo_array(([-1.0], ([0], [self.unknowns])))])),
-            np.append(bound / scale, 1.0),
+            csr_array(hstack([balance, csr_array((len(fixed), 1))])),
+            -fixed,
+            csr_array(vstack([hstack([bounded, -give[:, None]]), coo_array(([-1.0], ([0], [self.unknowns])))])),
+            np.append(bound / measure.mean, 1.0),
         )
         solved = found.answer is Answer.SOLVED
+        lacking, of_bounds = float(found.x[-1]) if solved else math.inf, found.of_bounds[: len(bound)]
+        change = found.loose * np.abs(loads[self.movable]).sum() / measure.mean
         return Shortfall(
-            float(found.x[-1]) if solved else math.inf,
-            found.x[:-1] * scale if solved else np.zeros(self.unknowns),
-            *self.motion(found.of_balance, found.of_bounds[:rows]),
-            found.of_bounds[:rows],
-            (found.x[-1] if solved else 1.0) / max(found.loose * self.blocks.count, np.finfo(float).tiny),
+            lacking,
+            found.x[:-1] * measure.mean if solved else np.zeros(self.unknowns),
+            *self._motion(found.of_balance, of_bounds, measure),
+            of_bounds / measure.mean,
+            (lacking if solved else 1.0) / change if change > 0 else math.inf,
         )
 
-    def motion(self, of_balance: FloatArray, of_bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _measure(self, loads: FloatArray) -> Measure:
+        return Measure.of(loads, self.radius, self.movable)
+
+    def _balance(self, measure: Measure, *loads: FloatArray) -> tuple[csr_array, list[FloatArray]]:
+        """Return equilibrium of what may move, and loads (n, 3) there, moments as forces, for the linear program."""
+        rows = np.repeat(self.movable, 3)
+        units = (self._units * measure.of_rows[:, None]).reshape(-1)[rows]
+        matrix = csr_array(self.equilibrium[rows] * units[:, None])
+        return matrix, [load.reshape(-1)[rows] * units / measure.mean for load in loads]
+
+    @property
+    def _units(self) -> FloatArray:
+        """What makes moments forces, (n, 3): the inverse of the radius of gyration, and 1 for forces."""
+        return np.column_stack([np.ones((self.blocks.count, 2)), 1 / self.radius])
+
+    def _sizes(self, measure: Measure, bounded: csr_array) -> FloatArray:
+        """Return the forces by which rows (r, k) are measured: loads of contacts' less loaded blocks, (r,) [N/m]."""
+        of_contact = measure.of_contacts(self.contacts.block_a, self.contacts.block_b)
+        others = np.full(self.unknowns - 2 * len(of_contact), measure.mean)
+        of_column = np.concatenate([of_contact, of_contact, others])
+        sizes: FloatArray = csr_array(abs(bounded).sign() * of_column).max(axis=1).toarray().reshape(-1)
+        return sizes
+
+    def _motion(self, of_balance: FloatArray, of_bounds: FloatArray, measure: Measure) -> tuple[FloatArray, FloatArray]:
         """Return velocities of the blocks and of the bolts against the rock, as in `Optimum`: the multipliers."""
-        of_free = np.zeros(len(self.units))
-        of_free[self.free] = of_balance * self.units[self.free]
-        velocity = of_free.reshape(-1, 3)
+        velocity = np.zeros((self.blocks.count, 3))
+        velocity[self.movable] = of_balance.reshape(-1, 3)
+        velocity *= self._units * measure.of_rows[:, None]
         size = max(float(np.abs(velocity * [1, 1, 0]).max()), float(np.abs(velocity[:, 2] * self.radius).max())) or 1.0
         bounded = np.flatnonzero(np.isfinite(self.strength.capacity))
         slip = np.zeros(len(self.bolts.block))
@@ -259,9 +281,9 @@ class LimitProgram:
         return row.reshape(-1), col, np.column_stack([direction, turn]).reshape(-1)
 
 
-def mean_force(loads: FloatArray) -> float:
-    """Return the mean of the forces among loads (n, 3), to measure forces by [N/m]."""
-    return max(float(np.hypot(*loads[:, :2].T).mean()), np.finfo(float).tiny)
+def _any(matrix: csr_array) -> BoolArray:
+    """Return which rows of a matrix hold anything."""
+    return np.asarray(abs(matrix).sum(axis=1) > 0).reshape(-1)
 
 
 def _held(bars: Bars, blocks: Blocks) -> BoolArray:
