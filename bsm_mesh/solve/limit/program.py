@@ -179,13 +179,13 @@ class LimitProgram:
         )
         solved = found.answer is Answer.SOLVED
         lacking, of_bounds = float(found.x[-1]) if solved else math.inf, found.of_bounds[: len(bound)]
-        change = found.loose * np.abs(loads[self.movable]).sum() / measure.mean
+        taken = found.loose * float(np.hypot(*loads[:, :2].T).sum()) / measure.mean
         return Shortfall(
             lacking,
             found.x[:-1] * measure.mean if solved else np.zeros(self.unknowns),
             *self._motion(found.of_balance, of_bounds, measure),
             of_bounds / measure.mean,
-            (lacking if solved else 1.0) / change if change > 0 else math.inf,
+            (lacking if solved else 1.0) / taken if taken > 0 else math.inf,
         )
 
     def _measure(self, loads: FloatArray) -> Measure:

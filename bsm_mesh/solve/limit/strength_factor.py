@@ -209,7 +209,7 @@ class _Search:
         if left_out := left_out_of(self.model, self.program.contacts):
             return Proof(text=f"nothing is proved: {left_out}")
         if self.failed is None or math.isinf(self.factor):
-            return Proof(text=f"no limit: forces within strength exist at a {MOST:g}th of the strength chosen")
+            return Proof(text="no limit: forces within strength exist at a thousandth of the strength chosen")
         for margin in MARGINS:
             if self.failed.least < ENORMOUS and self.held is not None:
                 self._ask(self.high / (1 + margin))
