@@ -221,10 +221,10 @@ class _Search:
         except ModelError as error:
             return Proof(text=f"{self._exist()}; the proof that there are none beyond cannot be written down: {error}")
         witness = witness_of(weaker, self._at(self.low), self.loads, self.failed.velocity, self.failed.slip)
-        what = f"beyond {1 / self.low:.5g} the blocks must move (proved), whatever stiffness and history"
+        what = f"beyond {1 / self.low:.6g} the blocks must move (proved), whatever stiffness and history"
         return Proof(text=f"{self._exist()}; {what}", witness=witness)
 
     def _exist(self) -> str:
         if self.held is None:
             return f"no forces within strength exist, not at {MOST:g} times the strength chosen"
-        return f"forces within strength exist up to the factor {self.factor:.5g}"
+        return f"forces within strength exist up to the factor {self.factor:.6g}"
