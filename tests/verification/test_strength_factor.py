@@ -182,6 +182,15 @@ def test_without_a_limit(polygons):
     assert "no limit" in str(found)
 
 
+def test_what_could_be_wedged_falls_all_the_same():
+    """No factor below the limit is safe for it: nothing presses the block against the walls when it is let go."""
+    slot = [rectangle(-2, 0, 0, 1), rectangle(1, 0, 3, 1), square(0, 0)]
+    model = model_of(slot, friction=80.0, fixed=(0, 1))
+    assert strength_limit(model).factor == np.inf
+    results = bsm.run(model)
+    assert (results.status, results.stages[0].unstable_blocks.tolist()) == ("unstable", [2])
+
+
 def test_a_block_that_nothing_touches_falls_at_any_strength():
     found = strength_limit(model_of([rectangle(-5, -1, 5, 0), square(0, 0), square(20, 5)]))
     assert found.factor == 0
