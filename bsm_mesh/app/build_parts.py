@@ -150,6 +150,8 @@ def make_stage(table: StageTable) -> Stage:
         pressure=table.pressure,
         water=None if table.water is None else make_water(table.water, place),
         loads=tuple(make_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
+        strength=table.strength,
+        gravity=None if table.gravity is None else (table.gravity.horizontal, table.gravity.vertical),
     )
 
 

@@ -14,6 +14,7 @@ import click
 
 from bsm_mesh import __version__
 from bsm_mesh.app.interruption import guarded
+from bsm_mesh.app.several_names import SeveralNames
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
 from bsm_mesh.errors import ModelError, one_line
 
@@ -199,24 +200,27 @@ def compare(
     compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet, scripts=scripts)
 
 
-@cli.command()
+@cli.command(cls=SeveralNames)
 @model_argument
 @click.option("--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K.")
 @click.option("--tilt", type=click.Choice(["left", "right"]), help="Find the greatest tilt of the model to that side.")
+@click.option("--strength", is_flag=True, help="Find the greatest factor by which strength may be divided.")
+@click.option("--joints", multiple=True, metavar="J1 J2 ...", help="With --strength: that of these joints only.")
+@click.option("--rocks/--no-rocks", default=None, help="With --strength: of rock faces too; where all joints are.")
+@click.option("--bolts", is_flag=True, help="With --strength: what limits the bolts' forces too.")
 @click.option("-o", "--output", type=PATH, help="Folder for limit.vtu; the model's by default.")
 @json_option
 @no_scripts_option
-def limit(
-    model: Path, numbers: tuple[int, ...], tilt: str | None, output: Path | None, as_json: bool, no_scripts: bool
-) -> None:
+def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
     """Ask statics alone whether MODEL can be at rest.
 
     A linear program over the contact forces, without stiffness or movement. "Inadmissible" proves that the blocks
-    must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or angle.
+    must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or angle; with --strength
+    the factor beyond which the blocks must move: an upper bound of every factor of safety.
     """
     from bsm_mesh.app.limit import analyse_limit
 
-    analyse_limit(model, numbers, tilt, output, as_json=as_json, scripts=not no_scripts)
+    analyse_limit(model, output, as_json=as_json, scripts=not no_scripts, **asked)
 
 
 @cli.command()

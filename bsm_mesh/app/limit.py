@@ -7,55 +7,79 @@ from pathlib import Path
 from typing import Any
 
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.build_mesh import stdout_to_stderr
+from bsm_mesh.app.build import LoadedModel, load_model_file
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.solve.limit.analysis import LimitAnalysis, limit_analysis, limit_tilt
+from bsm_mesh.solve.limit.strength_factor import StrengthLimit, strength_limit
 
 
 def analyse_limit(
     path: Path,
-    numbers: tuple[int, ...],
-    tilt: str | None,
     output: Path | None,
     *,
+    numbers: tuple[int, ...],
+    tilt: str | None,
+    strength: bool,
+    joints: tuple[str, ...],
+    rocks: bool | None,
+    bolts: bool,
     as_json: bool,
     scripts: bool = True,
 ) -> None:
-    """Run the linear program on a model file, print what it says and proves, and write the mechanism."""
-    if numbers and tilt:
-        raise ModelError("limit: give --load or --tilt, not both")
+    """Run linear programs on a model file, print what they say and prove, and write the mechanism."""
+    if bool(numbers) + bool(tilt) + strength > 1:
+        raise ModelError("limit: give one of --load, --tilt and --strength")
+    if not strength and (joints or bolts or rocks is not None):
+        raise ModelError("limit: --joints, --rocks and --bolts say what --strength divides: give --strength too")
     loaded = load_model_file(path, scripts=scripts)
     added = AddedFiles(output or loaded.output_folder)
     model = loaded.model
-    with stdout_to_stderr():  # HiGHS complains there
-        found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
-        told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}
-        if tilt:
-            told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
-    file = None
-    if found.mechanism.any():
+    if strength:
+        rocks = not joints if rocks is None else rocks
+        divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts)
+        _tell(loaded, added, divided.mechanism, str(divided), _strength_told(divided), _strength_rows(divided), as_json)
+        return
+    found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
+    told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}
+    if tilt:
+        told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
+    _tell(loaded, added, found.mechanism, str(found), told, _rows(found, numbers, told.get("tilt"), tilt), as_json)
+    if numbers and found.admissible and found.factor < 1 and not as_json:
+        say("A factor below 1: with the loads as given the blocks must move.")
+
+
+def _tell(
+    loaded: LoadedModel,
+    added: AddedFiles,
+    mechanism: FloatArray,
+    text: str,
+    told: dict[str, Any],
+    rows: list[tuple[str, str]],
+    as_json: bool,
+) -> None:
+    """Print an answer, as JSON or as a table and in words, and write its mechanism where there is one."""
+    model, file = loaded.model, None
+    if mechanism.any():
         from bsm_mesh.converters.result_files import write_mechanism
 
         with added.file("limit.vtu") as draft:
-            write_mechanism(model.blocks, found.mechanism, draft)
+            write_mechanism(model.blocks, mechanism, draft)
         file = added.folder.path / "limit.vtu"
     if as_json:
-        notes = [*loaded.notes, *notes_of(model), str(found)]
+        notes = [*loaded.notes, *notes_of(model), text]
         say_json({**told, "file": None if file is None else str(file), "notes": notes})
         return
     for note in loaded.notes:
         say(f"mesh: {note}", err=True)
     for note in notes_of(model):
         say(f"note: {note}", err=True)
-    print_table(model.title or str(path), ("", ""), _rows(found, numbers, told.get("tilt"), tilt))
-    say(f"{found}.")
-    if numbers and found.admissible and found.factor < 1:
-        say("A factor below 1: with the loads as given the blocks must move.")
+    print_table(model.title or str(loaded.path), ("", ""), rows)
+    say(f"{text}.")
     if file is not None:
         say(f"collapse mechanism written to {file}")
 
@@ -71,7 +95,29 @@ def _with_live_loads(model: Model, numbers: tuple[int, ...]) -> LimitAnalysis:
 
 
 def _finite(factor: float) -> float | None:
+    """Return a factor; None where it is infinite."""
     return factor if math.isfinite(factor) else None
+
+
+def _strength_told(found: StrengthLimit) -> dict[str, Any]:
+    """Return what JSON tells of a factor of strength."""
+    return {
+        "factor": _finite(found.factor),
+        "beyond": _finite(found.beyond),
+        "proved": found.proof.witness is not None,
+        "programs": found.programs,
+        "seconds": round(found.seconds, 3),
+    }
+
+
+def _strength_rows(found: StrengthLimit) -> list[tuple[str, str]]:
+    """Return what the table tells of a factor of strength."""
+    return [
+        ("greatest factor on the strength", f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"),
+        ("contacts", str(found.contacts.count)),
+        ("of them without a limit of strength", str(found.unlimited)),
+        ("linear programs", f"{found.programs} in {found.seconds:.2g} s"),
+    ]
 
 
 def _rows(

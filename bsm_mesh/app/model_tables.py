@@ -214,6 +214,17 @@ class GravityTable(Table):
     """Gravity."""
 
     direction: Annotated[float, In(q.DIRECTION)] = -90.0
+    horizontal: Annotated[float, In(q.GRAVITY_PART)] = Field(
+        default=0.0, description="part of the unit weights that pulls along +x besides: a pseudo-static earthquake"
+    )
+    vertical: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="the same, upwards")
+
+
+class StageGravityTable(Table):
+    """What pulls besides the weights from a stage on, in parts of them."""
+
+    horizontal: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="along +x")
+    vertical: Annotated[float, In(q.GRAVITY_PART)] = Field(default=0.0, description="upwards")
 
 
 RATIO_PARTS = dict(zip("abc", PARTS_OF_RATIO, strict=True))
@@ -299,6 +310,13 @@ class StageTable(Table):
     )
     water: WaterTable | None = None
     load: list[LoadTable] = Field(default_factory=list)
+    strength: dict[str, Annotated[float, In(q.STRENGTH_FACTOR)]] = Field(
+        default_factory=dict,
+        description='part of the given strength from here on, by joint; "*": all others; "rock:NAME": faces of a rock',
+    )
+    gravity: StageGravityTable | None = Field(
+        default=None, description="pseudo-static earthquake from here on; default: as before"
+    )
 
 
 class SolverTable(Table):

@@ -101,7 +101,11 @@ def content_of(model: Model, options: Options) -> Content:
         "support": tables("support", model.supports, _support),
         "load": tables("load", model.loads, _load),
         "bolt": tables("bolt", model.bolts, _bolt),
-        "gravity": {"direction": model.gravity_direction},
+        "gravity": {
+            "direction": model.gravity_direction,
+            "horizontal": model.gravity_horizontal,
+            "vertical": model.gravity_vertical,
+        },
         "in_situ": {} if model.in_situ is None else _in_situ(model.in_situ),
         "water": {} if model.water is None else _water(model.water),
         "stage": tables("stage", model.stages, _stage),
@@ -199,7 +203,11 @@ def _water(water: Water) -> Content:
 
 
 def _stage(stage: Stage) -> Content:
-    table = _fields(stage, "water", "loads") | {"load": [_load(load) for load in stage.loads]}
+    table = _fields(stage, "water", "loads", "strength", "gravity") | {"load": [_load(load) for load in stage.loads]}
+    if stage.strength:
+        table["strength"] = dict(stage.strength)
+    if stage.gravity is not None:
+        table["gravity"] = dict(zip(("horizontal", "vertical"), stage.gravity, strict=True))
     return table if stage.water is None else table | {"water": _water(stage.water)}
 
 

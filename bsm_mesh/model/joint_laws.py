@@ -2,20 +2,25 @@
 
 A law is one small frozen class with `respond`: old state in; shear, tangent and new state out, vectorised over
 contacts. It sees numbers, not the model. Evaluating it changes nothing; only an accepted step keeps a new state.
-That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides.
+That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides. A law that has
+`reduced(factor)` too is asked for itself at another strength; of one without, all shear forces are divided
+(`bsm_mesh.model.strength`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, Protocol, runtime_checkable
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.errors import raise_faults
-from bsm_mesh.model.quantities import COHESION, DILATION, FRICTION
+from bsm_mesh.errors import placed, raise_faults
+from bsm_mesh.model.quantities import COHESION, DILATION, FRICTION, STRENGTH_FACTOR
 from bsm_mesh.model.values import Rules, plain_numbers
+
+OfLines = TypeVar("OfLines", "Patton", "MohrCoulomb")
 
 ROUNDING = 1e-9  # degrees: sums of angles round
 PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
@@ -86,6 +91,20 @@ class StraightLaw(JointLaw, Protocol):
         """
 
 
+@runtime_checkable
+class ReducibleLaw(JointLaw, Protocol):
+    """A law that knows itself at another strength."""
+
+    def reduced(self, factor: float) -> JointLaw:
+        """Return the law with the tangent of every friction angle, and every cohesion, divided by a factor.
+
+        Parameters
+        ----------
+        factor : float
+            More than 1 weakens, less strengthens.
+        """
+
+
 @dataclass(frozen=True, slots=True)
 class Elastic:
     """No limit of strength."""
@@ -106,6 +125,10 @@ class Elastic:
     def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return no line."""
         return np.zeros((len(length), 0)), np.zeros((len(length), 0))
+
+    def reduced(self, factor: float) -> Elastic:
+        """Return the law itself: it has no strength to divide."""
+        return self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,6 +211,18 @@ class Patton:
         angles = np.tan(np.radians([self.friction + self.dilation, self.residual]))
         return np.tile(angles, (len(length), 1)), np.stack([np.zeros(len(length)), self.cohesion * length], axis=1)
 
+    def reduced(self, factor: float) -> Patton:
+        """Return the law whose lines 1 to 3 are divided by a factor; see `ReducibleLaw`."""
+        friction = _reduced_angle(self.friction, factor)
+        return _reduced(
+            self,
+            factor,
+            friction=friction,
+            dilation=_reduced_angle(self.friction + self.dilation, factor) - friction,
+            cohesion=self.cohesion / factor,
+            residual_friction=_reduced_or_none(self.residual_friction, factor),
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MohrCoulomb:
@@ -264,6 +299,17 @@ class MohrCoulomb:
         slope = np.full((len(length), 1), np.tan(np.radians(self.friction)))
         return slope, self.cohesion * length[:, None]
 
+    def reduced(self, factor: float) -> MohrCoulomb:
+        """Return the law whose peak and residual lines are divided by a factor; see `ReducibleLaw`."""
+        return _reduced(
+            self,
+            factor,
+            friction=_reduced_angle(self.friction, factor),
+            cohesion=self.cohesion / factor,
+            residual_friction=_reduced_or_none(self.residual_friction, factor),
+            residual_cohesion=None if self.residual_cohesion is None else self.residual_cohesion / factor,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Weaker:
@@ -292,6 +338,33 @@ class Weaker:
         of_both = zip(self.one.strength_lines(length), self.other.strength_lines(length), strict=True)
         slope, intercept = (np.concatenate(pair, axis=1) for pair in of_both)
         return slope, intercept
+
+    def reduced(self, factor: float) -> Weaker:
+        """Return the weaker of both laws divided by a factor."""
+        return Weaker(self.one.reduced(factor), self.other.reduced(factor))
+
+
+def refuse_factor(factor: float) -> None:
+    """Raise a `ModelError` for a factor by which no strength can be divided."""
+    rules = Rules("reduced strength")
+    rules.number("factor", factor, STRENGTH_FACTOR)
+    raise_faults(rules.faults)
+
+
+def _reduced_angle(angle: float, factor: float) -> float:
+    """Return the angle whose tangent is that of an angle, divided by a factor [degrees]."""
+    refuse_factor(factor)
+    return angle if factor == 1 else math.degrees(math.atan(math.tan(math.radians(angle)) / factor))
+
+
+def _reduced_or_none(angle: float | None, factor: float) -> float | None:
+    return None if angle is None else _reduced_angle(angle, factor)
+
+
+def _reduced(law: OfLines, factor: float, **strength: Any) -> OfLines:
+    """Return a law with other values; where one is out of range, say by what its strength was divided."""
+    with placed(f"strength divided by {factor:g}"):
+        return replace(law, **strength)
 
 
 def above_peak(residual: float, name: str, peak: float) -> str:

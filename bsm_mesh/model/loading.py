@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.loads import InSituTraction, Load, point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.supports import bars_of, unit_vector
 from bsm_mesh.model.water import Water
 
 
@@ -19,7 +20,7 @@ def faults_of_loading(model: Model) -> list[str]:
     prescribed movement, or a pressure of a stage.
     """
     loaded = (
-        model.weights.any()
+        (model.weights.any() and any(part.any() for part in _gravities(model)))
         or any(_acts(loads, model) for loads in (model.loads, *(stage.loads for stage in model.stages)))
         or any(_wets(water, model) for water in (model.water, *(stage.water for stage in model.stages)))
         or (model.in_situ is not None and model.in_situ.method == "direct" and _has_field(model))
@@ -33,6 +34,12 @@ def faults_of_loading(model: Model) -> list[str]:
         "nothing loads the model, so that rest would prove nothing: no rock has a weight, and there is no load, water, "
         "in-situ stress, pretension or prescribed movement in any stage; give the rocks their unit_weight, or a load"
     ]
+
+
+def _gravities(model: Model) -> list[FloatArray]:
+    """Return what the weights pull with at the start, and in the stages that change it, (2,) each."""
+    given = [stage.gravity for stage in model.stages if stage.gravity is not None]
+    return [model.gravity_vector, *(unit_vector(model.gravity_direction) + part for part in given)]
 
 
 def _acts(loads: Sequence[Load], model: Model) -> bool:

@@ -28,8 +28,9 @@ from bsm_mesh.model.loads import (
 )
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint, Rock
-from bsm_mesh.model.quantities import DIRECTION
+from bsm_mesh.model.quantities import DIRECTION, GRAVITY_PART
 from bsm_mesh.model.stages import Stage, presence
+from bsm_mesh.model.strength import strength_faults
 from bsm_mesh.model.supports import GIVEN_SUPPORTS, Bars, Support, bars_of, unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.model.water import Water
@@ -64,6 +65,8 @@ class Model:
         Rockbolts.
     gravity_direction : float [degrees]
         Direction in which the unit weights pull, from the x axis; -90 is down.
+    gravity_horizontal, gravity_vertical : float
+        Parts of the unit weights that pull besides, along +x and upwards: a pseudo-static earthquake. Water has none.
     contact_points : {"ends", "gauss"}
         Where the two springs of a shared edge stand: at its ends (the thesis) or at its Gauss points.
     in_situ : InSitu or None
@@ -91,6 +94,8 @@ class Model:
     loads: tuple[Load, ...] = ()
     bolts: tuple[Bolt, ...] = ()
     gravity_direction: Annotated[float, DIRECTION] = -90.0
+    gravity_horizontal: Annotated[float, GRAVITY_PART] = 0.0
+    gravity_vertical: Annotated[float, GRAVITY_PART] = 0.0
     contact_points: ContactPoints = "ends"
     in_situ: InSitu | None = None
     water: Water | None = None
@@ -153,9 +158,16 @@ class Model:
         return weights
 
     @property
+    def gravity_vector(self) -> FloatArray:
+        """Force over weight, (2,): the unit vector of the direction, and what an earthquake adds."""
+        earthquake = np.array([self.gravity_horizontal, self.gravity_vertical])
+        vector: FloatArray = unit_vector(self.gravity_direction) + earthquake
+        return vector
+
+    @property
     def gravity_forces(self) -> FloatArray:
-        """Weight as a vector on every block's centroid, (n_blocks, 2) [N/m] (Wang Eq. 3.37)."""
-        forces: FloatArray = self.weights[:, None] * unit_vector(self.gravity_direction)
+        """Weight, with what an earthquake adds, on every block's centroid, (n_blocks, 2) [N/m] (Wang Eq. 3.37)."""
+        forces: FloatArray = self.weights[:, None] * self.gravity_vector
         return forces
 
     @property
@@ -292,6 +304,7 @@ def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
                 yield f"stage '{stage.name}': load {number + 1} ({type(load).__name__}): {text}"
         if stage.water is not None:
             yield from _water_faults(f"stage '{stage.name}': water", stage.water, model.blocks, joint_names)
+        yield from (f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength))
 
 
 def _missing(

@@ -13,7 +13,7 @@ from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.joint_laws import MohrCoulomb
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import STRESS_RATIO, Quantity, quantities_of
+from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, Quantity, quantities_of
 from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.water import Water
 
@@ -42,6 +42,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *_of_unusual(model, rocks, joints),
         *_of_ground(model),
         *_of_stages(model),
+        *(() if fails else _of_strength_that_does_not_matter(model)),
     ]
     return list(dict.fromkeys(found))
 
@@ -153,8 +154,15 @@ def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) ->
         yield from beyond_usual("in_situ", "k0", model.in_situ.k0[1], STRESS_RATIO)
     for place, water in _waters(model):
         yield from unusual(place, water)
+    yield from _of_unusual_gravity("gravity", (model.gravity_horizontal, model.gravity_vertical))
     for stage in model.stages:
         yield from unusual(f"stage '{stage.name}'", stage)
+        yield from _of_unusual_gravity(f"stage '{stage.name}': gravity", stage.gravity or (0.0, 0.0))
+
+
+def _of_unusual_gravity(place: str, parts: tuple[float, float]) -> Iterator[str]:
+    for name, part in zip(("horizontal", "vertical"), parts, strict=True):
+        yield from beyond_usual(place, name, part, GRAVITY_PART)
 
 
 def unusual(thing: str, owner: Any, *, without: Sequence[str] = ()) -> Iterator[str]:
@@ -207,5 +215,14 @@ def _waters(model: Model) -> Iterator[tuple[str, Water]]:
 def _of_stages(model: Model) -> Iterator[str]:
     installs = {bolt.stage for bolt in model.bolts}
     for stage in model.stages[:1]:  # a later one may release what the former held
-        if not (stage.excavate or stage.fill or stage.loads or stage.water is not None or stage.name in installs):
+        grounds = stage.excavate or stage.fill or stage.loads or stage.water is not None
+        if not (grounds or stage.strength or stage.gravity is not None or stage.name in installs):
             yield f"stage '{stage.name}' changes nothing"
+
+
+def _of_strength_that_does_not_matter(model: Model) -> Iterator[str]:
+    for stage in model.stages:
+        if stage.strength:
+            yield (
+                f"stage '{stage.name}': strength changes nothing in this scheme but utilisation: nothing slips or opens"
+            )

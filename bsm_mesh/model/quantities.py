@@ -144,12 +144,14 @@ FRICTION = Quantity(
     unit="degrees", least=0, below=90, usual=(0, 70), example='35 or "35 deg"'
 )  # 70: Barton and Choubey 1977
 DILATION = Quantity(unit="degrees", least=0, below=90, usual=(0, 45), example="5")
+STRENGTH_FACTOR = Quantity(least=1e-6, most=1e6, example="0.8")
 STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
 THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1 mm"')
 
 # Places, directions and movements.
 COORDINATE = Quantity(unit="m", least=-1e8, most=1e8, example='"2.5 m"')
 DIRECTION = Quantity(unit="degrees", least=-360, most=360, example="-90")
+GRAVITY_PART = Quantity(least=-2, most=2, usual=(-0.5, 0.5), example="0.15", why="it is a part of the unit weight")
 DISPLACEMENT = Quantity(unit="m", least=-1e3, most=1e3, usual=(-1, 1), example='"2 mm"')
 BLOCK = Quantity(least=0, most=2**31 - 1, whole=True, example="7")
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from numbers import Integral
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray
+from bsm_mesh.arrays import BoolArray, ReadOnlyMapping
 from bsm_mesh.errors import ModelError, as_given, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
-from bsm_mesh.model.quantities import BLOCK, RELAXATION, STRESS
+from bsm_mesh.model.quantities import BLOCK, GRAVITY_PART, RELAXATION, STRENGTH_FACTOR, STRESS
 from bsm_mesh.model.values import Rules, is_number, parts_of
 from bsm_mesh.model.water import Water
 
@@ -43,6 +43,12 @@ class Stage:
         New water tables; None: as before.
     loads : sequence of load
         Loads that are added, and stay.
+    strength : mapping of str to float
+        Part of the strength that the model gives which joints, and faces of rock, have from this stage on, by the
+        names of `bsm_mesh.model.strength.with_strength`; those that are not named stay as they were.
+    gravity : (float, float) or None
+        New horizontal and vertical parts of the unit weights that pull besides, along +x and upwards, as the model's
+        `gravity_horizontal` and `gravity_vertical`; None: as before.
 
     Raises
     ------
@@ -57,6 +63,8 @@ class Stage:
     pressure: Annotated[float, STRESS] = 0.0
     water: Water | None = None
     loads: tuple[Load, ...] = ()
+    strength: Mapping[str, float] = field(default_factory=dict, hash=False)
+    gravity: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("stage", self.name)
@@ -68,6 +76,12 @@ class Stage:
         loads = rules.things("loads", self.loads, *GIVEN_LOADS, derived=(PointForces,))
         object.__setattr__(self, "loads", loads)
         rules.a_thing("water", self.water, Water, optional=True)
+        strength = rules.mapping("strength", self.strength)
+        for name, part in strength.items():
+            rules.number(f"strength of '{name}'", part, STRENGTH_FACTOR)
+        if self.gravity is not None:
+            gravity = rules.point("gravity", self.gravity, GRAVITY_PART)
+            object.__setattr__(self, "gravity", gravity)
         rules.numbers(self)
         several = parts_of(self.relaxation)
         factors: tuple[Any, ...] = (self.relaxation,) if several is None else tuple(several)
@@ -82,6 +96,8 @@ class Stage:
         raise_faults(rules.faults)
         object.__setattr__(self, "relaxation", tuple(float(factor) for factor in factors))
         object.__setattr__(self, "pressure", float(self.pressure))
+        given = {name: float(part) for name, part in strength.items()}
+        object.__setattr__(self, "strength", ReadOnlyMapping(given))
 
 
 def _regions(value: Any, name: str, rules: Rules) -> tuple[Region, ...]:

@@ -75,6 +75,8 @@ def submodel_of(model: Model, present: BoolArray, bars: Bars, forces: PointForce
         supports=(dataclasses.replace(_rows(bars, bar, number), edge=no_edge(bar)),),
         loads=(_rows(forces, np.flatnonzero(acting), number),),
         gravity_direction=model.gravity_direction,
+        gravity_horizontal=model.gravity_horizontal,
+        gravity_vertical=model.gravity_vertical,
         contact_points=model.contact_points,
         water=water,
         title=model.title,

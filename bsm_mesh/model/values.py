@@ -84,7 +84,8 @@ class Rules:
         """Demand two numbers in their range, and return them; zeros where the rule is broken."""
         parts = parts_of(value) or []
         if len(parts) != 2:
-            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be two numbers (x, y) [{quantity.unit}]")
+            unit = f" [{quantity.unit}]" if quantity.unit else ""
+            self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be two numbers (x, y){unit}")
             return 0.0, 0.0
         before = len(self.faults)
         for axis, part in zip("xy", parts, strict=True):

@@ -10,7 +10,6 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.model.loads import BoundaryLoad, PointForces, PointLoad, edge_tractions, point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import unit_vector
 
 
 def load_vector(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:
@@ -31,7 +30,7 @@ def _body_forces(model: Model, mesh: ContinuumMesh, basis: Any) -> FloatArray:
     import skfem
 
     moments = model.blocks.moments
-    level = model.unit_weights[:, None] * unit_vector(model.gravity_direction)
+    level = model.unit_weights[:, None] * model.gravity_vector
     slope = np.zeros((model.blocks.count, 2, 2))  # force per volume = level + slope @ (x - centroid)
     x = np.asarray(basis.global_coordinates())
     arm = x - moments.centroid[mesh.block].T[:, :, None]

@@ -62,6 +62,8 @@ def everything() -> bsm.Model:
             bsm.Bolt(start=(0.2, 0.2), end=(0.2, 1.8), diameter=0.02, bond_stiffness=1e9, spacing=1.5, plate=1e5),
         ],
         gravity_direction=-90,
+        gravity_horizontal=0.15,
+        gravity_vertical=-0.05,
         contact_points="gauss",
         in_situ=bsm.InSitu(surface=[(0, 3), (4, 3.5)], k0="herget", surcharge=1e4),
         water=bsm.Water(table=[(0, 1.5), (3, 1.0)], head="parallel", joint_pressure={"J1": 1e3}),
@@ -73,7 +75,8 @@ def everything() -> bsm.Model:
                 pressure=1e3,
                 loads=[bsm.Pressure(boundary="top", pressure=10.0)],
             ),
-            bsm.Stage(name="filled", fill=[9], water=bsm.Water()),
+            bsm.Stage(name="filled", fill=[9], water=bsm.Water(), gravity=(0.0, 0.0)),
+            bsm.Stage(name="rain", strength={"J1": 0.8, "*": 0.9, "rock:gneiss": 0.5}, gravity=(-0.1, 0.05)),
         ],
     )
 

@@ -116,6 +116,8 @@ GUIDE = {  # rows of the user guide's table
     "filling `thickness`": quantities.THICKNESS,
     "coordinates, levels": quantities.COORDINATE,
     "directions": quantities.DIRECTION,
+    "gravity `horizontal`, `vertical`": quantities.GRAVITY_PART,
+    "stage `strength`": quantities.STRENGTH_FACTOR,
     "`displacement`": quantities.DISPLACEMENT,
     "`force`": quantities.FORCE,
     "`pressure`, `traction`, `stress`": quantities.STRESS,
@@ -158,6 +160,10 @@ SILLY = [  # old, new, words: what was once taken without a word
         (MODEL[-1:], f"\n{text}\n", words)
         for text, words in (
             ("[gravity]\ndirection = 1e29", "[gravity] direction = 1e+29: must be -360 to 360 degrees"),
+            ("[gravity]\nhorizontal = 15", "[gravity] horizontal = 15: must be -2 to 2, for example 0.15"),
+            ('[[stage]]\nname = "a"\ngravity = {vertical = -9.81}', "gravity.vertical = -9.81: must be -2 to 2"),
+            ('[[stage]]\nname = "a"\nstrength = {J1 = 0}', "strength.J1 = 0: must be 1e-6 to 1e6"),
+            ('[[stage]]\nname = "a"\nstrength = {J2 = 0.5}', "stage 'a': strength: there is no joint 'J2'"),
             ("[in_situ]\nsurface = 2\nk0 = -5", "[in_situ] k0 = -5: must be 0 to 20, for example 0.5"),
             ("[in_situ]\nsurface = 2\nk0 = 1e29", "[in_situ] k0 = 1e+29: must be 0 to 20"),
             ("[in_situ]\nsurface = 2\nk0 = {a = 1e29}", "[in_situ] k0"),

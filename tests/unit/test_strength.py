@@ -1,165 +1,240 @@
-"""Peak strength of joint laws and faces of rock, and the utilisation that results report."""
+"""Reduced strength: of laws, of joints and rocks by name, of bolts."""
+
+import dataclasses
+import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
-from bsm_mesh.contact.properties import JointCatalogue
-from bsm_mesh.contact.strength import MAX_UTILISATION, peak_strength, utilisation
-from bsm_mesh.contact.table import initial_contacts
-from tests.scenes.shapes import grid, square, turned
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.joint_laws import Elastic, JointResponse, MohrCoulomb, Patton, Weaker, law_faults
+from bsm_mesh.model.strength import Reduced, reduced_law, with_bolt_capacities, with_strength
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle
 
-RTOL = 1e-13
-PRESSURE = np.array([0.0, 1e5, 1e6, 5e6])
-LENGTH = np.array([1.0, 0.5, 2.0, 1.0])
-
-
-def tan(degrees):
-    return np.tan(np.radians(degrees))
-
-
-def test_mohr_coulomb():
-    law = bsm.MohrCoulomb(friction=30, cohesion=2e5)
-    assert_allclose(peak_strength(law, PRESSURE, LENGTH), 2e5 * LENGTH + PRESSURE * tan(30), rtol=RTOL)
+PRESSURE = np.array([0.0, 1e3, 1e5, 1e6, 1e8])
+LAWS = [
+    MohrCoulomb(friction=40, cohesion=2e5),
+    MohrCoulomb(friction=40, cohesion=2e5, residual_friction=30, residual_cohesion=1e4),
+    Patton(friction=30),
+    Patton(friction=30, dilation=10, cohesion=0.5e6, residual_friction=25),
+    Patton(friction=30, dilation=10, cohesion=0.5e6),
+]
+LAWS.append(Weaker(LAWS[0], LAWS[1]))
 
 
-def test_patton_is_the_lesser_of_two_lines():
-    law = bsm.Patton(friction=30, dilation=10, cohesion=5e5, residual_friction=28)
-    lines = PRESSURE * tan(40), 5e5 * LENGTH + PRESSURE * tan(28)  # Wang Eqs. 4.1, 4.2
-    assert_allclose(peak_strength(law, PRESSURE, LENGTH), np.minimum(*lines), rtol=RTOL)
+class Parabolic:
+    """A law of the user's own: shear up to the root of the pressure."""
+
+    def respond(self, pressure, trial_shear, length, failed):
+        pressing = np.maximum(pressure, 0.0)
+        strength = 300.0 * np.sqrt(pressing)
+        sticking = np.abs(trial_shear) <= strength
+        slope = np.where(pressure > 0, 150.0 / np.sqrt(np.maximum(pressing, 1e-300)), 0.0)
+        return JointResponse(
+            shear=np.where(sticking, trial_shear, np.copysign(strength, trial_shear)),
+            by_pressure=np.where(sticking, 0.0, np.copysign(slope, trial_shear)),
+            strength=strength,
+            sticking=sticking,
+            failed=failed.copy(),
+        )
 
 
-def test_patton_lines_cross_where_the_thesis_says():
-    """C14 (c): phi + i = 40, phi_r = 30, C = 0.5 MN."""
-    crossing = 0.5e6 / (tan(40) - tan(30))
-    law = bsm.Patton(friction=30, dilation=10, cohesion=0.5e6)
-    found = peak_strength(law, np.array([0.999, 1.0, 1.001]) * crossing, np.ones(3))
-    expected = [0.999 * crossing * tan(40), crossing * tan(40), 0.5e6 + 1.001 * crossing * tan(30)]
-    assert_allclose(found, expected, rtol=RTOL)
+class Straight(Parabolic):
+    """The same with lines above it."""
+
+    def strength_lines(self, length):
+        pressure = np.array([1e4, 1e6])
+        slope = np.tile(150.0 / np.sqrt(pressure), (len(length), 1))
+        return slope, np.tile(150.0 * np.sqrt(pressure), (len(length), 1))
 
 
-def test_patton_with_one_line_is_friction():
-    assert_allclose(peak_strength(bsm.Patton(friction=30), PRESSURE, LENGTH), PRESSURE * tan(30), rtol=RTOL)
+def strength_of(law, *, failed, length=0.7):
+    count = np.ones(len(PRESSURE))
+    return law.respond(PRESSURE, 0 * count, length * count, np.full(len(PRESSURE), failed)).strength
 
 
-def used(rocks, joints, normal_force, shear_force, names=None, default="J"):
-    polygons = grid(1, 2)
-    model = bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock=names or [rocks[0].name] * 2),
+@pytest.mark.parametrize("factor", [0.5, 1.3, 4.0])
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_every_line_of_a_law_is_divided(law, factor):
+    weaker = reduced_law(law, factor)
+    assert type(weaker) is type(law)
+    for failed in (False, True):
+        assert_allclose(strength_of(weaker, failed=failed), strength_of(law, failed=failed) / factor, rtol=1e-12)
+    lines = zip(weaker.strength_lines(np.ones(3)), law.strength_lines(np.ones(3)), strict=True)
+    for have, given in lines:
+        assert_allclose(have, given / factor, rtol=1e-12)
+
+
+@pytest.mark.parametrize("law", [*LAWS, Parabolic(), Straight()], ids=lambda law: type(law).__name__)
+def test_a_factor_of_one_leaves_a_law_as_it_is(law):
+    assert reduced_law(law, 1) == law
+
+
+def test_what_is_brittle_stays_so_and_what_is_not_does_not_become_so():
+    assert reduced_law(LAWS[1], 2).is_brittle
+    assert not reduced_law(LAWS[0], 2).is_brittle
+
+
+def test_elastic_has_nothing_to_divide():
+    assert reduced_law(Elastic(), 3) == Elastic()
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.3])
+@pytest.mark.parametrize("law", [Parabolic(), Straight()])
+def test_a_law_of_the_users_own_is_divided_as_a_whole(law, factor):
+    weaker = reduced_law(law, factor)
+    assert law_faults(weaker, tension=False) == []
+    assert_allclose(strength_of(weaker, failed=False), strength_of(law, failed=False) / factor, rtol=1e-15)
+    trial = np.array([3e3, 1e4, -1e9])
+    pressure, length, whole = np.array([1e6, 1e2, 1e6]), np.ones(3), np.zeros(3, dtype=bool)
+    answer, given = weaker.respond(pressure, trial, length, whole), law.respond(pressure, factor * trial, length, whole)
+    assert_array_equal(answer.sticking, [True, False, False])
+    assert answer.shear[0] == trial[0]
+    assert_allclose(answer.shear, given.shear / factor, rtol=1e-15)
+    step = 1e-3
+    ahead = weaker.respond(pressure + step, trial, length, whole)
+    assert_allclose(answer.by_pressure[1:], ((ahead.shear - answer.shear) / step)[1:], rtol=1e-4)
+
+
+def test_lines_of_a_law_of_the_users_own_are_divided_and_those_it_has_not_are_not_invented():
+    slope, intercept = Straight().strength_lines(np.ones(2))
+    have = reduced_law(Straight(), 2).strength_lines(np.ones(2))
+    assert_array_equal(have[0], slope / 2)
+    assert_array_equal(have[1], intercept / 2)
+    assert not hasattr(reduced_law(Parabolic(), 2), "strength_lines")
+
+
+def test_factors_of_a_law_of_the_users_own_multiply():
+    law = Parabolic()
+    assert reduced_law(reduced_law(law, 2), 3) == Reduced(law, 6)
+    assert reduced_law(reduced_law(law, 2), 0.5) is law
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf, 1e9, "2", None])
+def test_factors_that_are_none_are_refused(factor):
+    for act in (MohrCoulomb(friction=30).reduced, Patton(friction=30).reduced):
+        with pytest.raises(ModelError, match=r"reduced strength: factor = .*"):
+            act(factor)
+    with pytest.raises(ModelError, match="reduced strength: factor"):
+        reduced_law(Parabolic(), factor)
+
+
+def test_a_strength_that_is_out_of_range_is_named_with_the_factor():
+    with pytest.raises(ModelError, match=r"strength divided by 0\.001: law 'mohr_coulomb': cohesion = 1e\+10 Pa"):
+        MohrCoulomb(friction=30, cohesion=1e7).reduced(1e-3)
+    steep = MohrCoulomb(friction=80).reduced(1e-3).friction
+    assert_allclose(math.tan(math.radians(90 - steep)), 1e-3 / math.tan(math.radians(80)), rtol=1e-9)
+
+
+def model_with(*, joints, rocks):
+    polygons = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock=rocks[0].name),
         rocks=rocks,
         joints=joints,
-        default_joint=default,
-    )
-    return utilisation(model, initial_contacts(model), np.asarray(normal_force, float), np.asarray(shear_force, float))
-
-
-RIGID = bsm.Rock("r", unit_weight=0)
-
-
-def joint(law):
-    return [bsm.Joint("J", 1e9, 1e9, law=law)]
-
-
-def test_of_a_joint():
-    found = used([RIGID], joint(bsm.MohrCoulomb(friction=35, cohesion=1e4)), [-1e5, -2e5], [3e4, -6e4])
-    assert_allclose(found, [3e4 / (1e4 * 0.5 + 1e5 * tan(35)), 6e4 / (1e4 * 0.5 + 2e5 * tan(35))], rtol=RTOL)
-
-
-def test_tension_gives_no_friction():
-    found = used([RIGID], joint(bsm.MohrCoulomb(friction=35, cohesion=1e4)), [1e5, -1e5], [3e3, 0])
-    assert_allclose(found, [3e3 / (1e4 * 0.5), 0], rtol=RTOL)
-
-
-def test_no_strength_is_capped_and_no_shear_is_no_use():
-    found = used([RIGID], joint(bsm.MohrCoulomb(friction=35)), [1e5, 0], [3e3, 1e-12])
-    assert_allclose(found, [MAX_UTILISATION, 0])
-
-
-def test_without_a_law_the_strength_is_unlimited():
-    assert_allclose(used([RIGID], joint(None), [-1.0, -1.0], [1e9, 1e9]), 0)
-
-
-@pytest.mark.parametrize("order", [1, -1])
-def test_between_two_rocks_the_weaker_at_the_pressure_governs(order):
-    strong = bsm.Rock("strong", unit_weight=0, young=1e9, poisson=0.2, cohesion=1e6, friction=20)
-    weak = bsm.Rock("weak", unit_weight=0, young=1e9, poisson=0.2, cohesion=1e4, friction=40)
-    names = ["strong", "weak"][::order]
-    pressure = np.array([1e4, 1e8])
-    found = used([strong, weak], [], -pressure, [1e4, 1e4], names=names, default=None)
-    lines = 0.5e6 + pressure * tan(20), 0.5e4 + pressure * tan(40)
-    assert_allclose(found, 1e4 / np.minimum(*lines), rtol=RTOL)
-
-
-def test_a_rock_without_strength_is_elastic_and_the_other_governs():
-    plain, weak = (
-        bsm.Rock("p", unit_weight=0, young=1e9, poisson=0.2),
-        bsm.Rock("w", unit_weight=0, young=1e9, poisson=0.2, friction=40),
-    )
-    assert_allclose(used([plain], [], [-1e5, -1e5], [1e9, 1e9], default=None), 0)
-    found = used([plain, weak], [], [-1e5, -1e5], [1e4, 1e4], names=["p", "w"], default=None)
-    assert_allclose(found, 1e4 / (1e5 * tan(40)), rtol=RTOL)
-
-
-def test_results_report_it():
-    blocks = bsm.Blocks.from_polygons([square(0, 0), square(0, 1)], rock="r")
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("r", unit_weight=25e3)],
-        joints=joint(bsm.MohrCoulomb(friction=30)),
-        default_joint="J",
+        default_joint=joints[0].name,
         supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=-80.0,
-    )
-    contacts = bsm.run(model, bsm.Options(scheme="linear")).stages[-1].contacts
-    pressure, shear = -contacts.normal_force, np.abs(contacts.shear_force)
-    assert_allclose(contacts.utilisation, shear / (pressure * tan(30)), rtol=RTOL)
-    assert contacts.joint.tolist() == [0, 0]
-
-
-def hanging(upper: float | None, lower: float | None, turn: float = 0.0) -> bsm.Model:
-    """Return a block of 25 kN under a fixed one, unjointed: two rocks with tensile strengths, or elastic (None)."""
-    strengths = [{} if given is None else {"tensile_strength": given, "cohesion": 1e6} for given in (upper, lower)]
-    names = ["upper", "lower"]
-    polygons = [turned(p, turn) for p in (square(0, 0), square(0, -1))]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(polygons, rock=names),
-        rocks=[
-            bsm.Rock(name, unit_weight=25e3, young=1e9, poisson=0.2, **given)
-            for name, given in zip(names, strengths, strict=True)
-        ],
-        supports=[bsm.Fixed(blocks=[0])],
-        gravity_direction=turn - 90.0,
     )
 
 
-@pytest.mark.parametrize("turn", [0.0, 33.0])
+STRONG = bsm.Rock(
+    "granite", 26e3, young=1e10, poisson=0.2, cohesion=1e6, friction=45, tensile_strength=2e5, residual_friction=30
+)
+PLAIN = bsm.Rock("shale", 25e3, young=1e10, poisson=0.2)
+JOINTS = [
+    bsm.Joint("J1", 1e9, 1e9, law=MohrCoulomb(friction=45, cohesion=1e4), tensile_strength=5e3),
+    bsm.Joint("J2", 1e9, 1e9, law=Patton(friction=30)),
+    bsm.Joint("glued", 1e9, 1e9),
+]
+
+
+def test_joints_are_weakened_by_name_and_the_others_by_the_star():
+    model = model_with(joints=JOINTS, rocks=[STRONG, PLAIN])
+    weak = with_strength(model, {"J1": 0.5, "*": 0.8})
+    one, two, glued = weak.joints
+    assert_allclose([np.tan(np.radians(one.law.friction)), one.law.cohesion, one.tensile_strength], [0.5, 5e3, 2.5e3])
+    assert_allclose(np.tan(np.radians(two.law.friction)), 0.8 * np.tan(np.radians(30)))
+    assert glued == JOINTS[2]
+    assert weak.rocks == model.rocks
+    assert (one.normal_stiffness, one.shear_stiffness) == (1e9, 1e9)
+
+
+def test_rocks_are_weakened_by_their_name_and_by_the_star():
+    model = model_with(joints=JOINTS, rocks=[STRONG, PLAIN])
+    for key in ("rock:granite", "rock:*"):
+        weak = with_strength(model, {key: 0.5})
+        rock, plain = weak.rocks
+        assert_allclose([np.tan(np.radians(rock.friction)), rock.cohesion, rock.tensile_strength], [0.5, 5e5, 1e5])
+        assert_allclose(np.tan(np.radians(rock.residual_friction)), 0.5 * np.tan(np.radians(30)))
+        assert rock.residual_cohesion is None
+        assert plain == PLAIN
+        assert weak.joints == model.joints
+    only = dataclasses.replace(PLAIN, tensile_strength=1e5)
+    rock = with_strength(model_with(joints=JOINTS, rocks=[only]), {"rock:shale": 0.5}).rocks[0]
+    assert (rock.friction, rock.cohesion, rock.tensile_strength) == (None, None, 5e4)
+
+
+def test_strength_of_one_is_the_model_itself():
+    model = model_with(joints=JOINTS, rocks=[STRONG])
+    assert with_strength(model, {"J1": 1.0, "*": 1, "rock:*": 1.0}) is model
+    assert with_strength(model, {}) is model
+
+
 @pytest.mark.parametrize(
-    ("upper", "lower", "status"),
+    ("factors", "message"),
     [
-        (60e3, 60e3, "stable"),
-        (60e3, 15e3, "unstable"),
-        (15e3, 60e3, "unstable"),
-        (None, 60e3, "stable"),
-        (15e3, None, "unstable"),
-        (None, None, "stable"),
+        ({"J3": 0.5}, r"there is no joint 'J3'; did you mean 'J[12]'\?"),
+        ({"rock:granit": 0.5}, r"there is no rock 'granit'; did you mean 'granite'\?"),
+        ({"glued": 0.5}, "joint 'glued' has no law"),
+        ({"rock:shale": 0.5}, "rock 'shale' has no strength"),
+        ({"J1": 0.0}, "J1 = 0 must be 1e-6 to 1e6"),
+        ({"J1": "half"}, "J1 = 'half' is not a finite number"),
+        (0.5, "must be a mapping by names"),
+        ({"J1": 1e6}, r"joint 'J1': strength divided by 1e-06: law 'mohr_coulomb': cohesion = 1e\+10 Pa"),
+        ({"rock:*": 1e4}, r"rock 'granite': strength divided by 0.0001: law 'mohr_coulomb': cohesion = 1e\+10 Pa"),
     ],
 )
-def test_a_block_hangs_by_the_weaker_of_two_rocks(upper, lower, status, turn):
-    assert bsm.run(hanging(upper, lower, turn), bsm.Options(scheme="continuation")).status == status
+def test_factors_that_a_model_has_no_use_for_are_refused(factors, message):
+    with pytest.raises(ModelError, match=message):
+        with_strength(model_with(joints=JOINTS, rocks=[STRONG, PLAIN]), factors)
 
 
-def test_three_rocks_each_pair_has_its_own_tension():
-    strengths = [1e4, 3e4, 2e4]
-    rocks = [
-        bsm.Rock(f"r{k}", unit_weight=0, young=1e9, poisson=0.2, cohesion=1e6 * (k + 1), tensile_strength=tension)
-        for k, tension in enumerate(strengths)
-    ]
-    blocks = bsm.Blocks.from_polygons(grid(3, 1), rock=["r0", "r1", "r2"])
-    model = bsm.Model(blocks=blocks, rocks=rocks, joints=joint(None))
-    a, b = (k.ravel().astype(np.int32) for k in np.indices((3, 3)))
-    law, tension = (catalogue := JointCatalogue(model)).laws_of(np.full(9, -1, np.int32), a, b)
-    assert_allclose(tension, np.minimum(np.array(strengths)[a], np.array(strengths)[b]))
-    shear = [peak_strength(catalogue.laws[k], np.zeros(1), np.ones(1))[0] for k in law]
-    assert_allclose(shear, 1e6 * (np.minimum(a, b) + 1))
-    assert not np.isfinite(catalogue.laws_of(np.zeros(1, np.int32), a[:1], b[:1])[1]).any()
+def test_all_faults_are_told_at_once():
+    with pytest.raises(ModelError) as caught:
+        with_strength(model_with(joints=JOINTS, rocks=[STRONG, PLAIN]), {"J3": 0.5, "glued": 0.5, "rock:x": -1})
+    assert len(caught.value.faults) == 4
+
+
+def bolted(**keys):
+    polygons = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)]
+    bolt = bsm.Bolt(start=(0.5, 1.9), end=(0.5, 0.1), diameter=0.025, **keys)
+    return model_of(polygons, bolts=[bolt])
+
+
+def test_all_that_limits_a_bolt_is_multiplied():
+    grouted = bolted(yield_strength=500e6, bond_strength=2e5, plate=1e5, bearing_stiffness=1e9, bearing_strength=60e6)
+    given, weak = grouted.bolts[0], with_bolt_capacities(grouted, 0.5).bolts[0]
+    for name in ("yield_force", "bond_capacity", "dowel_strength", "plate"):
+        assert_allclose(getattr(weak, name), 0.5 * getattr(given, name), rtol=1e-12)
+    assert (weak.dowel_stiffness, weak.axial_stiffness) == (given.dowel_stiffness, given.axial_stiffness)
+    holes = bolted(hole_diameter=0.04, bond_steel_grout=2e6, bond_grout_rock=1e6, plate=math.inf)
+    given, weak = holes.bolts[0], with_bolt_capacities(holes, 0.5).bolts[0]
+    assert_allclose(weak.bond_capacity, 0.5 * given.bond_capacity)
+    assert (weak.plate, weak.yield_force) == (math.inf, math.inf)
+
+
+def test_a_pretension_that_a_weaker_bolt_does_not_bear_is_what_it_bears():
+    anchored = bolted(kind="end_anchored", anchor_capacity=1e5, pretension=8e4)
+    assert with_bolt_capacities(anchored, 0.9).bolts[0].pretension == 8e4
+    assert with_bolt_capacities(anchored, 0.5).bolts[0].pretension == 5e4
+    assert with_bolt_capacities(anchored, 1) is anchored
+
+
+def test_capacities_out_of_range_name_the_bolt():
+    with pytest.raises(ModelError, match=r"bolt 1.*capacities times 1e-06: .*yield_strength = 500 Pa"):
+        with_bolt_capacities(bolted(yield_strength=500e6), 1e-6)
+    with pytest.raises(ModelError, match="reduced strength: factor = 0"):
+        with_bolt_capacities(bolted(), 0)

@@ -5,36 +5,19 @@ weight: least thickness over radius by limit analysis, and least friction that s
 (Milankovitch; Couplet-Heyman).
 """
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.limit import program as limit_program
 from bsm_mesh.solve.limit.analysis import limit_tilt
+from tests.scenes.arch import arch
 from tests.scenes.large import sliding_layers
 from tests.scenes.shapes import rectangle, square
 
 THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
 PRINTED = 1e-5  # the tables give five and four decimals
-LP = 1e-6  # relative: HiGHS' feasibility tolerance of 1e-7 and a few digits
-
-
-def arch(n, thickness, friction=89.0):
-    angle = np.linspace(np.pi, 0, n + 1)
-    inner, outer = 1 - thickness / 2, 1 + thickness / 2
-    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    stones = [[inner * a, inner * b, outer * b, outer * a] for a, b in pairwise(ray)]
-    springings = [[(s * inner, 0), (s * outer, 0), (s * outer, -0.2), (s * inner, -0.2)] for s in (-1, 1)]
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons([*stones, *springings], rock="stone"),
-        rocks=[bsm.Rock("stone", unit_weight=25e3)],
-        joints=[bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=friction))],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[n, n + 1])],
-    )
+LP = 1e-6  # relative: the linear program is solved to 1e-8 at least, and a few digits
 
 
 def on_base(polygons, friction, cohesion=0.0, loads=(), base=(-5, -1, 15, 0)):
@@ -183,19 +166,3 @@ def test_a_thousand_layers_steeper_than_their_friction_must_move():
     limit = bsm.limit_analysis(sliding_layers(1000).model())
     assert not limit.admissible
     assert limit.factor < 1
-
-
-@pytest.mark.parametrize("gives_up", ["highs-ipm", "highs-ds"])
-def test_where_one_method_gives_up_the_other_answers(monkeypatch, gives_up):
-    asked, linprog = [], limit_program.linprog
-
-    def answers(*given, method, **keys):
-        asked.append(method)
-        answer = linprog(*given, method=method, **keys)
-        if method == gives_up:
-            answer.status = 4
-        return answer
-
-    monkeypatch.setattr(limit_program, "linprog", answers)
-    assert bsm.limit_analysis(arch(16, 0.12)).admissible
-    assert asked == ["highs-ipm", "highs-ds"][: 2 if gives_up == "highs-ipm" else 1]

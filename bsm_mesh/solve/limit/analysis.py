@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
 from bsm_mesh.solve.algebra.loads import external_loads
-from bsm_mesh.solve.limit.program import LimitProgram, Optimum
+from bsm_mesh.solve.limit.program import LimitProgram, Optimum, Shortfall
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -94,36 +95,46 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
     if live is None:
         if not dead.any():
             raise ModelError("limit analysis: the model has neither weight nor load; nothing can fail")
-        nothing = np.zeros_like(dead)
         whole = program.balance(dead)
-        if whole is None:
-            return _result(program, program.maximise(nothing, dead, most=1.0), admissible=False)
-        limit = whole if program.is_cone else program.maximise(nothing, dead)
-        return _result(program, whole if math.isinf(limit.factor) else limit, admissible=True, factor=limit.factor)
+        if whole.stands:
+            limit = None if program.strength.is_cone else program.maximise(np.zeros_like(dead), dead)
+            return _admissible(program, whole, limit)
+        return _inadmissible(program, dead, whole)
     chosen = external_loads(model.replace(loads=chosen_loads)) - external_loads(model.replace(loads=()))
     if not chosen.any():
         raise ModelError("limit analysis: the chosen loads are zero")
     unloaded = program.balance(dead)
-    if unloaded is None:
-        short = program.maximise(np.zeros_like(dead), dead, most=1.0)
-        return _result(program, short, admissible=False, factor=0.0)
-    limit = program.maximise(dead, chosen)
-    return _result(program, unloaded if math.isinf(limit.factor) else limit, admissible=True, factor=limit.factor)
+    if not unloaded.stands:
+        return replace(_inadmissible(program, dead, unloaded), factor=0.0)
+    return _admissible(program, unloaded, program.maximise(dead, chosen))
 
 
-def _result(program: LimitProgram, optimum: Optimum, *, admissible: bool, factor: float | None = None) -> LimitAnalysis:
-    """Return the record of an optimum; its mechanism belongs to a limit only."""
-    limited = not admissible or (factor is not None and math.isfinite(factor))
+def _admissible(program: LimitProgram, balance: Shortfall, limit: Optimum | None) -> LimitAnalysis:
+    """Return the record of forces that balance the loads, and of the limit of loads where there is one."""
+    if limit is None or math.isinf(limit.factor):
+        return _result(program, math.inf, balance.forces, np.zeros_like(balance.velocity), admissible=True)
+    return _result(program, limit.factor, limit.forces, limit.velocity, admissible=True)
+
+
+def _inadmissible(program: LimitProgram, loads: FloatArray, balance: Shortfall) -> LimitAnalysis:
+    """Return the record of loads that no forces balance."""
+    limit = program.collapse(loads, balance)
+    return _result(program, limit.factor, limit.forces, limit.velocity, admissible=False)
+
+
+def _result(
+    program: LimitProgram, factor: float, forces: FloatArray, mechanism: FloatArray, *, admissible: bool
+) -> LimitAnalysis:
     m = program.contacts.count
     return LimitAnalysis(
         admissible=admissible,
-        factor=optimum.factor if factor is None else factor,
-        mechanism=optimum.velocity if limited else np.zeros_like(optimum.velocity),
-        normal_force=-optimum.forces[:m],
-        shear_force=optimum.forces[m : 2 * m],
+        factor=factor,
+        mechanism=mechanism,
+        normal_force=-forces[:m],
+        shear_force=forces[m : 2 * m],
         contacts=program.contacts,
-        unlimited=program.unlimited,
-        bolt_force=program.bolt_force(optimum),
+        unlimited=int(program.strength.unlimited.sum()),
+        bolt_force=program.bolt_force(forces),
     )
 
 
@@ -135,7 +146,7 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
     Parameters
     ----------
     model : Model
-        What is given. Its loads keep their directions.
+        What is given. Its loads keep their directions; what an earthquake adds to gravity turns with it.
     clockwise : bool
         Turn gravity clockwise, as if the model were tilted counter-clockwise; else the other way.
     accuracy : float [degrees]
@@ -147,8 +158,8 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
     model = model.replace(loads=model.acting_loads, bolts=bolts, in_situ=None, stages=())
 
     def stands(tilt: float) -> bool:
-        turned = model.replace(gravity_direction=model.gravity_direction + sense * tilt)
-        return LimitProgram(turned.replace(contact_points="ends")).balance(external_loads(turned)) is not None
+        turned = _with_gravity_turned(model, sense * tilt)
+        return LimitProgram(turned.replace(contact_points="ends")).balance(external_loads(turned)).stands
 
     if not stands(0.0):
         return 0.0
@@ -159,3 +170,14 @@ def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6)
         middle = (low + high) / 2
         low, high = (middle, high) if stands(middle) else (low, middle)
     return (low + high) / 2
+
+
+def _with_gravity_turned(model: Model, angle: float) -> Model:
+    """Return a model whose gravity, with what an earthquake adds, is turned by an angle [degrees]."""
+    cosine, sine = unit_vector(angle)
+    horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
+    return model.replace(
+        gravity_direction=model.gravity_direction + angle,
+        gravity_horizontal=float(cosine * horizontal - sine * vertical),
+        gravity_vertical=float(sine * horizontal + cosine * vertical),
+    )

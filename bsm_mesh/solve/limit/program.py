@@ -1,26 +1,29 @@
-"""The linear program of limit analysis: equilibrium and strength of contacts, supports and bolts, by HiGHS."""
+"""The linear program of limit analysis: equilibrium and strength of contacts, supports and bolts."""
 
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import block_diag, coo_array, csr_array, hstack, vstack
 
-from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.strength import contact_strength
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.solve.bolts.dowels import Dowels
+from bsm_mesh.solve.limit.interior_point import Answer, minimise
+from bsm_mesh.solve.limit.measure import Measure
+from bsm_mesh.solve.limit.strength import Strength
 
-SOLVED, INFEASIBLE, UNBOUNDED = 0, 2, 3  # of scipy.optimize.linprog
-METHODS = "highs-ipm", "highs-ds"  # the simplex method cycles where layers must move, so it is the reserve
+NOTHING = 1e-8  # over loads on blocks: what lacks less lacks nothing; programs are solved to 1e-10
+HARDLY = 1e-6  # of the loads: where less is borne nothing is
+RIGID = 1e-6  # least eigenvalue of unit bars on a block, rotations times its radius of gyration, that hold it
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,6 +48,39 @@ class Optimum:
     slip: FloatArray
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Shortfall:
+    """What is lacking for forces within strength to balance loads, and the mechanism that lacks it.
+
+    Attributes
+    ----------
+    lacking : float
+        Over the load on the less loaded block of every contact; at least -1; infinite where no strength of what was
+        asked for helps.
+    forces : (k,) float64 [N/m]
+        The unknown forces with what is lacking; zero where nothing helps.
+    velocity, slip : (n, 3), (n_nodes,) float64
+        As in `Optimum`.
+    of_bounds : (r,) float64 [m/N]
+        By how much less is lacking when a bound grows.
+    least : float
+        What forces that balance would have to be at least, over all loads together: rounding takes up no more than what
+        is lacking otherwise.
+    """
+
+    lacking: float
+    forces: FloatArray
+    velocity: FloatArray
+    slip: FloatArray
+    of_bounds: FloatArray
+    least: float
+
+    @property
+    def stands(self) -> bool:
+        """Whether nothing is lacking."""
+        return self.lacking <= NOTHING
+
+
 class LimitProgram:
     """Equilibrium and strength of a model's contacts, supports and bolts, as the matrices of a linear program.
 
@@ -64,107 +100,147 @@ class LimitProgram:
         self.bolts = lay_out_bolts([bolt for bolt in model.bolts if bolt.stage is None], model.blocks)
         self.dowels = Dowels.of(self.bolts, model.blocks.moments.centroid)
         self.crossing = model.blocks.moments.centroid[self.dowels.near] + self.dowels.arm_near
-        strength = contact_strength(model, self.contacts)
-        self.tension = strength.tension
-        # The convex hull: with tension the strength itself, friction only under pressure, would not be convex.
-        raised = np.where(np.isfinite(self.tension), self.tension, 0.0)[:, None]
-        slope, intercept = strength.lines()
-        self.lines = slope, intercept + slope * raised
+        self.strength = Strength.of(model, self.contacts, self.bolts, self.dowels)
         self.radius = model.blocks.moments.gyration
+        self.movable = ~_held(self.bars, model.blocks)
+        self.acting = np.flatnonzero(self.movable[self.bars.block])  # bars of held blocks balance whatever comes
+        self.equilibrium = csr_array(self._equilibrium())
 
-    @property
-    def is_cone(self) -> bool:
-        """Whether admissible forces stay so when multiplied: no cohesion, no tension, bolts without limits."""
-        of_bolts = self.bolts.yield_force, self.bolts.capacity, self.dowels.strength
-        bounds = np.concatenate([self.lines[1].reshape(-1), self.tension, *of_bolts])
-        return bool(((bounds == 0) | np.isinf(bounds)).all())
+    def at(self, strength: Strength) -> LimitProgram:
+        """Return the program of another strength."""
+        other = copy(self)
+        other.strength = strength
+        return other
 
-    @property
-    def unlimited(self) -> int:
-        """Number of contacts of unlimited strength."""
-        return int((np.isinf(self.lines[1]).all(axis=1) & np.isinf(self.tension)).sum())
+    def balance(self, loads: FloatArray) -> Shortfall:
+        """Return what all contacts lack, in shear and in tension alike, for forces that balance the loads."""
+        bounded, bound = self.bounds()
+        return self.shortfall(loads, bounded, bound, _any(bounded[:, : 2 * self.contacts.count]))
 
-    def balance(self, loads: FloatArray) -> Optimum | None:
-        """Return forces within strength that balance the loads, without any factor; None if there are none.
+    def collapse(self, loads: FloatArray, balance: Shortfall) -> Optimum:
+        """Return the part of loads that is borne, and the mechanism, where `balance` does not stand.
 
-        As a question of feasibility this takes a fifth of the time of a greatest factor.
+        Where hardly any part is, forces have no room, in which the greatest would be sought.
         """
-        found = self._solve(loads, None, None, _mean_force(loads))
-        if found.status == INFEASIBLE:
-            return None
-        forces = _expect(found).x * _mean_force(loads)
-        return self._unlimited(forces)
+        if not self.strength.is_cone:
+            balance = self.balance(HARDLY * loads)
+            if balance.stands:
+                return self.maximise(np.zeros_like(loads), loads)
+        return Optimum(0.0, np.zeros(self.unknowns), balance.velocity, balance.slip)
 
     def _unlimited(self, forces: FloatArray) -> Optimum:
         return Optimum(math.inf, forces, np.zeros((self.blocks.count, 3)), np.zeros(len(self.bolts.block)))
 
-    def maximise(self, dead: FloatArray, live: FloatArray, most: float | None = None) -> Optimum:
-        """Return the greatest factor, not above `most`, with ``dead + factor * live`` in equilibrium within strength.
+    def maximise(self, dead: FloatArray, live: FloatArray) -> Optimum:
+        """Return the greatest factor with ``dead + factor * live`` in equilibrium within strength.
 
         Raises
         ------
         ModelError
-            If the solver gives up.
+            If no factor does, or the solver gives up.
         """
-        scale = _mean_force(dead + live)
-        found = self._solve(dead, live, most, scale)
-        if found.status == UNBOUNDED or "nbounded" in found.message:  # feasible at 0: no factor is too great
-            return self._unlimited(np.zeros(2 * self.contacts.count))
-        x = _expect(found).x
-        velocity = -(np.asarray(found.eqlin.marginals) * self._rows()).reshape(-1, 3)
-        size = max(float(np.abs(velocity * [1, 1, 0]).max()), float(np.abs(velocity[:, 2] * self.radius).max())) or 1.0
-        slip = self._slip(np.asarray(found.ineqlin.marginals))
-        return Optimum(max(float(x[-1]), 0.0), x[:-1] * scale, velocity / size, slip / size)
+        measure, (bounded, bound) = self._measure(dead + live), self.bounds()
+        balance, (fixed, grows) = self._balance(measure, dead, live)
+        found = minimise(
+            np.append(np.zeros(self.unknowns), -1.0),
+            csr_array(hstack([balance, grows[:, None]])),
+            -fixed,
+            csr_array(block_diag([bounded, [[-1.0]]])),  # the factor is not negative
+            np.append(bound / measure.mean, 0.0),
+        )
+        if found.answer is Answer.UNBOUNDED:  # feasible at 0: no factor is too great
+            return self._unlimited(np.zeros(self.unknowns))
+        if found.answer is Answer.INFEASIBLE:
+            raise ModelError("limit analysis: no forces within strength exist, whatever the factor")
+        velocity, slip = self._motion(found.of_balance, found.of_bounds[: len(bound)], measure)
+        return Optimum(max(float(found.x[-1]), 0.0), found.x[:-1] * measure.mean, velocity, slip)
 
-    def _slip(self, marginals: FloatArray) -> FloatArray:
-        """Return the velocities of the bolts against the rock at their nodes: the dual of the bonds' capacities."""
-        bounded = np.flatnonzero(np.isfinite(self.bolts.capacity))
+    def shortfall(self, loads: FloatArray, bounded: csr_array, bound: FloatArray, yields: BoolArray) -> Shortfall:
+        """Return by how much rows that bound the forces must give way for forces that balance the loads.
+
+        Parameters
+        ----------
+        loads : (n, 3) float64 [N/m, N/m, N]
+            What is to be balanced.
+        bounded, bound : (r, k), (r,) float64 [-, N/m]
+            As `bounds` returns them.
+        yields : (r,) bool
+            Rows that may give way.
+        """
+        measure = self._measure(loads)
+        balance, (fixed,) = self._balance(measure, loads)
+        give = np.where(yields, self._sizes(measure, bounded), 0.0) / measure.mean
+        found = minimise(
+            np.append(np.zeros(self.unknowns), 1.0),
+            csr_array(hstack([balance, csr_array((len(fixed), 1))])),
+            -fixed,
+            csr_array(vstack([hstack([bounded, -give[:, None]]), coo_array(([-1.0], ([0], [self.unknowns])))])),
+            np.append(bound / measure.mean, 1.0),
+        )
+        solved = found.answer is Answer.SOLVED
+        lacking, of_bounds = float(found.x[-1]) if solved else math.inf, found.of_bounds[: len(bound)]
+        taken = found.loose * float(np.hypot(*loads[:, :2].T).sum()) / measure.mean
+        return Shortfall(
+            lacking,
+            found.x[:-1] * measure.mean if solved else np.zeros(self.unknowns),
+            *self._motion(found.of_balance, of_bounds, measure),
+            of_bounds / measure.mean,
+            (lacking if solved else 1.0) / taken if taken > 0 else math.inf,
+        )
+
+    def _measure(self, loads: FloatArray) -> Measure:
+        return Measure.of(loads, self.radius, self.movable)
+
+    def _balance(self, measure: Measure, *loads: FloatArray) -> tuple[csr_array, list[FloatArray]]:
+        """Return equilibrium of what may move, and loads (n, 3) there, moments as forces, for the linear program."""
+        rows = np.repeat(self.movable, 3)
+        units = (self._units * measure.of_rows[:, None]).reshape(-1)[rows]
+        matrix = csr_array(self.equilibrium[rows] * units[:, None])
+        return matrix, [load.reshape(-1)[rows] * units / measure.mean for load in loads]
+
+    @property
+    def _units(self) -> FloatArray:
+        """What makes moments forces, (n, 3): the inverse of the radius of gyration, and 1 for forces."""
+        return np.column_stack([np.ones((self.blocks.count, 2)), 1 / self.radius])
+
+    def _sizes(self, measure: Measure, bounded: csr_array) -> FloatArray:
+        """Return the forces by which rows (r, k) are measured: loads of contacts' less loaded blocks, (r,) [N/m]."""
+        of_contact = measure.of_contacts(self.contacts.block_a, self.contacts.block_b)
+        others = np.full(self.unknowns - 2 * len(of_contact), measure.mean)
+        of_column = np.concatenate([of_contact, of_contact, others])
+        sizes: FloatArray = csr_array(abs(bounded).sign() * of_column).max(axis=1).toarray().reshape(-1)
+        return sizes
+
+    def _motion(self, of_balance: FloatArray, of_bounds: FloatArray, measure: Measure) -> tuple[FloatArray, FloatArray]:
+        """Return velocities of the blocks and of the bolts against the rock, as in `Optimum`: the multipliers."""
+        velocity = np.zeros((self.blocks.count, 3))
+        velocity[self.movable] = of_balance.reshape(-1, 3)
+        velocity *= self._units * measure.of_rows[:, None]
+        size = max(float(np.abs(velocity * [1, 1, 0]).max()), float(np.abs(velocity[:, 2] * self.radius).max())) or 1.0
+        bounded = np.flatnonzero(np.isfinite(self.strength.capacity))
         slip = np.zeros(len(self.bolts.block))
         if bounded.size:  # the last rows: one way, then the other
-            one, other = marginals[-2 * bounded.size :].reshape(2, -1)
-            slip[bounded] = other - one
-        return slip
+            one, other = of_bounds[-2 * bounded.size :].reshape(2, -1)
+            slip[bounded] = one - other
+        return velocity / size, slip / size
 
-    def _rows(self) -> FloatArray:
-        """Return what makes moments forces: the inverse of the radius of gyration, and 1 for forces, (3n,)."""
-        return np.column_stack([np.ones((self.blocks.count, 2)), 1 / self.radius]).reshape(-1)
+    def bounds(self) -> tuple[csr_array, FloatArray]:
+        """Return the rows of the linear program that hold the forces within the strength, and their bounds [N/m]."""
+        return self.strength.rows(self._first_bolt, self.unknowns)
 
-    def _solve(self, dead: FloatArray, live: FloatArray | None, most: float | None, scale: float) -> Any:
-        """Return HiGHS' answer; the last unknown is the factor on the live loads, where there are any."""
-        rows = self._rows()
-        balance = (self._equilibrium() * rows[:, None]).tocsr()
-        bounded, bound = self._strength()
-        bounds, goal = self._bounds(scale), np.zeros(balance.shape[1])
-        if live is not None:
-            balance = _beside(balance, csr_array((live.reshape(-1) * rows / scale)[:, None]))
-            bounded = _beside(bounded, csr_array((bounded.shape[0], 1)))
-            bounds, goal = [*bounds, (0.0, most)], np.append(goal, -1.0)
-        given = {
-            "A_eq": balance,
-            "b_eq": -(dead.reshape(-1) * rows) / scale,
-            "A_ub": bounded if bounded.shape[0] else None,
-            "b_ub": bound / scale if bounded.shape[0] else None,
-            "bounds": bounds,
-        }
-        for method in METHODS:
-            answer = linprog(goal, **given, method=method)
-            if answer.status in (SOLVED, INFEASIBLE, UNBOUNDED):
-                break
-        return answer
-
-    def bolt_force(self, optimum: Optimum) -> FloatArray:
-        """Return the tensions of the bolts' elements, of one bolt each, (n_elements,) [N]."""
+    def bolt_force(self, forces: FloatArray) -> FloatArray:
+        """Return the tensions of the bolts' elements, of one bolt each, (n_elements,) [N], among forces (k,) [N/m]."""
         spacing = self.bolts.spacing[self.bolts.bolt_of_element]
-        tension: FloatArray = optimum.forces[self._first_bolt : self._first_dowel] * spacing
+        tension: FloatArray = forces[self._first_bolt : self._first_dowel] * spacing
         return tension
 
     @property
     def _first_bolt(self) -> int:
         """Column of the first element of a bolt."""
-        return 2 * self.contacts.count + len(self.bars.block)
+        return 2 * self.contacts.count + len(self.acting)
 
     @property
-    def _unknowns(self) -> int:
+    def unknowns(self) -> int:
         """Number of the unknown forces."""
         return self._first_dowel + len(self.dowels.element)
 
@@ -181,10 +257,9 @@ class LimitProgram:
         for column, direction in ((0, -c.normal), (c.count, tangent)):
             for block, sign in ((c.block_b, 1.0), (c.block_a, -1.0)):
                 parts.append(self._columns(column, block, c.point, sign * direction, 0.0))
-        bars: Bars = self.bars
-        parts.append(
-            self._columns(2 * c.count, bars.block, bars.point, bars.direction, bars.holds_rotation.astype(np.float64))
-        )
+        bars, acting = self.bars, self.acting
+        turns = bars.holds_rotation[acting].astype(np.float64)
+        parts.append(self._columns(2 * c.count, bars.block[acting], bars.point[acting], bars.direction[acting], turns))
         bolts, first = self.bolts, self.bolts.first_node
         along = bolts.point[first + 1] - bolts.point[first]
         along = along / np.hypot(*along.T)[:, None]
@@ -194,7 +269,7 @@ class LimitProgram:
         for block, sign in ((dowels.near, 1.0), (dowels.far, -1.0)):
             parts.append(self._columns(self._first_dowel, block, self.crossing, sign * dowels.across, 0.0))
         row, col, value = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return coo_array((value, (row, col)), shape=(3 * self.blocks.count, self._unknowns))
+        return coo_array((value, (row, col)), shape=(3 * self.blocks.count, self.unknowns))
 
     def _columns(
         self, first: int, block: IntArray, point: FloatArray, direction: FloatArray, moment: FloatArray | float
@@ -205,64 +280,18 @@ class LimitProgram:
         col = np.repeat(first + np.arange(len(block)), 3)
         return row.reshape(-1), col, np.column_stack([direction, turn]).reshape(-1)
 
-    def _strength(self) -> tuple[csr_array, FloatArray]:
-        """Return the rows that bound something.
 
-        ``+-shear - slope * pressure <= intercept`` of all lines, and ``+-bond force <= capacity`` of the bolts' nodes,
-        the bond force being the tension after the node less that before it.
-        """
-        m = self.contacts.count
-        rows, cols, values, bounds = [], [], [], []
-        start = 0
-        for slope, intercept in zip(*(values.T for values in self.lines), strict=True):
-            chosen = np.flatnonzero(np.isfinite(intercept))
-            for sign in (1.0, -1.0):
-                row = start + np.arange(len(chosen))
-                start += len(chosen)
-                rows += [row, row]
-                cols += [chosen, m + chosen]
-                values += [-slope[chosen], np.full(len(chosen), sign)]
-                bounds.append(intercept[chosen])
-        bolts = self.bolts
-        capacity = bolts.capacity / bolts.spacing[bolts.bolt_of_node]
-        row_of = np.full(len(capacity), -1)
-        bounded = np.flatnonzero(np.isfinite(capacity))
-        column = self._first_bolt + np.arange(len(bolts.first_node))
-        for sign in (1.0, -1.0):
-            row_of[bounded] = start + np.arange(len(bounded))
-            start += len(bounded)
-            bounds.append(capacity[bounded])
-            for node, side in ((bolts.first_node, 1.0), (bolts.first_node + 1, -1.0)):
-                there = row_of[node] >= 0
-                rows.append(row_of[node][there])
-                cols.append(column[there])
-                values.append(np.full(int(there.sum()), sign * side))
-        shape = (start, self._unknowns)
-        index = (np.concatenate(rows), np.concatenate(cols))
-        return csr_array((np.concatenate(values), index), shape=shape), np.concatenate(bounds)
-
-    def _bounds(self, scale: float) -> list[tuple[float | None, float | None]]:
-        """Return the bounds: pressures not below minus the tension, bolts between 0 and yield, all else free."""
-        pressures = [(None if math.isinf(t) else -t / scale, None) for t in self.tension.tolist()]
-        most = (self.bolts.yield_force / self.bolts.spacing)[self.bolts.bolt_of_element] / scale
-        bolts = [(0.0, None if math.isinf(force) else force) for force in most.tolist()]
-        limits = (self.dowels.strength / self.dowels.spacing / scale).tolist()
-        shears = [(None, None) if math.isinf(v) else (-v, v) for v in limits]
-        return [*pressures, *[(None, None)] * (self._first_bolt - len(pressures)), *bolts, *shears]
+def _any(matrix: csr_array) -> BoolArray:
+    """Return which rows of a matrix hold anything."""
+    return np.asarray(abs(matrix).sum(axis=1) > 0).reshape(-1)
 
 
-def _mean_force(loads: FloatArray) -> float:
-    return max(float(np.hypot(*loads[:, :2].T).mean()), np.finfo(float).tiny)
-
-
-def _expect(found: Any) -> Any:
-    """Return an answer of HiGHS that is one."""
-    if found.status != SOLVED:
-        raise ModelError(f"limit analysis: the linear program could not be solved ({found.message.strip()})")
-    return found
-
-
-def _beside(left: csr_array, right: csr_array) -> csr_array:
-    from scipy.sparse import hstack
-
-    return csr_array(hstack([left, right]))
+def _held(bars: Bars, blocks: Blocks) -> BoolArray:
+    """Return which blocks their supports hold in every direction, (n,)."""
+    arm = bars.point - blocks.moments.centroid[bars.block]
+    turn = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0]
+    radius = blocks.moments.gyration[bars.block]
+    along = np.column_stack([bars.direction, np.where(bars.holds_rotation, 1.0, turn / radius)])
+    stiffness = np.zeros((blocks.count, 3, 3))
+    np.add.at(stiffness, bars.block, along[:, :, None] * along[:, None, :])
+    return np.asarray(np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == 3)

@@ -29,9 +29,9 @@ from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Fixed, bars_of
 from bsm_mesh.results.evidence import Proof, Witness, bar_rows, law_table
 from bsm_mesh.solve.algebra.loads import external_loads
-from bsm_mesh.solve.limit.program import LimitProgram, Optimum
+from bsm_mesh.solve.limit.program import LimitProgram
 
-MAX_BLOCKS = 300  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
+MAX_BLOCKS = 2000  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
 LAYERS = 2  # of neighbours that may move with the blocks that come down
 FEASIBLE = "no proof: forces within strength exist that balance the loads, which proves nothing"
 
@@ -52,7 +52,7 @@ def prove(model: Model, down: IntArray) -> Proof:
     model = model.replace(contact_points="ends")
     try:
         contacts = initial_contacts(model)
-        if left_out := _left_out(model, contacts):
+        if left_out := left_out_of(model, contacts):
             return Proof(text=f"no proof was sought: {left_out}")
         part = None if model.bolts else _around(model, contacts, down)
         if part is not None and (proof := _proof_of(part.model)).witness is not None:
@@ -94,17 +94,18 @@ def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | 
 def _proof_of(model: Model) -> Proof:
     """Return the proof that the linear program gives."""
     program, loads = LimitProgram(model), external_loads(model)
-    optimum = program.maximise(np.zeros_like(loads), loads, most=1.0)
-    if optimum.factor >= 1:
+    balance = program.balance(loads)
+    if balance.stands:
         return Proof(text=FEASIBLE)
+    optimum = program.collapse(loads, balance)
     text = (
         "no forces within strength balance the loads where the blocks were given: they bear at most "
         f"{optimum.factor + 0.0:.6g} times the loads; the blocks must move"
     )
-    return Proof(text=text, witness=_witness(model, program, loads, optimum))
+    return Proof(text=text, witness=witness_of(model, program, loads, optimum.velocity, optimum.slip))
 
 
-def _left_out(model: Model, contacts: ContactTable) -> str:
+def left_out_of(model: Model, contacts: ContactTable) -> str:
     """Return what the contacts of limit analysis, which are faces, leave out of what touches; nothing if all is there.
 
     Blocks that meet at a node of the mesh without a common face have no contact there.
@@ -124,31 +125,33 @@ def _left_out(model: Model, contacts: ContactTable) -> str:
     return f"limit analysis leaves out {counted(alone.size, 'corner')} on an edge without a face (blocks {a} and {b})"
 
 
-def _witness(model: Model, program: LimitProgram, loads: FloatArray, optimum: Optimum) -> Witness:
-    """Return the mechanism with all that a check of it takes."""
-    contacts, bolts, dowels = program.contacts, program.bolts, program.dowels
-    strength = contact_strength(model, contacts)
+def witness_of(
+    model: Model, program: LimitProgram, loads: FloatArray, velocity: FloatArray, slip: FloatArray
+) -> Witness:
+    """Return a mechanism of a model, and of the program of it, with all that a check takes."""
+    contacts, bolts, dowels, strength = program.contacts, program.bolts, program.dowels, program.strength
+    named = contact_strength(model, contacts)
     return Witness(
-        velocity=optimum.velocity,
+        velocity=velocity,
         loads=loads,
-        laws=law_table(strength.laws),
-        law=strength.law,
+        laws=law_table(named.laws),
+        law=named.law,
         tension=strength.tension,
         block_a=contacts.block_a,
         block_b=contacts.block_b,
         point=contacts.point,
         normal=contacts.normal,
         length=contacts.length,
-        lines=np.stack(strength.lines(), axis=2),
+        lines=np.stack([strength.slope, strength.intercept], axis=2),
         node_block=bolts.block,
         node_point=bolts.point,
-        node_capacity=bolts.capacity / bolts.spacing[bolts.bolt_of_node],
-        node_slip=optimum.slip,
+        node_capacity=strength.capacity,
+        node_slip=slip,
         element_node=bolts.first_node,
-        element_yield=(bolts.yield_force / bolts.spacing)[bolts.bolt_of_element],
+        element_yield=strength.yield_force,
         dowel_block=np.column_stack([dowels.near, dowels.far]),
         dowel_point=program.crossing,
         dowel_across=dowels.across,
-        dowel_strength=dowels.strength / dowels.spacing,
+        dowel_strength=strength.dowel,
         **bar_rows(program.bars, program.bars.point),
     )

@@ -12,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import counted
+from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
@@ -57,7 +58,8 @@ def solve_stages(
         state, notes = _first_state(model, scheme, report, bars, here[0], notes)
     else:
         scheme.restore(begun.scheme)
-        state = StageState.recalled(begun, bars, _water(model, begun))
+        number = _stage_at(begun)
+        state = StageState.recalled(begun, model_in_stage(model, number), bars, _water(model, number))
     run = Analysis(
         model=model, scheme=scheme, observer=observer, check=check, prove=prove, falls=falls, keep=resumption.keep
     )
@@ -75,6 +77,7 @@ def solve_stages(
             now = here[number].copy()
             now[state.fallen] = False
             _begin(model, scheme, state, stage, now, results[-1].contacts)
+            state.model = model_in_stage(model, number)
             scheme.install(number)
         solution = StageSolution(run, state, name, number, () if number else notes, progress)
         results.append(solution.result(parts))
@@ -90,6 +93,7 @@ def _first_state(
 ) -> tuple[StageState, tuple[str, ...]]:
     """Return the state before the first stage, under the in-situ field where it is given directly, and the notes."""
     state = StageState(
+        model=model,
         present=present,
         bars=bars,
         bar_forces=np.zeros(len(bars.block)),
@@ -106,9 +110,14 @@ def _first_state(
     return state, notes
 
 
-def _water(model: Model, begun: Checkpoint) -> Water | None:
-    """Return the water at a checkpoint: that of the last stage which changed it, the stage under way included."""
-    stages = model.stages[: begun.finished if begun.stage is not None else max(0, begun.finished - 1)]
+def _stage_at(begun: Checkpoint) -> int:
+    """Return the number of the stage at a checkpoint: of that under way, or of the last finished."""
+    return begun.finished if begun.stage is not None else max(0, begun.finished - 1)
+
+
+def _water(model: Model, number: int) -> Water | None:
+    """Return the water in a stage: that of the last one so far which changed it."""
+    stages = model.stages[:number]
     return next((stage.water for stage in reversed(stages) if stage.water is not None), model.water)
 
 

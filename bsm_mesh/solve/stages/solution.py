@@ -59,8 +59,9 @@ class Analysis:
 
 @dataclass(eq=False, slots=True)
 class StageState:
-    """The state that changes from stage to stage, in the numbers of the whole."""
+    """The state that changes from stage to stage, in the numbers of the whole; `model` has the stage's strength."""
 
+    model: Model
     present: BoolArray
     bars: Bars
     bar_forces: FloatArray
@@ -71,9 +72,10 @@ class StageState:
     fallen: list[int] = field(default_factory=list)
 
     @classmethod
-    def recalled(cls, begun: Checkpoint, bars: Bars, water: Water | None) -> StageState:
+    def recalled(cls, begun: Checkpoint, model: Model, bars: Bars, water: Water | None) -> StageState:
         """Return the state at a checkpoint."""
         return cls(
+            model=model,
             present=begun.present,
             bars=bars,
             bar_forces=begun.bar_forces.copy(),
@@ -183,7 +185,7 @@ class StageSolution:
         while True:
             bars = run.scheme.stage_bars(state.bars, self._number)
             self._began_at = run.scheme.moved.copy()
-            part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
+            part = submodel_of(state.model, state.present, bars, state.all_forces, state.water)
             outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
             state.bar_forces[part.bar] = outcome.bar_forces
             if self._start_residual is None:
@@ -223,7 +225,7 @@ class StageSolution:
         if moved > CONTACT_TOLERANCE * float(np.sqrt(np.median(run.model.blocks.moments.area))):
             return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
         bars = run.scheme.stage_bars(state.bars, self._number)
-        part = submodel_of(run.model, state.present, bars, state.all_forces, state.water)
+        part = submodel_of(state.model, state.present, bars, state.all_forces, state.water)
         there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
         proof = run.prove(there, np.searchsorted(part.block, down).astype(np.int32))
         return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))

@@ -1,0 +1,230 @@
+"""The factor of strength: by how much strength may be divided until no forces within it balance the loads.
+
+Beyond it the blocks must move, by the limit theorem, whatever stiffness, history and flow rule: it is an upper bound of
+every factor of safety, and no factor of safety itself, for what exists need not come about.
+
+For a part s = 1/F of the strength a linear program finds the least force t by which the strength falls short. Forces
+exist where t is not positive; where it is, the multipliers are a mechanism that proves that there are none. So both
+sides are known. The multipliers tell dt/ds too: Newton's method, held between the two sides.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.strength import ALL_JOINTS, OF_ROCK, with_bolt_capacities, with_strength
+from bsm_mesh.model.values import Rules
+from bsm_mesh.results.evidence import Proof
+from bsm_mesh.solve.algebra.loads import external_loads
+from bsm_mesh.solve.limit.program import LimitProgram, Shortfall
+from bsm_mesh.solve.limit.proof import left_out_of, witness_of
+
+MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
+ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
+STRIDE = 8.0  # from the side that is known where nothing tells how far
+HALVING = 4  # every so many programs the middle is asked, in case Newton's method creeps
+MARGINS = 1e-4, 1e-3  # beyond the factor, where rounding spoils a proof at ACCURACY
+ENORMOUS = 1e6  # times all loads together: forces that no rock bears
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StrengthLimit:
+    """Up to which factor strength may be divided, by statics alone.
+
+    Attributes
+    ----------
+    factor : float
+        Greatest factor at which forces in equilibrium and within strength were found; infinite where they exist at a
+        thousandth of the strength still, 0 where a thousandfold strength does not suffice.
+    beyond : float
+        Factor beyond which there are proved to be none; infinite where that is proved of no factor: `proof` says why.
+    mechanism : (n, 3) float64
+        Velocities u, v, theta of the blocks in the collapse just beyond, the greatest displacement of a centroid or
+        rotation times radius of gyration being 1; zero where there is no limit.
+    normal_force, shear_force : (m,) float64 [N/m]
+        Admissible forces at the factor; zero where there are none.
+    contacts : ContactTable
+        The contacts that they belong to.
+    bolt_force : (n_elements,) float64 [N]
+        Tension of the bolts' elements in that field, of one bolt each; bolts that name a stage are not there.
+    unlimited : int
+        Number of contacts of unlimited strength, which no factor reduces.
+    proof : Proof
+        Of there being no forces at `beyond`, with the mechanism as its witness; or why there is none.
+    programs : int
+        Linear programs solved.
+    seconds : float [s]
+        Time that it took.
+    """
+
+    factor: float
+    beyond: float
+    mechanism: FloatArray
+    normal_force: FloatArray
+    shear_force: FloatArray
+    contacts: ContactTable
+    bolt_force: FloatArray
+    unlimited: int
+    proof: Proof
+    programs: int
+    seconds: float
+
+    def __str__(self) -> str:
+        """Return what is proved, in words."""
+        return self.proof.text
+
+
+def strength_limit(
+    model: Model, joints: Sequence[str] | None = None, rocks: bool = True, bolts: bool = False
+) -> StrengthLimit:
+    """Return the greatest factor by which strength may be divided while forces that balance the loads exist.
+
+    Divided are the tangent of friction angles, cohesion and tensile strength, of peak values.
+
+    Parameters
+    ----------
+    model : Model
+        What is given; the contacts are those of the geometry as it is, without stages.
+    joints : sequence of str, optional
+        Names of the joints whose strength is divided; all by default.
+    rocks : bool
+        Whether that of faces of rock without a joint is.
+    bolts : bool
+        Whether all that limits the bolts' forces is.
+
+    Raises
+    ------
+    ModelError
+        If the model has no weight and no load, nothing has a strength that could be divided, blocks overlap, or a
+        linear program cannot be solved.
+    """
+    began = time.perf_counter()
+    rules = Rules("limit analysis")
+    rules.a_thing("model", model, Model)
+    raise_faults(rules.faults)
+    model = model.replace(contact_points="ends")
+    search = _Search(model, joints, rocks=rocks, bolts=bolts)
+    search.run()
+    proof = search.proof()
+    program, failed, m = search.program, search.failed, search.program.contacts.count
+    forces = np.zeros(program.unknowns) if search.held is None else search.held.forces
+    limited = failed is not None and search.factor < math.inf
+    return StrengthLimit(
+        factor=search.factor,
+        beyond=math.inf if proof.witness is None else 1 / search.low,
+        mechanism=failed.velocity if limited and failed is not None else np.zeros((model.blocks.count, 3)),
+        normal_force=-forces[:m],
+        shear_force=forces[m : 2 * m],
+        contacts=program.contacts,
+        bolt_force=program.bolt_force(forces),
+        unlimited=int(program.strength.unlimited.sum()),
+        proof=proof,
+        programs=search.programs,
+        seconds=time.perf_counter() - began,
+    )
+
+
+class _Search:
+    """The search for the least part of the strength that suffices, between a part that does and one that does not."""
+
+    def __init__(self, model: Model, joints: Sequence[str] | None, *, rocks: bool, bolts: bool) -> None:
+        self.model, self.bolts = model, bolts
+        self.names = [ALL_JOINTS] if joints is None else list(joints)
+        self.names += [OF_ROCK + ALL_JOINTS] if rocks else []
+        with_strength(model, dict.fromkeys(self.names, 1.0))  # refuses names that do not exist
+        self.program, self.loads = LimitProgram(model), external_loads(model)
+        if not self.loads.any():
+            raise ModelError("limit analysis: the model has neither weight nor load; nothing can fail")
+        of_joints = [joints is None or joint.name in joints for joint in model.joints]
+        self.chosen = np.array([*of_joints, rocks])[self.program.contacts.joint]  # the last, -1: no joint
+        (rows, bound), (more, raised) = self._at(1.0).bounds(), self._at(2.0).bounds()
+        self.yields = (raised != bound) | np.asarray(abs(more - rows).sum(axis=1) > 0).reshape(-1)
+        if not self.yields.any():
+            raise ModelError(self._nothing())
+        self.low, self.high, self.programs = 0.0, math.inf, 0
+        self.held: Shortfall | None = None
+        self.failed: Shortfall | None = None
+
+    def _nothing(self) -> str:
+        text = "limit analysis: no contact of what was chosen has a strength that could be divided"
+        left_out = left_out_of(self.model, self.program.contacts)
+        return f"{text}; {left_out}" if left_out else f"{text}; choose joints with a law, rocks with strength, or bolts"
+
+    def _at(self, part: float) -> LimitProgram:
+        """Return the program of a part of the strength."""
+        return self.program.at(self.program.strength.times(part, self.chosen, bolts=self.bolts))
+
+    def run(self) -> None:
+        """Bring the two sides together."""
+        part = 1.0
+        while self.high > self.low * (1 + ACCURACY) and self.low < MOST and self.high > 1 / MOST:
+            part = self._next(part, self._ask(part))
+
+    def _ask(self, part: float) -> Shortfall:
+        """Return what a part of the strength lacks, and move a side there."""
+        found = self.program.shortfall(self.loads, *self._at(part).bounds(), self.yields)
+        self.programs += 1
+        if found.stands:
+            self.high, self.held = part, found
+        else:
+            # where nothing helps no greater part does, and the mechanism is that of them all
+            self.low, self.failed = MOST if math.isinf(found.lacking) else part, found
+        return found
+
+    def _next(self, part: float, found: Shortfall) -> float:
+        """Return the next part of the strength: a little beyond Newton's, so that the other side comes near too."""
+        slope, across = self._slope(part, found), -ACCURACY / 3 if found.stands else ACCURACY / 3
+        guess = (part - found.lacking / slope) * (1 + across) if slope < 0 else math.nan
+        if self.programs % HALVING == 0 or not self.low < guess < self.high:
+            guess = math.sqrt(self.low * self.high) if self.low > 0 and self.high < math.inf else math.nan
+        if math.isnan(guess):
+            guess = part / STRIDE if found.stands else part * STRIDE
+        return min(max(guess, 1 / MOST), MOST)
+
+    def _slope(self, part: float, found: Shortfall) -> float:
+        """Return the derivative of what is lacking: bounds are quadratic in the part, so that differences are exact."""
+        if not found.forces.any():
+            return math.nan
+        (rows, bound), (less, lower) = self._at(1.5 * part).bounds(), self._at(0.5 * part).bounds()
+        return float(found.of_bounds @ ((rows - less) @ found.forces - (bound - lower))) / part
+
+    @property
+    def factor(self) -> float:
+        """Greatest factor at which forces exist, as `StrengthLimit` says."""
+        if self.high <= 1 / MOST:
+            return math.inf
+        return 0.0 if self.held is None else 1 / self.high
+
+    def proof(self) -> Proof:
+        """Return the proof that there are no forces beyond, which may move that side."""
+        if left_out := left_out_of(self.model, self.program.contacts):
+            return Proof(text=f"nothing is proved: {left_out}")
+        if self.failed is None or math.isinf(self.factor):
+            return Proof(text="no limit: forces within strength exist at a thousandth of the strength chosen")
+        for margin in MARGINS:
+            if self.failed.least < ENORMOUS and self.held is not None:
+                self._ask(self.high / (1 + margin))
+        if self.failed.least < ENORMOUS:
+            return Proof(text=f"{self._exist()}; rounding spoils the proof that there are none beyond")
+        try:
+            weaker = with_strength(self.model, dict.fromkeys(self.names, self.low))
+            weaker = with_bolt_capacities(weaker, self.low) if self.bolts else weaker
+        except ModelError as error:
+            return Proof(text=f"{self._exist()}; the proof that there are none beyond cannot be written down: {error}")
+        witness = witness_of(weaker, self._at(self.low), self.loads, self.failed.velocity, self.failed.slip)
+        what = f"beyond {1 / self.low:.6g} the blocks must move (proved), whatever stiffness and history"
+        return Proof(text=f"{self._exist()}; {what}", witness=witness)
+
+    def _exist(self) -> str:
+        if self.held is None:
+            return f"no forces within strength exist, not at {MOST:g} times the strength chosen"
+        return f"forces within strength exist up to the factor {self.factor:.6g}"
