@@ -39,6 +39,24 @@ def read_model_file(path: Path) -> ModelFile:
     ModelError
         If the file is missing or no TOML, or with every key and value that is wrong.
     """
+    return validated(read_toml(path, "model file"), path.name)
+
+
+def read_toml(path: Path, kind: str) -> dict[str, Any]:
+    """Return the content of a TOML file as it is.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        What it is, for messages: ``model file``.
+
+    Raises
+    ------
+    ModelError
+        If the file is missing, too large or no TOML.
+    """
     refuse_special(path)
     try:
         too_large = path.stat().st_size > MAX_BYTES
@@ -49,15 +67,15 @@ def read_model_file(path: Path) -> ModelFile:
         alike = sorted(entry.name for entry in path.parent.glob("*.toml"))
         raise ModelError(f"{path}: there is no such file{nearest(path.name, alike) if alike else ''}") from None
     except IsADirectoryError:
-        raise ModelError(f"{path} is a folder; give the model file in it (model.toml)") from None
+        raise ModelError(f"{path} is a folder; give the {kind} in it ({kind.partition(' ')[0]}.toml)") from None
     except UnicodeDecodeError:
-        raise ModelError(f"{path}: not a text file; a model file is TOML in UTF-8") from None
+        raise ModelError(f"{path}: not a text file; a {kind} is TOML in UTF-8") from None
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError:  # a NUL in it
         raise ModelError(f"{path}: is no path; correct it") from None
     if too_large:
-        raise ModelError(f"{path}: is larger than any model file ({MAX_BYTES >> 20} MB); is it the mesh?")
+        raise ModelError(f"{path}: is larger than any {kind} ({MAX_BYTES >> 20} MB); is it the mesh?")
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -65,13 +83,24 @@ def read_model_file(path: Path) -> ModelFile:
     except ValueError:  # of int(), which takes no thousands of digits
         raise ModelError(f"{path}: a whole number in it {TOO_WIDE}") from None
     except RecursionError:
-        raise ModelError(f"{path}: not a model file: brackets nested too deep") from None
+        raise ModelError(f"{path}: not a {kind}: brackets nested too deep") from None
     raise_faults([f"{path.name}: {key} = a whole number that {TOO_WIDE}" for key in _too_wide(content)])
+    return content
+
+
+def validated(content: dict[str, Any], name: str) -> ModelFile:
+    """Return the content of a model file, checked; `name` is the file's, for messages.
+
+    Raises
+    ------
+    ModelError
+        With every key and value that is wrong.
+    """
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
         told = dict.fromkeys([*sentences(error), *faults_of_parts(content)])
-        raise ModelError([f"{path.name}: {text}" for text in told]) from None
+        raise ModelError([f"{name}: {text}" for text in told]) from None
 
 
 def _too_wide(content: Any, key: str = "") -> Iterator[str]:
