@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Any, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 
 import numpy as np
 
@@ -18,8 +18,10 @@ from bsm_mesh.app.build_mesh import geometry_faults, read_blocks
 from bsm_mesh.app.model_file import read_toml, validated
 from bsm_mesh.app.model_tables import MeshTable, ModelFile, Table
 from bsm_mesh.app.reach import Reach
+from bsm_mesh.app.units import In
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.quantities import Quantity
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
@@ -104,6 +106,16 @@ class Variation:
                 ]
             )
 
+    def quantity(self, key: str) -> Quantity | None:
+        """Return what kind of number a key holds; None where it holds something else, or several kinds.
+
+        Raises
+        ------
+        ModelError
+            If the model file cannot have the key.
+        """
+        return _quantity_in(_put(copy.deepcopy(self._content), key, None))
+
     def base(self, key: str) -> object:
         """Return the value that the file gives a key; None where it leaves the key out."""
         place: Any = self._content
@@ -158,8 +170,8 @@ def key_parts(key: str) -> list[str]:
     return found
 
 
-def _put(content: dict[str, Any], key: str, value: object) -> None:
-    """Put a value where a key leads to, in the content of a model file."""
+def _put(content: dict[str, Any], key: str, value: object) -> Any:
+    """Put a value where a key leads to, in the content of a model file; return the type that the schema gives it."""
     parts = key_parts(key)
     place: Any = content
     schema: Any = ModelFile  # the type of `place`; None where anything may stand
@@ -168,15 +180,17 @@ def _put(content: dict[str, Any], key: str, value: object) -> None:
         if not isinstance(place, dict | list):
             raise ModelError(f"'{key}': {way} is a value, which has no keys")
         name: Any = _entry(place, part, way, key) if isinstance(place, list) else part
-        schema = _type_of(schema, place, part, way, key)
-        if last and _is_table(schema):
-            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, schema.model_fields)}")
+        schema = _type_of(_bare(schema), place, part, way, key)
+        bare = _bare(schema)
+        if last and _is_table(bare):
+            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, bare.model_fields)}")
         if last:
             place[name] = value
         elif isinstance(place, dict):
-            place = place.setdefault(name, [] if get_origin(schema) is list else {})
+            place = place.setdefault(name, [] if get_origin(bare) is list else {})
         else:
             place = place[name]
+    return schema
 
 
 def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
@@ -184,7 +198,8 @@ def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
     if _is_table(schema):
         if part not in schema.model_fields:
             raise ModelError(f"'{key}': {way} has no key '{part}'{nearest(part, schema.model_fields)}")
-        return _without_none(schema.model_fields[part].annotation)
+        field = schema.model_fields[part]
+        return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
     member = get_args(schema)[-1] if get_origin(schema) in (list, dict) else None
     if isinstance(place, dict) and _is_table(member) and part not in place:
         raise ModelError(f"'{key}': the model file has no [{way}.{part}]{nearest(part, place)}")
@@ -216,7 +231,21 @@ def _is_table(schema: Any) -> bool:
     return isinstance(schema, type) and get_origin(schema) is None and issubclass(schema, Table)
 
 
-def _without_none(annotation: Any) -> Any:
-    """Return a type that may be left out as that type."""
+def _bare(annotation: Any) -> Any:
+    """Return a type without what is said of it, and without that it may be left out."""
+    if get_origin(annotation) is Annotated:
+        return _bare(get_args(annotation)[0])
     kinds = [kind for kind in get_args(annotation) if kind is not NoneType]
-    return kinds[0] if isinstance(annotation, UnionType) and len(kinds) == 1 else annotation
+    is_optional = get_origin(annotation) in (Union, UnionType) and len(kinds) == 1
+    return _bare(kinds[0]) if is_optional else annotation
+
+
+def _quantity_in(annotation: Any) -> Quantity | None:
+    """Return what kind of number a type is of, if it is one."""
+    if get_origin(annotation) is Annotated:
+        inner, *said = get_args(annotation)
+        kinds = (one.quantity if isinstance(one, In) else one for one in said)
+        return next((kind for kind in kinds if isinstance(kind, Quantity)), None) or _quantity_in(inner)
+    if get_origin(annotation) in (Union, UnionType):
+        return next((found for part in get_args(annotation) if (found := _quantity_in(part)) is not None), None)
+    return None

@@ -14,7 +14,16 @@ from bsm_mesh.app.variation import Variation
 from bsm_mesh.errors import ModelError
 from tests.scenes.small_case import MODEL, Case
 
-STAGES = '\n[[stage]]\nname = "crown"\nexcavate = [3]\npressure = "1 kPa"\n[[stage]]\nname = "bench"\nexcavate = [2]\n'
+STAGES = """
+[[stage]]
+name = "crown"
+excavate = [3]
+relaxation = [0.5, 1.0]
+pressure = "1 kPa"
+[[stage]]
+name = "bench"
+excavate = [2]
+"""
 BRICKS = """
 [mesh]
 geometry = "brick_wall"
@@ -154,3 +163,19 @@ def test_it_pickles_small_and_from_any_folder(varied: Variation, monkeypatch: py
     assert len(sent) < 20_000
     monkeypatch.chdir("/")
     assert pickle.loads(sent).model({"joint.J1.friction": 20}).model == before
+
+
+def test_the_kind_of_number_of_a_key(varied: Variation) -> None:
+    units = {
+        "joint.J1.friction": "degrees",
+        "rock.gneiss.unit_weight": "N/m^3",
+        "load.1.pressure": "Pa",
+        "stage.crown.relaxation.1": "",
+        "water.joint_pressure.J1": "Pa",
+    }
+    for key, unit in units.items():
+        quantity = varied.quantity(key)
+        assert quantity is not None
+        assert quantity.unit == unit
+    assert varied.quantity("joint.J1.law") is None
+    assert varied.quantity("mesh.parameters.seed") is None
