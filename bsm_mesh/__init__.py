@@ -20,6 +20,7 @@ from bsm_mesh.reading import as_path
 from bsm_mesh.run import run, spread
 
 if TYPE_CHECKING:
+    from bsm_mesh.app.study import StudyResults
     from bsm_mesh.model import (
         Blocks,
         Bolt,
@@ -88,6 +89,41 @@ def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:
     return load_model(as_path("load: path", path), scripts=scripts)
 
 
+def study(
+    path: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    processes: int | None = None,
+    scheduler: str | None = None,
+    scripts: bool = True,
+) -> StudyResults:
+    """Return what came of a study file (TOML): many runs of a model whose keys take other values.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    output : path, optional
+        Folder for table, summary and pictures; by default ``out/NAME`` beside the file NAME.toml. Runs that are
+        finished there are not done again.
+    processes : int, optional
+        How many runs at a time; by default as many as there are cores.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers do the runs instead.
+    scripts : bool
+        Whether the model may run a geometry script and name any path.
+
+    Raises
+    ------
+    ModelError
+        For faults of the study file and its model, and for a folder that holds another study.
+    """
+    from bsm_mesh.app.study import run_study
+
+    folder = None if output is None else as_path("study: output", output)
+    return run_study(as_path("study: path", path), folder, processes=processes, scheduler=scheduler, scripts=scripts)
+
+
 __all__ = [
     "Blocks",
     "Bolt",
@@ -122,6 +158,7 @@ __all__ = [
     "load",
     "run",
     "spread",
+    "study",
 ]
 
 if not TYPE_CHECKING:

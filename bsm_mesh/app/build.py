@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from bsm_mesh.app.build_parts import (
     make_water,
 )
 from bsm_mesh.app.model_file import read_model_file
-from bsm_mesh.app.model_tables import ModelFile
+from bsm_mesh.app.model_tables import MeshTable, ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
 
 Reporter = Callable[[str], None]
+Mesher: TypeAlias = "Callable[[MeshTable, dict[str, str], Path, Reach], tuple[Blocks, MeshReport]]"
 Made = TypeVar("Made")
 
 
@@ -122,8 +123,24 @@ def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts
     return build_model(read_model_file(path), path, Reach(folder=path.parent, scripts=scripts), report)
 
 
-def build_model(file: ModelFile, path: Path, reach: Reach, report: Reporter = lambda text: None) -> LoadedModel:
-    """Return the model of a model file that was read, with its options and the notes on its mesh."""
+def build_model(
+    file: ModelFile, path: Path, reach: Reach, report: Reporter = lambda text: None, mesher: Mesher = read_blocks
+) -> LoadedModel:
+    """Return the model of a model file that was read, with its options and the notes on its mesh.
+
+    Parameters
+    ----------
+    file : ModelFile
+        What was read.
+    path : Path
+        Where it lies.
+    reach : Reach
+        What it may do.
+    report : callable, optional
+        Told what is being done.
+    mesher : callable
+        Returns the blocks of a mesh, and the report on it: `read_blocks`, or what keeps what that returned.
+    """
     faults: list[str] = []
     rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
     joints = _collect(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
@@ -140,7 +157,7 @@ def build_model(file: ModelFile, path: Path, reach: Reach, report: Reporter = la
     _collect(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
-    blocks, mesh_report = read_blocks(file.mesh, file.groups, path, reach)
+    blocks, mesh_report = mesher(file.mesh, file.groups, path, reach)
     bolts = _collect(
         faults,
         [

@@ -224,6 +224,42 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
 
 
 @cli.command()
+@click.argument("study", type=PATH)
+@click.option("-o", "--output", type=PATH, help="Folder for the study; out/NAME beside NAME.toml by default.")
+@click.option("--processes", type=click.IntRange(1), metavar="N", help="Runs at a time; as many as cores by default.")
+@click.option("--scheduler", metavar="ADDRESS", help="Have a Dask cluster do the runs instead.")
+@json_option
+@quiet_option
+@no_scripts_option
+def study(
+    study: Path,
+    output: Path | None,
+    processes: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    quiet: bool,
+    no_scripts: bool,
+) -> None:
+    """Run a model many times with other values.
+
+    STUDY is a file that says which keys of a model vary, and how: a grid, a list, Latin hypercube or Monte Carlo. The
+    runs become a table (study.parquet), a summary (probability of failure, which key decides) and pictures.
+    Interrupted or killed, the same command goes on: no finished run is done again.
+    """
+    from bsm_mesh.app.study import study_command
+
+    study_command(
+        study,
+        output,
+        processes=processes,
+        scheduler=scheduler,
+        scripts=not no_scripts,
+        as_json=as_json,
+        quiet=quiet,
+    )
+
+
+@cli.command()
 @click.argument("out", type=PATH)
 @click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
 @click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")

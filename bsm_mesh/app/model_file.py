@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from bsm_mesh.app.build_parts import faults_of_parts
 from bsm_mesh.app.model_tables import ModelFile, Table
@@ -39,6 +40,24 @@ def read_model_file(path: Path) -> ModelFile:
     ModelError
         If the file is missing or no TOML, or with every key and value that is wrong.
     """
+    return validated(read_toml(path, "model file"), path.name)
+
+
+def read_toml(path: Path, kind: str) -> dict[str, Any]:
+    """Return the content of a TOML file as it is.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        What it is, for messages: ``model file``.
+
+    Raises
+    ------
+    ModelError
+        If the file is missing, too large or no TOML.
+    """
     refuse_special(path)
     try:
         too_large = path.stat().st_size > MAX_BYTES
@@ -49,15 +68,15 @@ def read_model_file(path: Path) -> ModelFile:
         alike = sorted(entry.name for entry in path.parent.glob("*.toml"))
         raise ModelError(f"{path}: there is no such file{nearest(path.name, alike) if alike else ''}") from None
     except IsADirectoryError:
-        raise ModelError(f"{path} is a folder; give the model file in it (model.toml)") from None
+        raise ModelError(f"{path} is a folder; give the {kind} in it ({kind.partition(' ')[0]}.toml)") from None
     except UnicodeDecodeError:
-        raise ModelError(f"{path}: not a text file; a model file is TOML in UTF-8") from None
+        raise ModelError(f"{path}: not a text file; a {kind} is TOML in UTF-8") from None
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError:  # a NUL in it
         raise ModelError(f"{path}: is no path; correct it") from None
     if too_large:
-        raise ModelError(f"{path}: is larger than any model file ({MAX_BYTES >> 20} MB); is it the mesh?")
+        raise ModelError(f"{path}: is larger than any {kind} ({MAX_BYTES >> 20} MB); is it the mesh?")
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -65,13 +84,24 @@ def read_model_file(path: Path) -> ModelFile:
     except ValueError:  # of int(), which takes no thousands of digits
         raise ModelError(f"{path}: a whole number in it {TOO_WIDE}") from None
     except RecursionError:
-        raise ModelError(f"{path}: not a model file: brackets nested too deep") from None
+        raise ModelError(f"{path}: not a {kind}: brackets nested too deep") from None
     raise_faults([f"{path.name}: {key} = a whole number that {TOO_WIDE}" for key in _too_wide(content)])
+    return content
+
+
+def validated(content: dict[str, Any], name: str) -> ModelFile:
+    """Return the content of a model file, checked; `name` is the file's, for messages.
+
+    Raises
+    ------
+    ModelError
+        With every key and value that is wrong.
+    """
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:
         told = dict.fromkeys([*sentences(error), *faults_of_parts(content)])
-        raise ModelError([f"{path.name}: {text}" for text in told]) from None
+        raise ModelError([f"{name}: {text}" for text in told]) from None
 
 
 def _too_wide(content: Any, key: str = "") -> Iterator[str]:
@@ -94,24 +124,25 @@ def _toml_fault(message: str, text: str) -> str:
     return f"{message}: {_shown(lines[int(found[1]) - 1].strip())[1:-1]}"
 
 
-def sentences(error: ValidationError) -> Iterator[str]:
-    """Return a sentence for everything that pydantic found."""
+def sentences(error: ValidationError, root: type[Table] = ModelFile) -> Iterator[str]:
+    """Return a sentence for everything that pydantic found in a file of the schema `root`."""
     for fault in error.errors(include_url=False):
-        path = list(_path(fault["loc"]))
+        path = list(_path(fault["loc"], root))
         kind, given = fault["type"], fault["input"]
         if kind == "extra_forbidden":
-            yield f"{_place(path[:-1])}: unknown key '{path[-1]}'{nearest(str(path[-1]), _known_keys(path[:-1]))}"
+            known = nearest(str(path[-1]), _known_keys(path[:-1], root))
+            yield f"{_place(path[:-1], root)}: unknown key '{path[-1]}'{known}"
         elif kind == "missing":
-            yield f"{_place(path[:-1])}: needs the key '{path[-1]}'{_how_to_give(path)}"
+            yield f"{_place(path[:-1], root)}: needs the key '{path[-1]}'{_how_to_give(path, root)}"
         elif kind in ("model_type", "model_attributes_type", "dict_type"):
             once = f"; write [{path[-1]}], in single brackets, once" if isinstance(given, list) and path else ""
-            yield f"{_place(path)}: must be a table of keys, not {_shown(given)}{once}"
+            yield f"{_place(path, root)}: must be a table of keys, not {_shown(given)}{once}"
         elif kind == "list_type" and len(path) == 1:
-            yield f"{_place(path)}: may stand more than once: write [[{path[0]}]], in double brackets"
+            yield f"{_place(path, root)}: may stand more than once: write [[{path[0]}]], in double brackets"
         elif kind == "too_short" and path == ["rock"]:
-            yield f"[rock]: needs a rock at least{_how_to_give(path)}"
+            yield f"[rock]: needs a rock at least{_how_to_give(path, root)}"
         else:
-            yield f"{_place(path)} = {_shown(given)}: {_in_words(fault, given)}"
+            yield f"{_place(path, root)} = {_shown(given)}: {_in_words(fault, given)}"
 
 
 def _in_words(fault: Any, given: object) -> str:
@@ -122,10 +153,10 @@ def _in_words(fault: Any, given: object) -> str:
     return f"{message[0].lower()}{message[1:]}"
 
 
-def _how_to_give(path: list[int | str]) -> str:
+def _how_to_give(path: list[int | str], root: type[Table]) -> str:
     if len(path) == 1:
         return HOW_TO_GIVE.get(str(path[0]), "")
-    table, key = _table_at(path[:-1]), str(path[-1])
+    table, key = _table_at(path[:-1], root), str(path[-1])
     kinds = [] if table is None or key not in table.model_fields else table.model_fields[key].metadata
     return next((f", for example {key} = {kind.quantity.example}" for kind in kinds if isinstance(kind, In)), "")
 
@@ -135,16 +166,16 @@ def _shown(value: object) -> str:
     return text if len(text) < 60 else f"{text[:57]}..."
 
 
-def _path(loc: tuple[int | str, ...]) -> Iterator[int | str]:
+def _path(loc: tuple[int | str, ...], root: type[Table]) -> Iterator[int | str]:
     """Return the keys of pydantic's location, without its names for the members of a union."""
-    table: type[BaseModel] | None = ModelFile
+    table: type[BaseModel] | None = root
     free = False  # the next part is a user's own name or a number
     for part in loc:
         if free or isinstance(part, int):
             free = False
             yield part
-        elif table is not None and part in table.model_fields:
-            annotation = table.model_fields[part].annotation
+        elif table is not None and part in _fields(table):
+            annotation = _fields(table)[part].annotation
             table, free = _table_in(annotation), "dict[" in str(annotation)
             yield part
         elif table is not None:
@@ -159,28 +190,33 @@ def _table_in(annotation: Any) -> type[Table] | None:
     return next((table for table in found if table is not None), None)
 
 
-def _known_keys(path: list[int | str]) -> list[str]:
-    table = _table_at(path)
-    return list(table.model_fields) if table is not None else []
+def _fields(table: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return the fields of a table by their keys; one whose key is a word of Python's has another name."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}
 
 
-def _table_at(path: list[int | str]) -> type[Table] | None:
-    table: type[Table] | None = ModelFile
+def _known_keys(path: list[int | str], root: type[Table]) -> list[str]:
+    table = _table_at(path, root)
+    return list(_fields(table)) if table is not None else []
+
+
+def _table_at(path: list[int | str], root: type[Table]) -> type[Table] | None:
+    table: type[Table] | None = root
     free = False  # the next part is a user's own name
     for part in path:
         if free or isinstance(part, int) or table is None:
             free = False
         else:
-            annotation = table.model_fields[part].annotation
+            annotation = _fields(table)[str(part)].annotation
             table, free = _table_in(annotation), "dict[" in str(annotation)
     return table
 
 
-def _place(path: list[int | str]) -> str:
+def _place(path: list[int | str], root: type[Table]) -> str:
     """Return ``[rock.gneiss] young`` or ``[[support]] number 2, fix``."""
     if not path:
         return "top level"
-    field = ModelFile.model_fields.get(str(path[0]))
+    field = _fields(root).get(str(path[0]))
     if field is not None and len(path) > 1 and isinstance(path[1], int):
         rest = ".".join(str(part) for part in path[2:])
         return f"[[{path[0]}]] number {path[1] + 1}" + (f", {rest}" if rest else "")

@@ -61,6 +61,21 @@ def convert(value: object, quantity: Quantity) -> float:
     return number if quantity.whole else float(number)
 
 
+def in_unit(value: float | str, quantity: Quantity) -> float:
+    """Return a number in the unit of a quantity, whatever its range: a deviation, or a bound.
+
+    Raises
+    ------
+    ValueError
+        If a text cannot be read, or has another dimension.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    if not quantity.unit:
+        raise ValueError("must be a plain number, without quotes")
+    return _from_text(value, quantity.unit, f"give {quantity.unit}, for example {quantity.example}")
+
+
 def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
@@ -165,7 +180,7 @@ def _linear_schema() -> dict[str, Any]:
     return {"anyOf": [*schema_of(STRESS)["anyOf"], three], "description": "Pa, or [c, a_x, a_y]"}
 
 
-LinearStress = Annotated[Any, PlainValidator(_linear_stress), WithJsonSchema(_linear_schema())]
+LinearStress = Annotated[Any, PlainValidator(_linear_stress), WithJsonSchema(_linear_schema()), STRESS]
 LinearStressPair = Annotated[
     Any,
     PlainValidator(_linear_stress_pair),

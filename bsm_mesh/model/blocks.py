@@ -253,6 +253,10 @@ class Blocks(Portable):
         edge_joint = np.where(chosen, names.index(name), self.edge_joint).astype(np.int32)
         return self._with(edge_joint=edge_joint, joint_names=names)
 
+    def with_edge_joints(self, edge_joint: IntArray, joint_names: tuple[str, ...]) -> Blocks:
+        """Return a copy whose edges bear other joints: `edge_joint` and `joint_names` as the fields of these names."""
+        return self._with(edge_joint=edge_joint, joint_names=joint_names)
+
     def _with(self, **changes: object) -> Blocks:
         """Return a copy with other groups; the outlines, and what was found out about them, stay as they are."""
         made = object.__new__(Blocks)

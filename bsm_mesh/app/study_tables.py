@@ -1,0 +1,74 @@
+"""What the command ``study`` prints: how often it fails, how the answers scatter, which key decides."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from bsm_mesh.app.tables import engineering, print_table
+from bsm_mesh.app.terminal import say
+from bsm_mesh.studies.statistics import UNIT, failure_of
+from bsm_mesh.studies.table import StudyTable
+
+MOST_ERRORS = 5  # different ones that are shown
+SHOWN_QUANTILES = ("5 %", "50 %", "95 %")
+NAMES = {"unstable": "share unstable", "factor": "factor of safety", "max_displacement": "greatest displacement"}
+
+
+def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
+    """Print the summary of a study."""
+    print_table(summary["title"], ("", ""), _failure_rows(summary["failure"]))
+    answers = [
+        (
+            NAMES[told["answer"]],
+            *(_shown(told[name], told["answer"]) for name in ("mean", "deviation")),
+            *(_shown(told["quantiles"][name], told["answer"]) for name in SHOWN_QUANTILES),
+        )
+        for told in summary["answers"]
+    ]
+    if answers:
+        print_table("Answers", ("", "mean", "deviation", *SHOWN_QUANTILES), answers)
+    for answer in dict.fromkeys(told["answer"] for told in summary["effects"]):
+        effects = [
+            (told["key"], f"{told['correlation']:+.2f}", *(_shown(told[end], answer) for end in ("low", "high")))
+            for told in summary["effects"]
+            if told["answer"] == answer and told["correlation"] is not None
+        ]
+        if effects:
+            header = ("", "rank correlation", "low quarter", "high quarter")
+            print_table(f"Which key decides: {NAMES[answer]}", header, effects)
+    errors = Counter(error for error in table.columns["error"] if error)
+    for error, number in errors.most_common(MOST_ERRORS):
+        say(f"failed, {number} times: {error}")
+
+
+def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
+    rows = [
+        ("runs", str(told["runs"])),
+        ("stable, unstable", f"{told['stable']}, {told['unstable']}"),
+        ("undecided", str(told["undecided"])),
+        ("failed", str(told["failed"])),
+    ]
+    if told["share"] is not None:
+        rows.append(("share unstable, of those with a verdict", f"{told['share']:.4g}"))
+    if told["interval"] is not None:
+        low, high = told["interval"]
+        rows.append((f"probability of failure, {100 * told['confidence']:g} % interval", f"{low:.4g} to {high:.4g}"))
+    if told["undecided"] or told["failed"]:
+        low, high = told["bounds"]
+        rows.append(("share unstable, if none and if all of the others were", f"{low:.4g} to {high:.4g}"))
+    return rows
+
+
+def _shown(value: float, answer: str) -> str:
+    return engineering(value, UNIT[answer]) if answer in UNIT else f"{value:.4g}"
+
+
+def failure_in_words(table: StudyTable) -> str:
+    """Return how many runs are unstable, for the heading of a picture."""
+    told = failure_of(table, drawn=False)
+    others = told.undecided + told.failed
+    return f"{told.unstable} of {told.stable + told.unstable} unstable" + (
+        f", {others} without verdict" if others else ""
+    )

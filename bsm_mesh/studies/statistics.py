@@ -1,0 +1,194 @@
+"""What a study says: how likely failure is, how the answers scatter, and which key decides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.studies.table import FAILED, StudyTable
+
+CONFIDENCE = 0.95
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+FEWEST = 8  # runs for a correlation and for quarters of them
+STABLE, UNSTABLE, UNDECIDED = ("stable", "stable_after_falls"), ("unstable",), ("not_converged", "no_verdict")
+UNIT = {"max_displacement": "m"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """How often it fails.
+
+    Attributes
+    ----------
+    runs, stable, unstable, undecided, failed : int
+        Runs in all; those that are stable, unstable, came to no verdict in the steps they had, and those with a fault.
+    share : float or None
+        Unstable runs over those with a verdict; None where there are none.
+    interval : pair of float or None
+        Clopper and Pearson's interval of it, of the confidence `confidence`: for runs that were drawn.
+    bounds : pair of float
+        The share if all runs without a verdict were stable, and if all were unstable.
+    confidence : float
+        Of the interval.
+    """
+
+    runs: int
+    stable: int
+    unstable: int
+    undecided: int
+    failed: int
+    share: float | None
+    interval: tuple[float, float] | None
+    bounds: tuple[float, float]
+    confidence: float = CONFIDENCE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """How an answer scatters over the runs that have it.
+
+    Attributes
+    ----------
+    answer : str
+        Its column.
+    runs : int
+        How many have it.
+    mean, deviation : float
+        Of these; the deviation with n - 1.
+    quantiles : mapping of str to float
+        By ``5 %`` and so on.
+    """
+
+    answer: str
+    runs: int
+    mean: float
+    deviation: float
+    quantiles: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """How an answer goes with a key.
+
+    Attributes
+    ----------
+    key, answer : str
+        Columns.
+    correlation, p_value : float or None
+        Spearman's rank correlation, and how likely one as great is by chance; None where either does not vary.
+    low, high : float or None
+        Mean of the answer in the quarter of the runs with the least values of the key, and with the greatest.
+    """
+
+    key: str
+    answer: str
+    correlation: float | None
+    p_value: float | None
+    low: float | None
+    high: float | None
+
+    @property
+    def width(self) -> float:
+        """Difference of both quarters; 0 where there are none."""
+        return 0.0 if self.low is None or self.high is None else abs(self.high - self.low)
+
+
+def failure_of(table: StudyTable, *, drawn: bool) -> Failure:
+    """Return how often the runs of a study fail; `drawn` says whether they are a sample of chance."""
+    stable, unstable = (int(table.has_status(*names).sum()) for names in (STABLE, UNSTABLE))
+    failed, n = int(table.has_status(FAILED).sum()), table.count
+    decided = stable + unstable
+    return Failure(
+        runs=n,
+        stable=stable,
+        unstable=unstable,
+        undecided=n - decided - failed,
+        failed=failed,
+        share=unstable / decided if decided else None,
+        interval=_interval(unstable, decided) if drawn and decided else None,
+        bounds=(unstable / n, (n - stable) / n),
+    )
+
+
+def _interval(successes: int, trials: int) -> tuple[float, float]:
+    """Return Clopper and Pearson's interval of a probability."""
+    from scipy.stats import binomtest
+
+    found = binomtest(successes, trials).proportion_ci(confidence_level=CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
+
+
+def answers_of(table: StudyTable) -> dict[str, FloatArray]:
+    """Return the answers that are numbers, by their names, (n,) each; NaN where a run has none.
+
+    ``unstable`` is 1 where a run is unstable and 0 where it is stable. The greatest displacement is that of
+    stable runs: where an unstable one was left has no meaning.
+    """
+    stable, unstable = table.has_status(*STABLE), table.has_status(*UNSTABLE)
+    found = {"unstable": np.where(unstable, 1.0, np.where(stable, 0.0, np.nan))}
+    if "factor" in table.columns:
+        found["factor"] = table.numbers("factor")
+    found["max_displacement"] = np.where(stable, table.numbers("max_displacement"), np.nan)
+    return {name: values for name, values in found.items() if np.isfinite(values).any()}
+
+
+def main_answer(table: StudyTable) -> str | None:
+    """Return the answer that pictures show: the factor, else whether it fails where both happen, else the movement."""
+    answers = answers_of(table)
+    if "factor" in answers:
+        return "factor"
+    known = answers.get("unstable", np.empty(0))
+    if np.nanmin(known, initial=1.0) < np.nanmax(known, initial=0.0):
+        return "unstable"
+    return "max_displacement" if "max_displacement" in answers else None
+
+
+def spread_of(table: StudyTable, answer: str) -> Spread:
+    """Return how an answer scatters."""
+    values = answers_of(table)[answer]
+    values = values[np.isfinite(values)]
+    quantiles = {f"{100 * part:g} %": float(np.quantile(values, part)) for part in QUANTILES}
+    deviation = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+    return Spread(answer=answer, runs=len(values), mean=float(values.mean()), deviation=deviation, quantiles=quantiles)
+
+
+def effects_on(table: StudyTable, answer: str) -> list[Effect]:
+    """Return how an answer goes with every key that holds numbers, the most decisive first."""
+    values = answers_of(table)[answer]
+    found = [_effect(key, table.numbers(key), answer, values) for key in table.keys if table.is_number(key)]
+    return sorted(found, key=lambda effect: (-abs(effect.correlation or 0.0), effect.key))
+
+
+def _effect(key: str, given: FloatArray, answer: str, values: FloatArray) -> Effect:
+    from scipy.stats import spearmanr
+
+    known: BoolArray = np.isfinite(given) & np.isfinite(values)
+    given, values = given[known], values[known]
+    if len(given) < FEWEST or np.ptp(given) == 0 or np.ptp(values) == 0:
+        return Effect(key=key, answer=answer, correlation=None, p_value=None, low=None, high=None)
+    rank = spearmanr(given, values)
+    low, high = np.quantile(given, (0.25, 0.75))
+    return Effect(
+        key=key,
+        answer=answer,
+        correlation=float(rank.statistic),
+        p_value=float(rank.pvalue),
+        low=float(values[given <= low].mean()),
+        high=float(values[given >= high].mean()),
+    )
+
+
+def summary_of(table: StudyTable, *, drawn: bool) -> dict[str, Any]:
+    """Return all of it, of plain values."""
+    answers = answers_of(table)
+    return {
+        "failure": asdict(failure_of(table, drawn=drawn)),
+        "answers": [asdict(spread_of(table, name)) for name in answers if name != "unstable"],
+        "effects": [asdict(effect) for name in answers for effect in effects_on(table, name)],
+        "seconds": math.fsum(table.numbers("seconds")[np.isfinite(table.numbers("seconds"))]),
+    }
