@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     )
     from bsm_mesh.model.loads import Load
     from bsm_mesh.results import Results
+    from bsm_mesh.safety import Failure, Measured, back_analysis, factor_of_safety, limit_value
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.falls import Falls
@@ -56,7 +57,16 @@ __version__ = "0.1.0"
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
-_HOME = {"Results": "bsm_mesh.results", "Options": "bsm_mesh.solve.options", "Falls": "bsm_mesh.solve.stages.falls"}
+_HOME = {
+    "Results": "bsm_mesh.results",
+    "Options": "bsm_mesh.solve.options",
+    "Falls": "bsm_mesh.solve.stages.falls",
+    "Failure": "bsm_mesh.safety",
+    "Measured": "bsm_mesh.safety",
+    "back_analysis": "bsm_mesh.safety",
+    "factor_of_safety": "bsm_mesh.safety",
+    "limit_value": "bsm_mesh.safety",
+}
 _MODULES = ("bolt_patterns", "library")
 
 
@@ -128,6 +138,7 @@ __all__ = [
     "Blocks",
     "Bolt",
     "EdgeTractions",
+    "Failure",
     "Falls",
     "Filling",
     "Fixed",
@@ -135,6 +146,7 @@ __all__ = [
     "InSituTraction",
     "Joint",
     "JointResponse",
+    "Measured",
     "MeshWarning",
     "Model",
     "ModelError",
@@ -152,9 +164,12 @@ __all__ = [
     "Stage",
     "Traction",
     "Water",
+    "back_analysis",
     "bolt_patterns",
+    "factor_of_safety",
     "library",
     "limit_analysis",
+    "limit_value",
     "load",
     "run",
     "spread",

@@ -158,8 +158,14 @@ def solve(
     finished: Finished = lambda results: None,
     resumption: Resumption | None = None,
     route: Route | None = None,
+    *,
+    proves: bool = True,
 ) -> Results:
-    """Return the results of a model, from where `resumption` says, by a route; other arguments as in `run`."""
+    """Return the results of a model, from where `resumption` says, by a route; other arguments as in `run`.
+
+    `proves` says whether limit analysis is asked to prove what is unstable.
+    """
+    from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.records import Results
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
@@ -206,6 +212,8 @@ def solve(
     def prove(part: Model, down: IntArray) -> Proof:
         from bsm_mesh.solve.limit.proof import prove as proof_of  # of what comes down only
 
+        if not proves:
+            return Proof(text="no proof was asked for")
         report("limit analysis")
         return proof_of(part, down)
 

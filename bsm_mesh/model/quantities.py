@@ -202,3 +202,9 @@ SHARE = Quantity(
     least=0, most=0.25, example="0.01", why="of the mean area; larger blocks are what an engineer asks about"
 )
 THREADS = Quantity(least=0, most=4096, whole=True, example="0, all cores")
+WIDTH = Quantity(
+    least=1e-4, most=0.2, example="0.005", why="of a bracket over its value; runs differ by more than a narrower one"
+)
+MOVEMENT = Quantity(above=0, most=10, example="0.05", why="of a block's size; what moves less has not failed")
+TRIALS = Quantity(least=1, most=1000, whole=True, example="40")
+PROCESSES = Quantity(least=1, most=4096, whole=True, example="2")

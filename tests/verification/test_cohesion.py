@@ -8,7 +8,7 @@ import pytest
 
 import bsm_mesh as bsm
 from tests.scenes.models import model_of
-from tests.scenes.plane_failure import factor_of, plane_failure
+from tests.scenes.plane_failure import hoek_and_bray
 from tests.scenes.shapes import rectangle, turned
 
 MARGIN = 1e-3
@@ -22,16 +22,16 @@ def stands(model):
 
 @pytest.mark.parametrize(("zw", "printed"), [(3.0, 1.247), (4.348, 1.072), (0.0, 1.544)])
 def test_plane_failure_stands_up_to_the_books_factor(zw, printed):
-    factor = factor_of(zw)
-    assert factor == pytest.approx(printed, abs=2e-3)
-    assert stands(plane_failure(zw, factor * (1 - MARGIN)))
-    assert not stands(plane_failure(zw, factor * (1 + MARGIN)))
+    slope = hoek_and_bray(zw=zw)
+    assert slope.factor == pytest.approx(printed, abs=2e-3)
+    assert stands(slope.model(slope.factor * (1 - MARGIN)))
+    assert not stands(slope.model(slope.factor * (1 + MARGIN)))
 
 
 def test_a_brittle_joint_bears_less():
     """Contacts reach their strength one after the other, and the first that slips leaves its load to the others."""
-    assert stands(plane_failure(3.0, 1.129 * 0.99, residual_cohesion=0.0))
-    assert not stands(plane_failure(3.0, 1.129 * 1.01, residual_cohesion=0.0))
+    assert stands(hoek_and_bray(zw=3.0).model(1.129 * 0.99, residual_cohesion=0.0))
+    assert not stands(hoek_and_bray(zw=3.0).model(1.129 * 1.01, residual_cohesion=0.0))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from bsm_mesh.solve.limit_analysis import strength_limit
 from tests.scenes.arch import arch
 from tests.scenes.large import jointed_slope, leaning_slope
 from tests.scenes.models import model_of
-from tests.scenes.plane_failure import CREST, TOE, factor_of, plane_failure
+from tests.scenes.plane_failure import hoek_and_bray
 from tests.scenes.shapes import rectangle, square, turned
 
 SIDES = 2e-5  # relative: the factor lies between two that are 1e-5 apart, and what bounds bear is known to 1e-8
@@ -78,27 +78,28 @@ def test_a_chip_beside_boulders(size):
     [(3.0, 25e3, 1.247), (4.348, 25e3, 1.072), (0.0, 25e3, 1.544), (0.0, 0.0, 1.076), (3.0, 0.0, 0.801)],
 )
 def test_plane_failure_with_water_and_cohesion(zw, cohesion, printed):
-    factor = factor_of(zw, cohesion)
-    assert factor == pytest.approx(printed, abs=2e-3)
-    assert_is(plane_failure(zw, cohesion=cohesion), factor)
+    case = hoek_and_bray(zw=zw, cohesion=cohesion)
+    assert case.factor == pytest.approx(printed, abs=2e-3)
+    assert_is(case.model(), case.factor)
 
 
 @pytest.mark.parametrize(("plunge", "length", "printed"), [(55, 8.0, 1.499), (20, 6.5, 2.099)])
 @pytest.mark.parametrize("spacing", [1.0, 2.5])
 def test_plane_failure_with_a_bolt(plunge, length, printed, spacing):
     """The bolt pulls with its yield force: whole, or divided too, F = (N(T / F) tan phi) / S(T / F)."""
-    pull, head, diameter = 4e5, np.add(TOE, CREST) / 2, 0.04
+    case = hoek_and_bray(cohesion=0.0)
+    pull, head, diameter = 4e5, np.array(case.crest) / 2, 0.04
     along = np.array([np.cos(np.radians(plunge)), -np.sin(np.radians(plunge))])
     steel = {"diameter": diameter, "yield_strength": pull * spacing / (np.pi * diameter**2 / 4), "spacing": spacing}
     bolt = bsm.Bolt(start=head, end=head + length * along, kind="end_anchored", **steel)
-    model = plane_failure(0.0, cohesion=0.0).replace(bolts=(bolt,))
-    factor = factor_of(0.0, 0.0, pull, plunge)
+    model = case.model().replace(bolts=(bolt,))
+    factor = case.factor_with_bolt(pull, plunge)
     assert factor == pytest.approx(printed, abs=2e-3)
     found = assert_is(model, factor)
     assert_allclose(found.bolt_force, pull * spacing, rtol=1e-3)
     divided = factor
     for _ in range(100):
-        divided = 0.5 * (divided + factor_of(0.0, 0.0, pull / divided, plunge))
+        divided = 0.5 * (divided + case.factor_with_bolt(pull / divided, plunge))
     assert divided < factor - 0.1
     assert_is(model, divided, bolts=True)
 
@@ -180,15 +181,6 @@ def test_without_a_limit(polygons):
     assert not found.mechanism.any()
     assert found.proof.witness is None
     assert "no limit" in str(found)
-
-
-def test_what_could_be_wedged_falls_all_the_same():
-    """No factor below the limit is safe for it: nothing presses the block against the walls when it is let go."""
-    slot = [rectangle(-2, 0, 0, 1), rectangle(1, 0, 3, 1), square(0, 0)]
-    model = model_of(slot, friction=80.0, fixed=(0, 1))
-    assert strength_limit(model).factor == np.inf
-    results = bsm.run(model)
-    assert (results.status, results.stages[0].unstable_blocks.tolist()) == ("unstable", [2])
 
 
 def test_a_block_that_nothing_touches_falls_at_any_strength():

@@ -1,0 +1,76 @@
+"""A model as it stands in its last stage, without the stages before: what limit analysis is asked about."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.in_stage import model_in_stage
+from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import presence
+from bsm_mesh.model.submodel import SubModel, submodel_of
+from bsm_mesh.model.supports import bars_of
+from bsm_mesh.solve.stages.falls import Falls
+from bsm_mesh.solve.stages.new_faces import concatenate, pressure_on_new_faces
+
+
+def as_built(model: Model) -> SubModel:
+    """Return the blocks that are there in the last stage, where they were given, under its loads, water and bolts.
+
+    Raises
+    ------
+    ModelError
+        If statics alone cannot tell what acts there: part of the excavation forces is held, bolts are cut.
+    """
+    if model.stages and model.stages[-1].relaxation[-1] < 1:
+        raise ModelError(
+            f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot tell"
+        )
+    here = presence(model.stages, model.blocks)
+    forces = [point_forces_of(model.acting_loads, model.blocks)]
+    water = model.water
+    for number, stage in enumerate(model.stages):
+        stays, leaves = here[number] & here[number + 1], here[number] & ~here[number + 1]
+        if stage.pressure:
+            forces.append(pressure_on_new_faces(model, stays, leaves, stage.pressure))
+        forces.append(point_forces_of(model.worked_out(stage.loads), model.blocks))
+        water = water if stage.water is None else stage.water
+    there = [None, *(stage.name for stage in model.stages)]
+    changed = model_in_stage(model, len(model.stages))
+    part = submodel_of(changed, here[-1], bars_of(model.supports, model.blocks), concatenate(forces), water)
+    bolts = [replace(bolt, stage=None) for bolt in model.bolts if bolt.stage in there]
+    return replace(part, model=part.model.replace(bolts=bolts))
+
+
+def held_blocks(model: Model) -> BoolArray:
+    """Return the blocks that supports hold, (n,)."""
+    held = np.zeros(model.blocks.count, dtype=bool)
+    held[bars_of(model.supports, model.blocks).block] = True
+    return held
+
+
+def counted_blocks(model: Model, falls: Falls) -> BoolArray:
+    """Return the blocks whose movement counts, (n,): no support holds them, and they are not too small."""
+    free = ~held_blocks(model)
+    counted: BoolArray = free & ~falls.small(model.blocks, free)
+    return counted
+
+
+def part_of(part: SubModel, stays: BoolArray) -> SubModel:
+    """Return a part without some of its blocks, (k,) of which stay."""
+    model = part.model
+    forces = point_forces_of(model.acting_loads, model.blocks)
+    inner = submodel_of(model, stays, bars_of(model.supports, model.blocks), forces, model.water)
+    present = np.zeros(len(part.present), dtype=bool)
+    present[part.block[stays]] = True
+    return SubModel(
+        model=inner.model.replace(bolts=model.bolts),
+        present=present,
+        block=part.block[inner.block],
+        corner=part.corner[inner.corner],
+        bar=part.bar[inner.bar],
+    )

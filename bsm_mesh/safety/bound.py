@@ -1,0 +1,75 @@
+"""The upper bound that limit analysis gives a factor of safety, with its proof."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.model import Model
+from bsm_mesh.results.evidence import Proof
+from bsm_mesh.safety.as_built import as_built, held_blocks, part_of
+from bsm_mesh.safety.trials import Reduction
+from bsm_mesh.solve.stages.falls import Falls
+
+MOVES = 1e-6  # of the greatest velocity in a mechanism
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Limit:
+    """What limit analysis says of a factor, or why it says nothing.
+
+    Attributes
+    ----------
+    factor : float
+        No forces within the strength divided by a greater factor balance the loads; infinite: statics knows no limit.
+    text : str
+        That in words.
+    proof : Proof or None
+        With the mechanism.
+    mechanism : (n, 3) float64 or None
+        Velocities of the blocks, as in `LimitAnalysis`.
+    """
+
+    factor: float
+    text: str
+    proof: Proof | None = None
+    mechanism: FloatArray | None = None
+
+
+def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
+    """Return the upper bound of limit analysis on the last stage of a model, or why there is none.
+
+    Blocks that are too small to count are taken away where the mechanism moves nothing else, as a run takes them away.
+    """
+    from bsm_mesh.solve.limit.strength_factor import strength_limit
+
+    try:
+        part = as_built(model)
+        small = falls.small(part.model.blocks, ~held_blocks(part.model))
+        while True:
+            found = strength_limit(part.model, reduction.joints, rocks=reduction.rocks, bolts=reduction.bolts)
+            moves = _moving(part.model, found.mechanism)
+            if not moves.any() or not small[moves].all() or moves.all():
+                break
+            part, small = part_of(part, ~moves), small[~moves]
+    except ModelError as error:
+        return Limit(factor=math.inf, text=f"no bound by limit analysis: {error}")
+    if math.isinf(found.factor):
+        text = "limit analysis knows no bound: forces balance the loads without this strength"
+        return Limit(factor=math.inf, text=text)
+    if found.factor == 0:
+        text = "whatever the strength, no forces balance the loads where the blocks were given: they must move"
+        return Limit(factor=0.0, text=text, proof=found.proof, mechanism=part.in_whole(found.mechanism))
+    text = f"beyond {found.factor:.5g} no forces within strength balance the loads where the blocks were given"
+    return Limit(factor=found.factor, text=text, proof=found.proof, mechanism=part.in_whole(found.mechanism))
+
+
+def _moving(model: Model, mechanism: FloatArray) -> BoolArray:
+    """Return the blocks that move in a mechanism, (n,)."""
+    speed = np.maximum(np.hypot(*mechanism[:, :2].T), np.abs(mechanism[:, 2]) * model.blocks.moments.gyration)
+    moves: BoolArray = speed > MOVES
+    return moves

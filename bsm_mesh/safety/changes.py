@@ -1,0 +1,113 @@
+"""Numbers of a model that no key of its file holds: a factor on a load, the rise of the water, a tilt."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.model.loads import (
+    EdgeTractions,
+    InSituTraction,
+    LinearField,
+    Load,
+    PointForces,
+    PointLoad,
+    Pressure,
+    Traction,
+)
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.water import Water
+
+LOAD = re.compile(r"(?:stage\.(?P<stage>.+)\.)?load\.(?P<number>\d+)\.factor")
+NAMES = "load.N.factor, stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right"
+
+
+def change_of(name: str) -> Callable[[Model, float], Model] | None:
+    """Return what changes such a number of a model, picklable, or None where the name is that of a key."""
+    if found := LOAD.fullmatch(name):
+        return partial(with_load_factor, stage=found["stage"], number=int(found["number"]))
+    return {"water.rise": with_water_rise, "tilt.left": tilted_left, "tilt.right": tilted_right}.get(name)
+
+
+def with_load_factor(model: Model, factor: float, *, number: int, stage: str | None = None) -> Model:
+    """Return a model with one of its loads, or of a stage's, counted from 1, multiplied.
+
+    Raises
+    ------
+    ModelError
+        If there is no such stage or load.
+    """
+    if stage is None:
+        return model.replace(loads=_with_factor(model.loads, number, factor, "[[load]]"))
+    names = [each.name for each in model.stages]
+    if stage not in names:
+        raise ModelError(f"there is no stage '{stage}'{nearest(stage, names)}")
+    changed = [
+        replace(each, loads=_with_factor(each.loads, number, factor, f"load of stage '{stage}'"))
+        if each.name == stage
+        else each
+        for each in model.stages
+    ]
+    return model.replace(stages=changed)
+
+
+def with_water_rise(model: Model, rise: float) -> Model:
+    """Return a model with all its water tables, those of stages too, raised [m].
+
+    Raises
+    ------
+    ModelError
+        If it has none.
+    """
+    waters = [model.water, *(stage.water for stage in model.stages)]
+    if not any(water is not None and water.table for water in waters):
+        raise ModelError("water.rise: the model has no water table; give [water] table")
+    stages = [replace(stage, water=_raised(stage.water, rise)) for stage in model.stages]
+    return model.replace(water=_raised(model.water, rise), stages=stages)
+
+
+def _raised(water: Water | None, rise: float) -> Water | None:
+    if water is None:
+        return None
+    return replace(water, table=tuple(tuple((x, y + rise) for x, y in table) for table in water.table))
+
+
+def tilted_left(model: Model, angle: float) -> Model:
+    """Return a model tilted to the left, counter-clockwise [degrees]: gravity turns the other way."""
+    return model.replace(gravity_direction=model.gravity_direction - angle)
+
+
+def tilted_right(model: Model, angle: float) -> Model:
+    """Return a model tilted to the right, clockwise [degrees]."""
+    return model.replace(gravity_direction=model.gravity_direction + angle)
+
+
+def _with_factor(loads: tuple[Load, ...], number: int, factor: float, what: str) -> tuple[Load, ...]:
+    if not 1 <= number <= len(loads):
+        raise ModelError(f"there is no {what} number {number}; there are {len(loads)}")
+    return tuple(_multiplied(load, factor) if k + 1 == number else load for k, load in enumerate(loads))
+
+
+def _multiplied(load: Load, factor: float) -> Load:
+    if isinstance(load, PointLoad):
+        return replace(load, force=(factor * load.force[0], factor * load.force[1]))
+    if isinstance(load, Pressure):
+        return replace(load, pressure=_times(load.pressure, factor))
+    if isinstance(load, Traction):
+        return replace(load, traction=(_times(load.traction[0], factor), _times(load.traction[1], factor)))
+    if isinstance(load, EdgeTractions):
+        return replace(load, values=factor * np.asarray(load.values))
+    if isinstance(load, PointForces):
+        return replace(load, force=factor * load.force)
+    assert isinstance(load, InSituTraction)
+    raise ModelError("a load that balances the in-situ stress has no factor of its own; vary [in_situ]")
+
+
+def _times(value: LinearField, factor: float) -> LinearField:
+    constant, by_x, by_y = value
+    return factor * constant, factor * by_x, factor * by_y

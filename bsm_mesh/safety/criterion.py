@@ -1,0 +1,114 @@
+"""When a trial counts as failed: blocks come down, or move too far from where they are in a reference state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Protocol
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import listing, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.quantities import MOVEMENT
+from bsm_mesh.model.values import Rules
+from bsm_mesh.results.records import Results, Status
+from bsm_mesh.safety.bracket import Verdict
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Ended:
+    """How a trial ended.
+
+    Attributes
+    ----------
+    value : float
+        What was tried.
+    status : Status
+        The verdict of the run.
+    reason : str
+        Its reason.
+    displacement : (n, 3) float64 [m, m, rad]
+        u, v and theta of the blocks in the stage.
+    down : (k,) int32
+        Blocks that come down.
+    seconds : float
+        Processor time.
+    results : Results or None
+        The run; None: forgotten.
+    """
+
+    value: float
+    status: Status
+    reason: str
+    displacement: FloatArray
+    down: IntArray
+    seconds: float
+    results: Results | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Judgement:
+    """What is said of a run: the verdict, why, and which blocks (k,) fail."""
+
+    verdict: Verdict
+    reason: str
+    blocks: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+
+
+class Criterion(Protocol):
+    """What tells good values from bad ones."""
+
+    @property
+    def movement(self) -> float:
+        """Part of a block's size; what moves farther from the reference state than that has failed."""
+
+    def judge(self, ended: Ended, reference: Ended | None, blocks: Blocks, counts: BoolArray) -> Judgement:
+        """Return what is said of a run; from `reference` the movement of the blocks (n,) in `counts` counts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """What counts as failure.
+
+    Attributes
+    ----------
+    movement : float
+        A block that moves by more than this part of its size (the root of its area) from where it is in the reference
+        state has failed, even where it comes to rest again.
+    """
+
+    movement: Annotated[float, MOVEMENT] = 0.05
+
+    def __post_init__(self) -> None:
+        rules = Rules("failure")
+        rules.numbers(self)
+        raise_faults(rules.faults)
+
+    def judge(self, ended: Ended, reference: Ended | None, blocks: Blocks, counts: BoolArray) -> Judgement:
+        """Return whether a run has failed; undecided where it has no verdict.
+
+        From `reference` the movement of the blocks (n,) in `counts` counts; None: it does not count.
+        """
+        if ended.status is Status.UNSTABLE:
+            return Judgement(Verdict.UNSTABLE, ended.reason, ended.down)
+        if not ended.status.is_stable:
+            return Judgement(Verdict.UNDECIDED, ended.reason)
+        parts = movement(ended, reference, blocks, counts)
+        far = np.flatnonzero(parts > self.movement).astype(np.int32)
+        if not far.size:
+            return Judgement(Verdict.STABLE, ended.reason)
+        worst = int(parts.argmax())
+        reason = (
+            f"at rest, but block {listing(far, 4)} moved by more than {100 * self.movement:g} % of its size from the "
+            f"reference state (block {worst} by {100 * parts[worst]:.3g} %)"
+        )
+        return Judgement(Verdict.UNSTABLE, reason, far)
+
+
+def movement(ended: Ended, reference: Ended | None, blocks: Blocks, counts: BoolArray) -> FloatArray:
+    """Return how far every block that counts is from where it is in the reference state, over its size, (n,)."""
+    if reference is None:
+        return np.zeros(blocks.count)
+    parts: FloatArray = np.hypot(*(ended.displacement - reference.displacement)[:, :2].T) / np.sqrt(blocks.moments.area)
+    return parts * counts

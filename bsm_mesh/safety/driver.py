@@ -1,0 +1,254 @@
+"""Trials one after the other, or several at a time, until the bracket of the limit is closed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.records import Results, Status
+from bsm_mesh.safety.bracket import Bracket, Judged, Range, Verdict, bracket_of, next_values
+from bsm_mesh.safety.criterion import Criterion, Ended, Judgement, movement
+from bsm_mesh.safety.pool import RunAll, Trials, pool_of
+
+STRONGER, MOST_STRONGER = 0.8, 5  # of the factor of a state in which blocks have moved far; how often
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Trial:
+    """A value that was tried, and what it says.
+
+    Attributes
+    ----------
+    value : float
+        What was tried.
+    verdict : Verdict
+        Stable, unstable or undecided.
+    reason : str
+        Why, in words.
+    status : Status or None
+        The verdict of the run; None: not run, but proved by limit analysis.
+    moved : float
+        Greatest movement of a block from where it is in the reference state, over its size; infinite where blocks come
+        down.
+    blocks : (k,) int32
+        Blocks that fail.
+    seconds : float
+        Processor time.
+    """
+
+    value: float
+    verdict: Verdict
+    reason: str
+    status: Status | None
+    moved: float
+    blocks: IntArray
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Found:
+    """What a search found.
+
+    Attributes
+    ----------
+    bracket : Bracket
+        Between which values the limit lies.
+    trials : tuple of Trial
+        What was tried, by value.
+    reference : float or None
+        Value of the reference state.
+    reference_moved : float
+        Greatest movement of a block up to the reference state, over its size.
+    states : dict
+        Results at the ends of the bracket that were run, by value.
+    is_closed : bool
+        Whether the bracket is as narrow as asked, without undecided values in it.
+    """
+
+    bracket: Bracket
+    trials: tuple[Trial, ...]
+    reference: float | None
+    reference_moved: float
+    states: dict[float, Results]
+    is_closed: bool
+
+
+class Search:
+    """The search for a limit.
+
+    Parameters
+    ----------
+    trials : Trials
+        What runs the model.
+    within : Range
+        Where it is looked for.
+    criterion : Criterion
+        What tells good values from bad ones.
+    blocks : Blocks
+        The model's blocks.
+    counts : (n,) bool
+        Those whose movement counts: no support holds them, and they are not too small.
+    report : callable
+        Told every trial.
+    known : iterable of Ended
+        What was run before.
+    """
+
+    def __init__(
+        self,
+        trials: Trials,
+        within: Range,
+        criterion: Criterion,
+        blocks: Blocks,
+        counts: BoolArray,
+        report: Callable[[str], None],
+        known: Iterable[Ended] = (),
+    ) -> None:
+        self._trials, self._within, self._criterion, self._blocks = trials, within, criterion, blocks
+        self._report = report
+        self._counts = counts
+        self._ended: dict[float, Ended] = {each.value: each for each in known}
+        self._reference: Ended | None = None
+
+    def run(self, most: int, processes: int = 1) -> Found:
+        """Return what at most so many trials find, as many at a time as there are processes."""
+        with pool_of(self._trials, processes) as run_all:
+            while len(self._ended) < most:
+                values = next_values(self._judged(), self._within, processes) or self._unseen()
+                if not values:
+                    break
+                self._try(values, run_all)
+                if self._reference is None and (first := self._first_stable()) is not None:
+                    self._set_reference(first, run_all)
+                self._forget()
+        return self._found()
+
+    def _unseen(self) -> list[float]:
+        """Return the ends of the bracket whose states are not there: proved and not run, or forgotten."""
+        return [value for value in self._ends if self._state(value) is None]
+
+    @property
+    def _ends(self) -> list[float]:
+        bracket = self._bracket
+        return [value for value in (bracket.stable, bracket.unstable) if value is not None]
+
+    def _state(self, value: float) -> Results | None:
+        return self._ended[value].results if value in self._ended else None
+
+    def _try(self, values: Sequence[float], run_all: RunAll) -> None:
+        for each in run_all([(value, self._limit(value)) for value in values]):
+            self._ended[each.value] = each
+            said = self._judge(each)
+            self._report(f"{each.value:.5g}: {said.verdict} ({said.reason})")
+
+    def _forget(self) -> None:
+        """Forget the results of all runs but those at the ends of the bracket: of large models they are large."""
+        ends = self._ends
+        for value, each in self._ended.items():
+            if value not in ends:
+                self._ended[value] = replace(each, results=None)
+
+    def _limit(self, value: float) -> float | None:
+        """Return a movement that is a failure for certain, so that no run goes on beyond it [m].
+
+        That is farther than any block moves in the reference state by a mean size, or, where failure is proved, by the
+        part of it that counts as failure.
+        """
+        part, bound = self._criterion.movement, self._within.bound
+        if self._reference is None or not math.isfinite(part):
+            return None
+        size = np.sqrt(self._blocks.moments.area[self._counts])
+        proved = bound is not None and self._within.at(value) >= self._within.at(bound)
+        beyond = part * size.mean() if proved else max(part * size.max(), size.mean())
+        return float(np.hypot(*self._reference.displacement[:, :2].T).max() + beyond)
+
+    def _first_stable(self) -> Ended | None:
+        stable = [each for each in self._ended.values() if each.status.is_stable]
+        return min(stable, key=lambda each: self._within.at(each.value), default=None)
+
+    def _set_reference(self, first: Ended, run_all: RunAll) -> None:
+        """Take the state from which movement counts: the first, or a stronger one where blocks have moved far in it.
+
+        A state that blocks reached by giving way is none to count from. Where they move as far at more strength they
+        have not given way: joints are soft.
+        """
+        self._reference = first
+        for _ in range(MOST_STRONGER):
+            farther = STRONGER * self._reference.value
+            if not self._has_moved(self._reference) or not self._within.is_factor or farther < self._within.good:
+                return
+            self._try([farther], run_all)
+            former, stronger = self._reference, self._ended[farther]
+            if not stronger.status.is_stable:
+                return
+            self._reference = stronger
+            if movement(former, stronger, self._blocks, self._counts).max() <= self._criterion.movement:
+                return
+
+    def _has_moved(self, ended: Ended) -> bool:
+        return self._movement_of(ended) > self._criterion.movement
+
+    def _movement_of(self, ended: Ended) -> float:
+        """Return the greatest movement of a block in a run, over its size."""
+        size = np.sqrt(self._blocks.moments.area)
+        return float((np.hypot(*ended.displacement[:, :2].T) / size)[self._counts].max(initial=0.0))
+
+    def _judge(self, each: Ended) -> Judgement:
+        said = self._criterion.judge(each, self._reference, self._blocks, self._counts)
+        bound = self._within.bound
+        if bound is None or self._within.at(each.value) < self._within.at(bound) or said.verdict is Verdict.UNSTABLE:
+            return said
+        moved = movement(each, self._reference, self._blocks, self._counts)
+        ended = f"the run ended {each.status} after {100 * moved.max():.3g} % of a block's size"
+        reason = f"proved to move where it was given; {ended}"
+        return Judgement(Verdict.UNSTABLE, reason, np.flatnonzero(moved > moved.max() / 2).astype(np.int32))
+
+    def _judged(self) -> list[Judged]:
+        judged = [Judged(value=each.value, verdict=self._judge(each).verdict) for each in self._ended.values()]
+        bound = self._within.bound
+        if bound is not None and bound not in self._ended:
+            judged.append(Judged(value=bound, verdict=Verdict.UNSTABLE))
+        return judged
+
+    @property
+    def _bracket(self) -> Bracket:
+        return bracket_of(self._judged(), self._within)
+
+    @property
+    def ended(self) -> tuple[Ended, ...]:
+        """What was run."""
+        return tuple(self._ended.values())
+
+    def _found(self) -> Found:
+        bracket = self._bracket
+        ends = self._ends
+        closed = len(ends) == 2 and not bracket.undecided and not next_values(self._judged(), self._within)
+        return Found(
+            bracket=bracket,
+            trials=tuple(sorted((self._trial(each) for each in self._ended.values()), key=self._place)),
+            reference=None if self._reference is None else self._reference.value,
+            reference_moved=0.0 if self._reference is None else self._movement_of(self._reference),
+            states={value: state for value in ends if (state := self._state(value)) is not None},
+            is_closed=closed,
+        )
+
+    def _place(self, trial: Trial) -> float:
+        return self._within.at(trial.value)
+
+    def _trial(self, each: Ended) -> Trial:
+        said = self._judge(each)
+        moved = movement(each, self._reference, self._blocks, self._counts)
+        return Trial(
+            value=each.value,
+            verdict=said.verdict,
+            reason=said.reason,
+            status=each.status,
+            moved=float(moved.max(initial=0.0)),
+            blocks=said.blocks,
+            seconds=each.seconds,
+        )

@@ -1,0 +1,158 @@
+"""The factor of safety: by how much strength can be divided before the model fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import get_args
+
+from bsm_mesh.errors import raise_faults
+from bsm_mesh.model.materials import Joint
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.values import Rules
+from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
+from bsm_mesh.safety.as_built import counted_blocks
+from bsm_mesh.safety.bound import Limit, limit_of
+from bsm_mesh.safety.bracket import Bracket, Range
+from bsm_mesh.safety.criterion import Failure
+from bsm_mesh.safety.driver import Found, Search
+from bsm_mesh.safety.trials import STARTS, Reduction, Start, stage_number, strength_trials
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.sequence import INITIAL
+
+LEAST, GREATEST = 0.05, 20.0  # factors beyond are not tried
+STIFFER = 10.0  # of the joints, in the spread
+MENTIONED = 0.02  # a spread greater than this part of the factor is said in the answer
+
+
+def factor_of_safety(
+    model: Model,
+    options: Options | None = None,
+    *,
+    stage: str | None = None,
+    joints: Sequence[str] | None = None,
+    rocks: bool | None = None,
+    bolts: bool = False,
+    start: Start = "stage",
+    tolerance: float = 0.005,
+    failure: Failure | None = None,
+    trials: int = 40,
+    processes: int = 1,
+    spread: bool = False,
+    report: Callable[[str], None] = lambda text: None,
+) -> Safety:
+    """Return the factor of safety of a stage: by how much strength can be divided before the model fails.
+
+    Limit analysis gives an upper bound with its proof. Then whole runs are tried: each is stable, unstable or
+    undecided, and undecided is never counted as failed. The bracket between the last stable and the first unstable
+    factor is made narrower until it is closed.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    options : Options, optional
+        How it is solved, instead of the model's own options.
+    stage : str, optional
+        The stage in question, ``initial`` for the first; None: the last.
+    joints : sequence of str, optional
+        Joints whose tan(friction), cohesion and tensile strength are divided; None: all.
+    rocks : bool, optional
+        Whether the strength of rock faces is divided too; None: where all joints are.
+    bolts : bool
+        Whether the capacities of bolts are divided too.
+    start : {"stage", "after", "throughout"}
+        Strength is reduced as the stage begins; once it has come to rest; or in all stages before as well.
+    tolerance : float
+        Width of the bracket over the factor.
+    failure : Failure, optional
+        What counts as failure.
+    trials : int
+        Most trials.
+    processes : int
+        Trials that run at the same time. A script that asks for more than one needs ``if __name__ == "__main__"``.
+    spread : bool
+        Whether the other starts and stiffer joints are tried as well.
+    report : callable
+        Told what is being done, a few words each.
+
+    Raises
+    ------
+    ModelError
+        If the model cannot be analysed, nothing has a strength, or a stage before the one in question is not stable.
+    """
+    rules = Rules("safety")
+    rules.a_thing("model", model, Model)
+    rules.choice("start", start, get_args(Start))
+    raise_faults(rules.faults)
+    settings = Settings(tolerance=tolerance, failure=failure or Failure(), trials=trials, processes=processes)
+    chosen = None if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
+    reduction = Reduction(joints=chosen, rocks=chosen is None if rocks is None else rocks, bolts=bolts)
+    given = run_options(model, options, processes)
+    name = [INITIAL, *(each.name for each in model.stages)][stage_number(model, stage)]
+    model = model.replace(stages=model.stages[: stage_number(model, stage)])
+    reduction.parts(model, 1.0)
+    report("limit analysis")
+    limit = limit_of(model, reduction, given.falls)
+    found = _search(model, given, reduction, start, limit, settings, report)
+    notes = notes_on(found, limit, settings)
+    others: list[tuple[str, Bracket]] = []
+    if spread:
+        for text, changed, other in _others(model, start):
+            report(f"spread: {text}")
+            others.append((text, _search(changed, given, reduction, other, limit, settings, report).bracket))
+        notes = (*notes, *_on_spread(found.bracket, others))
+    answer = answer_of(found, limit, "factor of safety", name, STARTS[start].format(stage=name), str(reduction))
+    return replace(answer, spread=tuple(others), notes=notes)
+
+
+def _search(
+    model: Model,
+    options: Options,
+    reduction: Reduction,
+    start: Start,
+    limit: Limit,
+    settings: Settings,
+    report: Callable[[str], None],
+) -> Found:
+    trials = strength_trials(model, options, reduction, None, start, report)
+    bound = None if trials.has_moved else _bound(limit, settings.tolerance)
+    first = 1.0 if bound is None or bound > 1 or bound == LEAST else bound * (1 - 0.8 * settings.tolerance)
+    within = Range(good=LEAST, bad=GREATEST, first=first, bound=bound, tolerance=settings.tolerance, is_factor=True)
+    search = Search(trials, within, settings.failure, model.blocks, counted_blocks(model, options.falls), report)
+    return search.run(settings.trials, settings.processes)
+
+
+def _bound(limit: Limit, tolerance: float) -> float | None:
+    """Return a factor at which failure is proved, just beyond the limit."""
+    bound = max(limit.factor * (1 + tolerance / 20), LEAST)
+    return bound if bound < GREATEST else None
+
+
+def _others(model: Model, start: Start) -> list[tuple[str, Model, Start]]:
+    """Return the other starts that differ for a model, and the model with stiffer joints: name, model, start."""
+    name = model.stages[-1].name if model.stages else INITIAL
+    kinds = ("stage", "after", "throughout") if model.stages else ("stage", "after")
+    others: list[tuple[str, Model, Start]] = [
+        (STARTS[kind].format(stage=name), model, kind) for kind in get_args(Start) if kind in kinds and kind != start
+    ]
+    stiffer = model.replace(joints=[_stiffer(joint) for joint in model.joints])
+    return [*others, (f"joints {STIFFER:g} times as stiff", stiffer, start)]
+
+
+def _stiffer(joint: Joint) -> Joint:
+    if joint.filling is not None:
+        return replace(joint, filling=replace(joint.filling, young=STIFFER * joint.filling.young))
+    assert joint.normal_stiffness is not None
+    assert joint.shear_stiffness is not None
+    return replace(
+        joint, normal_stiffness=STIFFER * joint.normal_stiffness, shear_stiffness=STIFFER * joint.shear_stiffness
+    )
+
+
+def _on_spread(bracket: Bracket, others: list[tuple[str, Bracket]]) -> tuple[str, ...]:
+    """Say how far other starts lead apart, where that is worth a word."""
+    values = [each.stable for _, each in (("", bracket), *others) if each.stable is not None]
+    if bracket.stable is None or max(values) - min(values) <= MENTIONED * bracket.stable:
+        return ()
+    return (f"the factor depends on the start and on stiffness: {min(values):.4g} to {max(values):.4g}",)

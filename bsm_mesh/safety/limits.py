@@ -1,0 +1,107 @@
+"""The limit of any number of a model: the greatest load, water level, earthquake or tilt that it bears."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.model import Model
+from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
+from bsm_mesh.safety.as_built import counted_blocks
+from bsm_mesh.safety.bound import Limit
+from bsm_mesh.safety.bracket import Range
+from bsm_mesh.safety.criterion import Ended, Failure
+from bsm_mesh.safety.driver import Search
+from bsm_mesh.safety.trials import ended, limited, stage_number
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.sequence import INITIAL
+
+ModelAt: TypeAlias = Callable[[float], Model]
+"""Returns the model with a value; what is given to other processes must be picklable."""
+
+NO_BOUND = Limit(factor=math.inf, text="not asked: its bound is one on strength")
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class ValueTrials:
+    """Runs of a model at values of one of its numbers, from the start to a stage."""
+
+    model_at: ModelAt
+    options: Options
+    stage: int
+
+    def run(self, value: float, limit: float | None = None) -> Ended:
+        """Return how the model ends with a value, or once a block has moved that far [m]."""
+        model = self.model_at(value)
+        return ended(model.replace(stages=model.stages[: self.stage]), limited(self.options, limit), value)
+
+
+def limit_value(
+    model_at: ModelAt,
+    good: float,
+    bad: float,
+    *,
+    options: Options | None = None,
+    stage: str | None = None,
+    quantity: str = "value",
+    tolerance: float = 0.005,
+    failure: Failure | None = None,
+    trials: int = 40,
+    processes: int = 1,
+    report: Callable[[str], None] = lambda text: None,
+) -> Safety:
+    """Return the last value of a model's number at which it is stable, and the first at which it fails.
+
+    Parameters
+    ----------
+    model_at : callable
+        Returns the model with a value.
+    good, bad : float
+        The range: the model is to be stable at `good` and to get worse towards `bad`, which may be the smaller one.
+    options : Options, optional
+        How it is solved, instead of the model's own options.
+    stage : str, optional
+        The stage in question, ``initial`` for the first; None: the last.
+    quantity : str
+        What the number is, for words and pictures.
+    tolerance : float
+        Width of the bracket over the range.
+    failure, trials, processes, report
+        As in `factor_of_safety`; movement counts from the state at `good`.
+
+    Raises
+    ------
+    ModelError
+        If the range is none, or a model cannot be analysed.
+    """
+    settings = Settings(tolerance=tolerance, failure=failure or Failure(), trials=trials, processes=processes)
+    within = range_of(good, bad, tolerance)
+    model = model_at(good)
+    number = stage_number(model, stage)
+    name = [INITIAL, *(each.name for each in model.stages)][number]
+    runs = ValueTrials(model_at=model_at, options=run_options(model, options, processes), stage=number)
+    counts = counted_blocks(model, runs.options.falls)
+    found = Search(runs, within, settings.failure, model.blocks, counts, report).run(
+        settings.trials, settings.processes
+    )
+    start = f"whole runs up to stage '{name}'"
+    answer = answer_of(found, NO_BOUND, quantity, name, start, f"{quantity} from {good:g} to {bad:g}")
+    return replace(answer, notes=notes_on(found, NO_BOUND, settings))
+
+
+def range_of(good: float, bad: float, tolerance: float) -> Range:
+    """Return a range that is looked through from its good end.
+
+    Raises
+    ------
+    ModelError
+        If its ends are no two numbers.
+    """
+    if not (math.isfinite(good) and math.isfinite(bad)) or good == bad:
+        raise ModelError(
+            f"the range {good:g} to {bad:g} must have two different ends: first a stable one, then a failing one"
+        )
+    return Range(good=good, bad=bad, first=good, tolerance=tolerance, is_factor=False)

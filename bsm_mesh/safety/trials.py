@@ -1,0 +1,231 @@
+"""Runs of a model that differ in one number: what comes before the stage in question is solved once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.strength import with_bolt_capacities, with_strength
+from bsm_mesh.results.records import Results
+from bsm_mesh.run import solve
+from bsm_mesh.safety.criterion import Ended
+from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
+from bsm_mesh.solve.stages.sequence import INITIAL
+
+Start: TypeAlias = Literal["stage", "after", "throughout"]
+Change: TypeAlias = Callable[[Model, float], Model]
+"""Returns a model with the value in question."""
+
+STARTS: dict[str, str] = {
+    "stage": "strength reduced as stage '{stage}' begins",
+    "after": "strength reduced after stage '{stage}' has come to rest",
+    "throughout": "strength reduced in every stage up to '{stage}'",
+}
+REDUCED = "strength reduced"
+MOVED = 0.01  # of the median block's size: within it the geometry is that which was given
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reduction:
+    """Which strength a factor divides.
+
+    Attributes
+    ----------
+    joints : tuple of str or None
+        Joints; None: all that have a law.
+    rocks : bool
+        The faces of rock without a joint too.
+    bolts : bool
+        The capacities of the bolts too.
+    """
+
+    joints: tuple[str, ...] | None = None
+    rocks: bool = True
+    bolts: bool = False
+
+    def parts(self, model: Model, factor: float) -> dict[str, float]:
+        """Return the part of its strength that every joint and rock keeps, as `Stage.strength` takes it.
+
+        Raises
+        ------
+        ModelError
+            If a joint does not exist, or nothing has a strength to be reduced.
+        """
+        known = [joint.name for joint in model.joints]
+        for name in self.joints or ():
+            if name not in known:
+                raise ModelError(f"safety: there is no joint '{name}'{nearest(name, known)}")
+        chosen = [joint.name for joint in model.joints if joint.law is not None]
+        if self.joints is not None:
+            for name in self.joints:
+                if name not in chosen:
+                    raise ModelError(
+                        f"safety: joint '{name}' has no law (friction), so that it has no strength to reduce"
+                    )
+            chosen = list(self.joints)
+        names = [*chosen, *(f"rock:{rock.name}" for rock in model.rocks if self.rocks and rock.has_strength)]
+        if not names:
+            raise ModelError(
+                "safety: nothing has a strength to reduce: no joint has a law (friction), and no rock friction, "
+                "cohesion or tensile strength"
+            )
+        return dict.fromkeys(names, 1 / factor)
+
+    def __str__(self) -> str:
+        """Return what is reduced, in words."""
+        parts = ["all joints" if self.joints is None else f"joint {', '.join(self.joints)}"]
+        parts += ["rock faces"] * self.rocks + ["bolts"] * self.bolts
+        return ", ".join(parts)
+
+
+def stage_number(model: Model, stage: str | None) -> int:
+    """Return the number of a stage, 0 for ``initial``; None is the last.
+
+    Raises
+    ------
+    ModelError
+        If there is none of that name.
+    """
+    names = [INITIAL, *(each.name for each in model.stages)]
+    if stage is None:
+        return len(model.stages)
+    if stage not in names:
+        raise ModelError(f"safety: there is no stage '{stage}'{nearest(stage, names)}")
+    return names.index(stage)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StrengthTrials:
+    """Trials of a model at reduced strength; picklable.
+
+    Attributes
+    ----------
+    model : Model
+        The model up to the stage in question, the last of its stages.
+    options : Options
+        How it is solved.
+    reduction : Reduction
+        Which strength is reduced.
+    start : {"stage", "after", "throughout"}
+        From when on.
+    begun : Checkpoint or None
+        State before the stage in which the strength is reduced; None: it is reduced from the start.
+    before : Results or None
+        Results up to there.
+    """
+
+    model: Model
+    options: Options
+    reduction: Reduction
+    start: Start
+    begun: Checkpoint | None = None
+    before: Results | None = None
+
+    def run(self, factor: float, limit: float | None = None) -> Ended:
+        """Return how the model ends with its strength divided by a factor, or once a block has moved that far [m]."""
+        resumption = None
+        if self.begun is not None:
+            assert self.before is not None
+            resumption = Resumption(begun=self.begun, stages=self.before.stages)
+        return ended(self.changed(factor), limited(self.options, limit), factor, resumption)
+
+    @property
+    def has_moved(self) -> bool:
+        """Whether blocks have moved in earlier stages, so that what is proved of them as given does not hold here."""
+        if self.before is None:
+            return False
+        last, blocks = self.before.stages[-1], self.before.blocks
+        moved = np.hypot(*(last.displacement + last.origin)[last.present, :2].T)
+        return bool(moved.max() > MOVED * np.sqrt(np.median(blocks.moments.area)))
+
+    def changed(self, factor: float) -> Model:
+        """Return the model with its strength divided by a factor."""
+        model = self.model
+        if self.reduction.bolts:
+            model = with_bolt_capacities(model, 1 / factor)
+        parts = self.reduction.parts(model, factor)
+        if self.start == "after":
+            return model.replace(stages=[*model.stages, Stage(name=REDUCED, strength=parts)])
+        if self.start == "throughout" or not model.stages:
+            return _weaker(model, parts)
+        *former, last = model.stages
+        return model.replace(stages=[*former, replace(last, strength=_times(last.strength, parts))])
+
+
+def _weaker(model: Model, parts: Mapping[str, float]) -> Model:
+    """Return a model with parts of its strength in every stage."""
+    stages = [
+        replace(stage, strength={name: part * parts.get(name, 1.0) for name, part in stage.strength.items()})
+        for stage in model.stages
+    ]
+    return with_strength(model, parts).replace(stages=stages)
+
+
+def _times(given: Mapping[str, float], parts: Mapping[str, float]) -> dict[str, float]:
+    return {**given, **{name: part * given.get(name, 1.0) for name, part in parts.items()}}
+
+
+def strength_trials(
+    model: Model, options: Options, reduction: Reduction, stage: str | None, start: Start, report: Callable[[str], None]
+) -> StrengthTrials:
+    """Return the trials of a model's stage, what comes before it solved.
+
+    Raises
+    ------
+    ModelError
+        If what comes before is not stable with the strength that is given, so that the stage is never reached.
+    """
+    number = stage_number(model, stage)
+    model = model.replace(stages=model.stages[:number])
+    reduction.parts(model, 1.0)
+    trials = StrengthTrials(model=model, options=options, reduction=reduction, start=start)
+    first = number if start == "stage" else number + 1  # of the stages in which strength is reduced
+    if start == "throughout" or first == 0:
+        return trials
+    kept: list[Checkpoint] = []
+
+    def keep(make: Callable[[], Checkpoint], is_end: bool) -> None:
+        if is_end:
+            kept[:] = [make()]
+
+    before = solve(
+        model.replace(stages=model.stages[: first - 1]), options, report=report, resumption=Resumption(keep=keep)
+    )
+    if not before.status.is_stable:
+        failed = before.stages[-1]
+        raise ModelError(
+            f"safety: stage '{failed.name}' is {failed.status.value} with the strength that is given, so that no "
+            f"later stage is reached ({failed.reason}); ask about that stage: --stage {failed.name}"
+        )
+    return replace(trials, begun=kept[0], before=before)
+
+
+def limited(options: Options, limit: float | None) -> Options:
+    """Return options with a displacement limit [m], unless theirs is less."""
+    limits = [each for each in (options.displacement_limit, limit) if each is not None]
+    return replace(options, displacement_limit=min(limits)) if limits else options
+
+
+def ended(model: Model, options: Options, value: float, resumption: Resumption | None = None) -> Ended:
+    """Return how a model ends; displacements are those of its last stage."""
+    began = time.process_time()
+    results = solve(model, options, resumption=resumption, proves=False)
+    last = results.stages[-1]
+    reached = len(results.stages) == len(model.stages) + 1
+    return Ended(
+        value=value,
+        status=last.status,
+        reason=last.reason if reached else f"stage '{last.name}': {last.reason}",
+        displacement=last.stage_displacement,
+        down=last.unstable_blocks,
+        seconds=time.process_time() - began,
+        results=results,
+    )

@@ -1,0 +1,69 @@
+"""Models whose factors of safety are known: closed forms, limit analysis, published ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import bsm_mesh as bsm
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
+
+LEAST_FRICTION = {(0.12, 20): 0.3825, (0.12, 30): 0.3819, (0.20, 30): 0.3090}
+"""Least coefficients of friction of semicircular arches, by thickness over radius and voussoirs: limit analysis."""
+
+TOPPLING = 0.7855
+"""Coefficient of friction at the limit of Goodman & Bray's slope (1976), as in Wyllie & Mah (2004), chapter 9."""
+
+
+def tan(degrees: float) -> float:
+    """Return the tangent of an angle in degrees."""
+    return float(np.tan(np.radians(degrees)))
+
+
+def incline(friction: float, dip: float) -> bsm.Model:
+    """Return a flat block on a plane: it slides at tan(friction) = tan(dip)."""
+    polygons = [turned(p, dip) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5))]
+    return model_of(polygons, friction=friction, kn=1e10)
+
+
+def arch(ratio: float, n: int, friction: float) -> bsm.Model:
+    """Return a semicircular arch of n voussoirs, its thickness over its radius given, between fixed springings."""
+    angles = np.linspace(0, np.pi, n + 1)
+    inner, outer = (r * np.column_stack([np.cos(angles), np.sin(angles)]) for r in (1 - ratio / 2, 1 + ratio / 2))
+    stones = [np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]) for k in range(n)]
+    feet = [rectangle(x - 0.5, -0.5, x + 0.5, 0.0) for x in (1.0, -1.0)]
+    return model_of([*feet, *stones], friction=friction, kn=1e12, fixed=(0, 1), gamma=25e3)
+
+
+def tutorial_slope(friction: float, *, excavate: tuple[int, ...] = (1,)) -> bsm.Model:
+    """Return the slope of UDEC's tutorial: block 1, on the left, is excavated; 2 and 3, on it, may slide.
+
+    The crack under the top block falls by .4, that under the lower one by .3.
+    """
+    lower, upper = (2 + 0.3 * np.array([0.0, 5.0, 20.0])), (12 + 0.4 * np.array([0.0, 15.0]))
+    polygons = [
+        [(0, 0), (20, 0), (20, lower[2]), (5, lower[1]), (0, lower[0])],
+        [(0, lower[0]), (5, lower[1]), (5, upper[0]), (5, 20), (0, 20)],
+        [(5, lower[1]), (20, lower[2]), (20, upper[1]), (5, upper[0])],
+        [(5, upper[0]), (20, upper[1]), (20, 20), (5, 20)],
+    ]
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons([np.array(p, dtype=float) for p in polygons], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=20e3)],
+        joints=[bsm.Joint("J", 1.33e7, 1.33e7, law=bsm.MohrCoulomb(friction=friction))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 1])],
+        stages=[bsm.Stage(name="dig", excavate=excavate)],
+    )
+
+
+def goodman_and_bray(friction: float) -> bsm.Model:
+    """Return sixteen columns that topple off a stepped base: 10 m wide, 4 to 40 m high, leaning at 60 degrees."""
+    n = np.arange(1, 17)
+    height = np.where(n <= 10, 4.0 * n, 40.0 - 6.2 * (n - 10))
+    columns = [rectangle(10 * (k - 1), k - 1.0, 10 * k, k - 1.0 + h) for k, h in zip(n, height, strict=True)]
+    profile = [(0.0, -30.0), (160.0, -30.0), (160.0, 15.0)]
+    for k in range(15, 0, -1):
+        profile += [(10.0 * k, float(k)), (10.0 * k, k - 1.0)]
+    base = np.array([*profile, (0.0, 0.0)])
+    return model_of([turned(p, 30.0) for p in (base, *columns)], friction=friction, kn=1e11, gamma=25e3)

@@ -1,0 +1,141 @@
+"""Limits of any number of a model, and the number that gives what was measured."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.safety.changes import change_of, tilted_left, with_load_factor, with_water_rise
+from bsm_mesh.safety.limits import limit_value
+from bsm_mesh.safety.measurements import Measured, back_analysis
+from tests.scenes.models import model_of
+from tests.scenes.plane_failure import hoek_and_bray
+from tests.scenes.shapes import rectangle, turned
+
+DIP = 30.0
+
+
+def incline(friction=40.0, **given):
+    polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5))]
+    return model_of(polygons, friction=friction, kn=1e10, **given)
+
+
+def contains(found, exact, width):
+    """Assert that a bracket is closed, as narrow as asked, and contains the exact value."""
+    assert found.is_closed
+    low, high = sorted((found.stable, found.unstable))
+    assert high - low <= width
+    assert low - 1e-4 * abs(exact) <= exact <= high + 1e-4 * abs(exact)
+
+
+def test_least_friction_of_an_incline():
+    """The range runs down: from stable to failing."""
+    found = limit_value(incline, 40.0, 20.0, quantity="friction")
+    contains(found, DIP, 0.005 * 20)
+    assert found.stable > found.unstable
+    assert str(found).startswith("friction 30: stable there")
+
+
+def test_greatest_load_on_an_incline():
+    """A force down the incline on a block of weight W: W sin a + k F = W cos a tan(phi)."""
+    a, W = np.radians(DIP), 25e3  # N: one m2
+    down = np.array([-np.cos(a), -np.sin(a)])
+    at = tuple(turned(np.array([[0.0, 0.25]]), DIP)[0])
+    model = incline().replace(loads=[bsm.PointLoad(block=1, point=at, force=tuple(1e3 * down))])
+    weight = float(model.weights[1])
+    exact = weight * (np.cos(a) * np.tan(np.radians(40.0)) - np.sin(a)) / 1e3
+    found = limit_value(partial(with_load_factor, model, number=1), 0.0, 20.0, quantity="load.1.factor")
+    contains(found, exact, 0.1)
+    assert W > 0
+
+
+def test_greatest_tilt():
+    """A block on an incline of 30 degrees and 40 degrees of friction stands 10 degrees more."""
+    found = limit_value(partial(tilted_left, incline()), 0.0, 20.0, quantity="tilt")
+    contains(found, 10.0, 0.1)
+
+
+def test_greatest_water_level():
+    """Hoek & Bray's slope: the water in the crack at which limit equilibrium gives a factor of 1."""
+    low, high = 1.0, 4.0
+    while high - low > 1e-6:
+        middle = (low + high) / 2
+        stands = hoek_and_bray(zw=middle, cohesion=10e3).factor > 1
+        low, high = (middle, high) if stands else (low, middle)
+    found = limit_value(lambda zw: hoek_and_bray(zw=zw, cohesion=10e3).model(), 1.0, 4.0, tolerance=0.01)
+    assert low - 0.031 < found.stable < low + 0.1  # where it slides a little it loses water, and may rest farther down
+    assert found.unstable <= found.stable + 0.031
+
+
+def test_all_water_tables_rise():
+    line = [(0.0, 0.0), (10.0, 2.0)]
+    model = hoek_and_bray().model().replace(water=bsm.Water(table=line))
+    stages = [bsm.Stage(name="wet", water=bsm.Water(table=[(0.0, 1.0)])), bsm.Stage(name="as before")]
+    risen = with_water_rise(model.replace(stages=stages), 0.5)
+    assert risen.water.table == (((0.0, 0.5), (10.0, 2.5)),)
+    assert risen.stages[0].water.table == (((0.0, 1.5),),)
+    assert risen.stages[1].water is None
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("load.3.factor", "there is no \\[\\[load\\]\\] number 3; there are 0"),
+        ("stage.dig.load.1.factor", "there is no stage 'dig'"),
+        ("water.rise", "no water table"),
+    ],
+)
+def test_changes_that_cannot_be_made(name, says):
+    with pytest.raises(bsm.ModelError, match=says):
+        change_of(name)(incline(), 2.0)
+
+
+def test_keys_of_a_file_are_no_changes():
+    assert change_of("gravity.horizontal") is None
+
+
+def test_a_range_must_be_one():
+    with pytest.raises(bsm.ModelError, match="two different ends"):
+        limit_value(incline, 30.0, 30.0)
+
+
+def column(stiffness):
+    """Return a block of 25 kN on a joint of two contacts: it settles by its weight over Kn and length."""
+    return model_of([rectangle(-5, -1, 5, 0), rectangle(-1, 0, 1, 1)], kn=10.0**stiffness)
+
+
+def test_back_analysis_of_a_stiffness():
+    """Settlement w = W / (Kn L), so that log10 Kn = log10(W / (L w)); its scatter follows from that of w."""
+    weight = float(column(8.0).weights[1])
+    exact = 8.3
+    settlement = weight / (2.0 * 10**exact)
+    measured = Measured(point=(0.0, 0.5), component="y", movement=-settlement, deviation=0.1 * settlement)
+    found = back_analysis(column, 9.0, 7.5, [measured], quantity="log Kn", tolerance=0.002)
+    assert found.value == pytest.approx(exact, abs=0.004)
+    assert found.deviation == pytest.approx(0.1 / np.log(10), rel=0.1)
+    (estimate,) = found.estimates
+    assert estimate.low < found.value < estimate.high
+    assert str(found).startswith("log Kn = 8.3")
+
+
+def test_several_measurements_are_weighed():
+    weight = float(column(8.0).weights[1])
+    rows = [(8.2, 0.02), (8.4, 0.04)]
+    measured = [
+        Measured(point=(0.0, 0.5), movement=weight / (2 * 10**log), deviation=part * weight / (2 * 10**log))
+        for log, part in rows
+    ]
+    found = back_analysis(column, 9.0, 7.5, measured, tolerance=0.001)
+    assert found.value == pytest.approx((4 * 8.2 + 8.4) / 5, abs=0.01)
+
+
+def test_what_is_out_of_range_is_told():
+    measured = Measured(point=(0.0, 0.5), movement=1.0)
+    found = back_analysis(column, 9.0, 7.5, [measured])
+    assert found.value is None
+    assert str(found) == "value: no value in the range gives what was measured"
+    with pytest.raises(bsm.ModelError, match="is in no block"):
+        back_analysis(column, 9.0, 7.5, [Measured(point=(99.0, 0.5), movement=1.0)])
+    with pytest.raises(bsm.ModelError, match="give a movement"):
+        back_analysis(column, 9.0, 7.5, [])

@@ -1,0 +1,241 @@
+"""Factors of safety: what counts as failure, which trials are run, what is refused, what is handed out."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.results.records import Status
+from bsm_mesh.safety.bracket import Range, Verdict
+from bsm_mesh.safety.criterion import Ended, Failure
+from bsm_mesh.safety.driver import Search
+from bsm_mesh.safety.factor import factor_of_safety
+from bsm_mesh.safety.trials import Reduction, strength_trials
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle, turned
+
+DIP, FRICTION = 30.0, 40.0
+EXACT = np.tan(np.radians(FRICTION)) / np.tan(np.radians(DIP))
+
+
+def incline(**given):
+    polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5))]
+    return model_of(polygons, friction=FRICTION, kn=1e10, **given)
+
+
+class Made:
+    """Trials of two blocks whose second moves as told, or has no verdict."""
+
+    def __init__(self, moved, undecided=()):
+        self.moved, self.undecided, self.values = moved, undecided, []
+        self.results = bsm.run(incline())
+
+    def run(self, value, limit):
+        self.values.append(value)
+        status = Status.NOT_CONVERGED if any(a < value < b for a, b in self.undecided) else Status.STABLE
+        moved = np.array([[0.0, 0.0, 0.0], [self.moved(value), 0.0, 0.0]])
+        nobody = np.zeros(0, dtype=np.int32)
+        return Ended(
+            value=value, status=status, reason="", displacement=moved, down=nobody, seconds=0.0, results=self.results
+        )
+
+
+def searched(made, bound=None, first=1.0, most=40):
+    within = Range(good=0.05, bad=20.0, first=first, bound=bound, tolerance=0.005, is_factor=True)
+    return Search(
+        made, within, Failure(movement=0.05), made.results.blocks, np.array([False, True]), lambda text: None
+    ).run(most)
+
+
+def test_a_block_that_moves_far_and_rests_has_failed():
+    """The block has the size 1: it moves by .05 at the factor 1.5."""
+    found = searched(Made(lambda value: 0.1 * max(0.0, value - 1)))
+    assert found.bracket.stable < 1.5 <= found.bracket.unstable
+    assert found.is_closed
+    assert found.reference == 1.0
+    bad = next(trial for trial in found.trials if trial.value == found.bracket.unstable)
+    assert bad.blocks.tolist() == [1]
+    assert "5 % of its size" in bad.reason
+
+
+def test_undecided_trials_keep_the_bracket_open():
+    found = searched(Made(lambda value: 0.1 * max(0.0, value - 1), undecided=[(1.45, 1.52)]))
+    assert not found.is_closed
+    assert found.bracket.undecided
+    assert all(1.45 < value < 1.52 for value in found.bracket.undecided)
+    assert all(trial.verdict is Verdict.UNDECIDED for trial in found.trials if 1.45 < trial.value < 1.52)
+
+
+def test_a_budget_ends_the_search():
+    made = Made(lambda value: 0.1 * max(0.0, value - 1))
+    assert not searched(made, most=4).is_closed
+    assert len(made.values) == 4
+
+
+def test_movement_counts_from_a_stronger_state_where_blocks_have_given_way():
+    """At 1 the block has moved by .35 and rests; below .65 it does not move: the limit is where it moves by .05."""
+    found = searched(Made(lambda value: max(0.0, value - 0.65)))
+    assert found.reference < 0.7
+    assert found.reference_moved < 0.05
+    assert found.bracket.stable < 0.7 <= found.bracket.unstable
+    assert found.is_closed
+
+
+def test_soft_joints_are_no_failure():
+    """The block moves by half its size at any strength."""
+    found = searched(Made(lambda value: 0.5 + 0.1 * max(0.0, value - 1)))
+    assert found.reference == pytest.approx(0.8)
+    assert found.reference_moved == pytest.approx(0.5)
+    assert found.bracket.stable < 1.5 <= found.bracket.unstable
+
+
+def test_what_is_proved_is_not_stable():
+    """Blocks that must move where they were given, and come to rest a little farther, have failed."""
+    made = Made(lambda value: 0.0)
+    found = searched(made, bound=1.3)
+    assert found.bracket.unstable == 1.3
+    assert found.bracket.stable == pytest.approx(1.3, rel=0.005)
+    assert "proved to move" in found.trials[-1].reason
+
+
+def test_factor_of_an_incline_with_all_that_is_told():
+    heard = []
+    found = factor_of_safety(incline(), report=heard.append)
+    assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
+    assert found.factor == found.stable
+    assert found.is_closed
+    assert found.undecided == ()
+    assert found.states.keys() == {found.stable, found.unstable}
+    assert found.states[found.stable].status == "stable"
+    assert found.states[found.unstable].status == "unstable"
+    assert found.limit.factor == pytest.approx(EXACT, rel=1e-4)
+    fails = found.mechanism
+    assert fails.blocks.tolist() == [1]
+    assert fails.area == pytest.approx(1.0)
+    (joint,) = fails.joints
+    assert (joint.joint, joint.length) == ("J", pytest.approx(2.0))
+    assert joint.slipping == pytest.approx(2.0, abs=1.01)
+    assert (found.stage, found.reference, found.changed) == ("initial", 1.0, "all joints, rock faces")
+    assert str(found) == f"factor of safety {found.stable:.4g}: stable there, unstable at {found.unstable:.4g}"
+    assert heard[0] == "limit analysis"
+    assert any(text.startswith("1: stable") for text in heard)
+
+
+def test_several_processes_find_the_same_limit():
+    found = factor_of_safety(incline(), processes=2)
+    assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
+
+
+def test_a_model_that_fails_as_it_is():
+    weak = incline()
+    found = factor_of_safety(weak.replace(joints=[replace(weak.joints[0], law=bsm.MohrCoulomb(friction=20.0))]))
+    assert found.stable < np.tan(np.radians(20.0)) / np.tan(np.radians(DIP)) <= found.unstable * (1 + 1e-4)
+
+
+def test_nothing_that_fails_is_no_limit():
+    """A block on level ground."""
+    found = factor_of_safety(model_of([rectangle(-5, -1, 5, 0), rectangle(-1, 0, 1, 1)]))
+    assert (found.stable, found.unstable) == (pytest.approx(20.0), None)
+    assert str(found) == "factor of safety: beyond 20; no trial failed"
+    assert found.mechanism is None
+
+
+def test_the_stage_in_question_is_weakened_and_what_is_before_it_not():
+    """The block is held by another one until that is excavated."""
+    polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), rectangle(-3, 0, -1, 0.5))]
+    model = model_of(polygons, friction=FRICTION, kn=1e10, fixed=(0, 2)).replace(
+        stages=[bsm.Stage(name="dig", excavate=[2])]
+    )
+    found = factor_of_safety(model)
+    assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
+    assert len(found.states[found.stable].stages) == 2
+    assert factor_of_safety(model, stage="initial").unstable is None
+    for start in ("after", "throughout"):
+        other = factor_of_safety(model, start=start)
+        assert other.stable == pytest.approx(EXACT, rel=0.006)
+
+
+def test_trials_from_a_checkpoint_are_those_from_the_start():
+    """To the last digit: what comes before the stage is solved once."""
+    polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), rectangle(-3, 0, -1, 0.5))]
+    model = model_of(polygons, friction=FRICTION, kn=1e10, fixed=(0,)).replace(
+        stages=[bsm.Stage(name="one", excavate=[2]), bsm.Stage(name="two", loads=[])]
+    )
+    trials = strength_trials(model, bsm.Options(), Reduction(), None, "stage", lambda text: None)
+    assert trials.begun is not None
+    for factor in (1.2, 1.4, 1.2):
+        whole = bsm.run(trials.changed(factor)).stages[-1]
+        part = pickle.loads(pickle.dumps(trials)).run(factor)
+        assert np.array_equal(part.displacement, whole.stage_displacement)
+        assert np.array_equal(part.results.stages[-1].contacts.shear_force, whole.contacts.shear_force)
+
+
+def test_other_starts_and_stiffer_joints():
+    found = factor_of_safety(incline(), spread=True)
+    names = [text for text, _ in found.spread]
+    assert names == ["strength reduced after stage 'initial' has come to rest", "joints 10 times as stiff"]
+    assert all(each.stable == pytest.approx(EXACT, rel=0.006) for _, each in found.spread)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"joints": ["K"]}, "there is no joint 'K'"),
+        ({"stage": "dig"}, "there is no stage 'dig'"),
+        ({"tolerance": 0.0}, "tolerance = 0 must be 1e-4 to 0.2"),
+        ({"trials": 0}, "trials = 0 must be"),
+        ({"start": "soon"}, "start"),
+        ({"options": bsm.Options(scheme="linear")}, "scheme = 'linear' knows no failure"),
+        ({"failure": 5}, "failure"),
+    ],
+)
+def test_what_is_refused(given, says):
+    with pytest.raises(bsm.ModelError, match=says):
+        factor_of_safety(incline(), **given)
+
+
+def test_joints_without_strength_are_refused():
+    elastic = incline()
+    elastic = elastic.replace(joints=[replace(elastic.joints[0], law=None)])
+    with pytest.raises(bsm.ModelError, match="nothing has a strength to reduce"):
+        factor_of_safety(elastic)
+    with pytest.raises(bsm.ModelError, match="joint 'J' has no law"):
+        factor_of_safety(elastic, joints=["J"])
+
+
+def test_a_stage_before_that_fails_is_told():
+    polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), rectangle(-3, 0, -1, 0.5))]
+    model = model_of(polygons, friction=20.0, kn=1e10, fixed=(0, 2)).replace(
+        stages=[bsm.Stage(name="dig", excavate=[2]), bsm.Stage(name="later")]
+    )
+    with pytest.raises(bsm.ModelError, match="stage 'dig' is unstable with the strength that is given"):
+        factor_of_safety(model)
+
+
+def test_a_sliver_that_is_too_small_to_count_is_no_bound():
+    """A chip on the plane, steeper than the block, falls first, in statics as in the runs, and is left out in both."""
+    chip = np.array([(3.0, 0.0), (3.03, 0.0), (3.0, 0.03)])
+    polygons = [turned(p, DIP) for p in (rectangle(-20, -5, 5, 0), rectangle(-1, 0, 1, 0.5), chip)]
+    blocks = bsm.Blocks.from_polygons(polygons, rock="rock")
+    joint = np.where(blocks.owner == 2, 0, -1).astype(np.int32)
+    model = model_of(polygons, friction=FRICTION, kn=1e10)
+    model = model.replace(
+        blocks=replace(blocks, edge_joint=joint, joint_names=("slick",)),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[*model.joints, bsm.Joint("slick", 1e10, 1e10, law=bsm.MohrCoulomb(friction=31.0))],
+    )
+    found = factor_of_safety(model)
+    assert found.limit.factor == pytest.approx(EXACT, rel=1e-4)
+    assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
+
+
+def test_where_no_strength_is_enough_there_is_no_factor():
+    """A block over an edge, its weight beyond it: it tips at any strength, and comes to rest below."""
+    polygons = [rectangle(-5, -2, 0, 0), rectangle(-5, -4, 8, -2), rectangle(-0.4, 0, 0.6, 0.5)]
+    found = factor_of_safety(model_of(polygons, fixed=(0, 1)))
+    assert found.limit.factor == 0.0
+    assert "whatever the strength" in found.limit.text
+    assert found.stable is None
+    assert str(found) == "factor of safety: none found; no trial was stable"
