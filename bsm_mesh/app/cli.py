@@ -13,6 +13,8 @@ from typing import Any
 import click
 
 from bsm_mesh import __version__
+from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scripts_option, quiet_option
+from bsm_mesh.app.cli_safety import back_analysis, safety
 from bsm_mesh.app.interruption import guarded
 from bsm_mesh.app.several_names import SeveralNames
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
@@ -21,30 +23,6 @@ from bsm_mesh.errors import ModelError, one_line
 EXIT_BAD_INPUT, EXIT_NOT_CONVERGED = 2, 3
 EXIT_BROKEN_PIPE = 1  # as click and rich leave
 FEWER_COLLECTIONS = 5000  # new objects; at 700 collecting is a tenth of a short run, which is mostly imports
-
-
-class _Path(click.Path):
-    """A path that the system can look up: one with a NUL, or half a character, is none."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return it as a `Path`."""
-        if isinstance(value, str) and value.startswith("--"):  # an option's missing word takes the next option
-            self.fail(f"{value!a} is an option, not a path; a file of that name is ./{one_line(value)}", param, ctx)
-        try:
-            if b"\0" not in os.fsencode(value):
-                return super().convert(value, param, ctx)
-        except UnicodeEncodeError:
-            pass
-        self.fail(f"{value!a} is no path", param, ctx)
-
-
-PATH = _Path(path_type=Path)
-model_argument = click.argument("model", type=PATH)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout and nothing else.")
-no_scripts_option = click.option(
-    "--no-scripts", is_flag=True, help="Run no geometry script; read and write nothing outside the model's folder."
-)
-quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress on stderr.")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -295,6 +273,10 @@ def schema() -> None:
     from bsm_mesh.app.model_tables import ModelFile
 
     say_json(ModelFile.model_json_schema())
+
+
+cli.add_command(safety)
+cli.add_command(back_analysis)
 
 
 def main(arguments: list[str] | None = None) -> Any:

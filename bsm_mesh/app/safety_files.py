@@ -1,0 +1,69 @@
+"""The folder of a factor of safety: both states of its bracket as results, the trials, pictures, the answer."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import warnings
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.safety_text import told_of
+from bsm_mesh.app.storage import save_results
+from bsm_mesh.errors import ResultsWarning
+from bsm_mesh.files import write_text
+from bsm_mesh.safety.answer import Safety
+from bsm_mesh.safety.criterion import Failure
+
+STATES = {"stable": "last stable", "unstable": "first unstable"}
+TRIALS_HEADER = ("value", "verdict", "movement_over_size", "failed_blocks", "status", "seconds", "reason")
+
+
+def write_safety(answer: Safety, failure: Failure, title: str, added: AddedFiles) -> list[str]:
+    """Write an answer into a folder and return what was written: names relative to it.
+
+    Raises
+    ------
+    ModelError
+        If the folder cannot be written to, or holds what bsm-mesh did not write.
+    """
+    from bsm_mesh.app.safety_pictures import draw_mechanism, draw_movement
+
+    names = []
+    drawers: dict[str, Callable[[Path], None]] = {
+        "safety.json": partial(_write_json, answer),
+        "trials.csv": partial(_write_trials, answer),
+        "movement.png": lambda draft: draw_movement(answer, failure.movement, f"{title}: {answer}", draft),
+    }
+    if answer.states:
+        drawers["mechanism.png"] = lambda draft: draw_mechanism(answer, f"{title}: {answer}", draft)
+    for name, write in drawers.items():
+        with added.file(name) as draft:
+            write(draft)
+        names.append(name)
+    for name in STATES:
+        value = getattr(answer, name)
+        if value in answer.states:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ResultsWarning)  # a law of the user's own is in no file
+                save_results(answer.states[value], added.folder.path / name)
+            names.append(f"{name}/")
+    return names
+
+
+def _write_json(answer: Safety, draft: Path) -> None:
+    write_text(draft, json.dumps(told_of(answer), indent=1) + "\n")
+
+
+def _write_trials(answer: Safety, draft: Path) -> None:
+    rows = io.StringIO()
+    table = csv.writer(rows, lineterminator="\n")
+    table.writerow(TRIALS_HEADER)
+    for trial in answer.trials:
+        status = "" if trial.status is None else trial.status.value
+        row = (repr(trial.value), trial.verdict.value, f"{trial.moved:.6g}", len(trial.blocks), status)
+        table.writerow((*row, f"{trial.seconds:.3f}", trial.reason))
+    write_text(draft, rows.getvalue())

@@ -1,0 +1,150 @@
+"""Pictures of a factor of safety: movement against the factor, and what fails."""
+
+from __future__ import annotations
+
+from contextlib import chdir
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.files import whole_file
+from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult
+from bsm_mesh.safety.answer import Safety
+from bsm_mesh.safety.bracket import Verdict
+
+COLOURS = {Verdict.STABLE: "#2e7d32", Verdict.UNSTABLE: "#c62828", Verdict.UNDECIDED: "#9e9e9e"}
+MARKS = {Verdict.STABLE: "o", Verdict.UNSTABLE: "s", Verdict.UNDECIDED: "D"}
+SLIPS, OPENS, FAILS, PAPER = "#e08214", "#1f6fb2", "#ef9a9a", "#f4f1ea"
+LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is told apart in the picture
+SHOWN = 0.5  # sizes of the largest block that fails: what moved farther is drawn no farther, what moved less as far
+
+
+def draw_movement(safety: Safety, limit_of_movement: float, title: str, draft: Path, quantity: str = "factor") -> None:
+    """Draw the greatest movement of a block against the value that was tried, with the bracket."""
+    figure, axes = _paper((8.0, 5.0))
+    stable = [trial for trial in safety.trials if trial.verdict is Verdict.STABLE]
+    rows = [(trial.value, max(trial.moved, LEAST_MOVEMENT)) for trial in stable]
+    axes.plot(*np.reshape(rows, (-1, 2)).T, color=COLOURS[Verdict.STABLE], linewidth=1, alpha=0.5)
+    for verdict in Verdict:
+        mine = [trial for trial in safety.trials if trial.verdict is verdict]
+        if mine:
+            moved = [max(trial.moved, LEAST_MOVEMENT) for trial in mine]
+            axes.plot(
+                [trial.value for trial in mine], moved, MARKS[verdict], color=COLOURS[verdict], label=verdict.value
+            )
+    if safety.stable is not None and safety.unstable is not None:
+        axes.axvspan(safety.stable, safety.unstable, color="#fdd835", alpha=0.6, label="the limit lies here")
+    if np.isfinite(safety.limit.factor):
+        axes.axvline(safety.limit.factor, color="black", linestyle="--", linewidth=1, label="bound by limit analysis")
+    axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="counts as failure from here on")
+    axes.set_yscale("log")
+    axes.set_xlabel(quantity, parse_math=False)
+    axes.set_ylabel("greatest movement of a block over its size")
+    axes.set_title(title, parse_math=False, fontsize=11)
+    axes.legend(fontsize=8, frameon=False)
+    with whole_file(draft) as target:
+        figure.savefig(target, format="png", dpi=130)
+
+
+def draw_mechanism(safety: Safety, title: str, draft: Path) -> None:
+    """Draw joints that slip or open in the last stable state, and the blocks that fail in the first unstable one."""
+    good, bad = safety.stable, safety.unstable
+    corners = next(iter(safety.states.values())).blocks.vertices
+    width, height = corners.max(axis=0) - corners.min(axis=0)
+    figure, (left, right) = _paper((13.0, 1.2 + 6.2 * float(np.clip(height / width, 0.25, 1.5))), 2)
+    if good is not None and good in safety.states:
+        _draw_joints(left, safety.states[good])
+        left.set_title(f"last stable, {good:.4g}: joints that slip (orange) or are open (blue)", fontsize=10)
+    if bad is not None and bad in safety.states:
+        fails = np.zeros(0, dtype=np.int32) if safety.mechanism is None else safety.mechanism.blocks
+        factor = _draw_failure(right, safety.states[bad], fails)
+        shown = f", {factor:.2g} times as far" if factor > 1.05 else ""
+        right.set_title(f"first unstable, {bad:.4g}: blocks that fail (red), and where they go{shown}", fontsize=10)
+    figure.suptitle(title, parse_math=False, fontsize=11)
+    with whole_file(draft) as target:
+        figure.savefig(target, format="png", dpi=130)
+
+
+def _paper(size: tuple[float, float], columns: int = 1) -> tuple[Any, Any]:
+    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure, figure.subplots(1, columns)
+
+
+def _draw_joints(axes: Any, results: Results) -> None:
+    from matplotlib.collections import LineCollection
+
+    stage = results.stages[-1]
+    outlines = _outlines(results, stage, stage.stage_displacement)
+    _draw_blocks(axes, outlines, np.zeros(len(outlines), dtype=bool))
+    traces = _traces(stage.contacts)
+    for status, colour in ((ContactStatus.SLIPPING, SLIPS), (ContactStatus.OPEN, OPENS)):
+        lines = traces[stage.contacts.status == status]
+        axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=2.2))
+
+
+def _traces(contacts: ContactForces) -> FloatArray:
+    """Return the part of its face that every contact stands for, (m, 2, 2): from its point to the face's other one."""
+    pair = np.sort(np.column_stack([contacts.block_a, contacts.block_b]), axis=1)
+    same = (pair[1:] == pair[:-1]).all(axis=1) & (contacts.joint[1:] == contacts.joint[:-1])
+    first = np.flatnonzero(same)
+    along = contacts.normal[:, ::-1] * (-1.0, 1.0)
+    sense = np.zeros(len(along))
+    for one, other in ((first, first + 1), (first + 1, first)):
+        sense[one] = np.sign(((contacts.point[other] - contacts.point[one]) * along[one]).sum(axis=1))
+    reach = along * contacts.length[:, None]
+    start = (
+        contacts.point - np.where(sense == 0, 0.5, 0.0)[:, None] * reach
+    )  # of a contact that stands alone: both ways
+    traces: FloatArray = np.stack([start, start + np.where(sense == 0, 1.0, sense)[:, None] * reach], axis=1)
+    return traces
+
+
+def _draw_failure(axes: Any, results: Results, fails: IntArray) -> float:
+    """Draw the blocks at the end, those that fail marked; return how many times their movement is exaggerated."""
+    stage, blocks = results.stages[-1], results.blocks
+    size = np.sqrt(blocks.moments.area)
+    chosen = np.zeros(blocks.count, dtype=bool)
+    chosen[fails] = True
+    here = np.flatnonzero(stage.present)
+    moved = stage.stage_displacement.copy()
+    far = np.hypot(*moved[:, :2].T)
+    shown, greatest = SHOWN * float(size[chosen].max(initial=0.0)), float(far[chosen].max(initial=0.0))
+    factor = max(1.0, shown / greatest) if greatest > 0 else 1.0
+    moved *= (factor * np.minimum(1.0, shown / np.maximum(factor * far, 1e-300)))[:, None]
+    _draw_blocks(axes, _outlines(results, stage, moved), chosen[here])
+    start = blocks.moments.centroid + (stage.displacement - stage.stage_displacement)[:, :2]
+    rows = here[chosen[here] & (far[here] > 0)]
+    arrows = {"angles": "xy", "scale_units": "xy", "scale": 1, "color": "#8e0000", "width": 0.004, "zorder": 3}
+    axes.quiver(*start[rows].T, *moved[rows, :2].T, **arrows)
+    return factor
+
+
+def _outlines(results: Results, stage: StageResult, moved: FloatArray) -> list[FloatArray]:
+    """Return the corners of the blocks that are there, moved (n, 3) from where the stage found them."""
+    blocks = results.blocks
+    centroid, owner = blocks.moments.centroid, blocks.owner
+    u, v, turn = (stage.displacement - stage.stage_displacement + moved)[owner].T
+    x, y = (blocks.vertices - centroid[owner]).T
+    cosine, sine = np.cos(turn), np.sin(turn)
+    corners = centroid[owner] + np.column_stack([u + cosine * x - sine * y, v + sine * x + cosine * y])
+    sizes = np.diff(blocks.offsets)[stage.present]
+    return np.split(corners[stage.present[owner]], np.cumsum(sizes)[:-1])
+
+
+def _draw_blocks(axes: Any, outlines: list[FloatArray], chosen: BoolArray) -> None:
+    from matplotlib.collections import PolyCollection
+
+    colours = [FAILS if each else PAPER for each in chosen]
+    axes.add_collection(PolyCollection(outlines, facecolors=colours, edgecolors="#777777", linewidths=0.5))
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, m", fontsize=8)
+    axes.set_ylabel("y, m", fontsize=8)
+    axes.tick_params(labelsize=8)

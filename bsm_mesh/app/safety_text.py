@@ -1,0 +1,101 @@
+"""A factor of safety in words and as JSON."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from bsm_mesh.app.tables import engineering
+from bsm_mesh.errors import listing
+from bsm_mesh.safety.answer import Safety
+
+
+def _value(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def answer_rows(answer: Safety) -> list[tuple[str, str]]:
+    """Return what the command prints."""
+    rows = [
+        (f"{answer.quantity}: last stable", _value(answer.stable)),
+        ("first unstable", _value(answer.unstable)),
+        ("undecided between", ", ".join(f"{value:.4g}" for value in answer.undecided) or "none"),
+        ("limit analysis", answer.limit.text),
+    ]
+    fails = answer.mechanism
+    if fails is not None:
+        at = f"({fails.centre[0]:.3g}, {fails.centre[1]:.3g}) m"
+        what = f"block {listing(fails.blocks, 6)}: {engineering(fails.area, 'm2')}, {100 * fails.part:.3g} % of all"
+        rows.append(("what fails", f"{what}, around {at}"))
+        rows += [
+            (
+                f"just before, of {each.joint}",
+                f"{_part(each.slipping, each.length)} slips, {_part(each.opened, each.length)} open",
+            )
+            for each in fails.joints
+        ]
+    failed = next((trial for trial in answer.trials if trial.value == answer.unstable), None)
+    if failed is not None:
+        rows.append(("why it counts as failure", failed.reason))
+    rows += [
+        ("changed", answer.changed),
+        ("how", answer.start),
+        ("trials, processor time", f"{len(answer.trials)}, {answer.seconds:.3g} s"),
+    ]
+    return rows
+
+
+def spread_rows(answer: Safety) -> list[tuple[str, ...]]:
+    """Return what the command prints of the other starts."""
+    return [(text, _value(each.stable), _value(each.unstable)) for text, each in answer.spread]
+
+
+def _part(length: float, whole: float) -> str:
+    return f"{100 * length / whole:.3g} %" if whole else "0 %"
+
+
+def told_of(answer: Safety) -> dict[str, Any]:
+    """Return an answer as JSON holds it."""
+    fails = answer.mechanism
+    return {
+        "quantity": answer.quantity,
+        "stable": answer.stable,
+        "unstable": answer.unstable,
+        "undecided": list(answer.undecided),
+        "closed": answer.is_closed,
+        "limit_analysis": {
+            "factor": answer.limit.factor if math.isfinite(answer.limit.factor) else None,
+            "text": answer.limit.text,
+            "proof": None if answer.limit.proof is None else answer.limit.proof.text,
+        },
+        "stage": answer.stage,
+        "start": answer.start,
+        "changed": answer.changed,
+        "reference": answer.reference,
+        "mechanism": None
+        if fails is None
+        else {
+            "blocks": fails.blocks.tolist(),
+            "area": fails.area,
+            "part": fails.part,
+            "centre": list(fails.centre),
+            "joints": {
+                each.joint: {"length": each.length, "slipping": each.slipping, "open": each.opened}
+                for each in fails.joints
+            },
+        },
+        "spread": [{"start": text, "stable": each.stable, "unstable": each.unstable} for text, each in answer.spread],
+        "trials": [
+            {
+                "value": trial.value,
+                "verdict": trial.verdict.value,
+                "movement": trial.moved,
+                "reason": trial.reason,
+                "seconds": trial.seconds,
+            }
+            for trial in answer.trials
+        ],
+        "seconds": answer.seconds,
+        "answer": str(answer),
+        "remarks": list(answer.notes),
+    }

@@ -1,0 +1,165 @@
+"""The commands ``safety`` and ``back-analysis``: what they print, write and refuse, and their exit codes."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+import bsm_mesh as bsm
+from bsm_mesh.app.cli import cli
+from bsm_mesh.app.safety_text import answer_rows
+from tests.scenes.known_factors import incline, tan
+
+EXACT = tan(40.0) / tan(30.0)
+PNG = b"\x89PNG"
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory):
+    """Return a model file: a block on a plane of 30 degrees with a friction of 40."""
+    folder = tmp_path_factory.mktemp("given")
+    bsm.run(incline(40.0, 30.0)).save(folder / "run")
+    return folder / "run" / "model.toml"
+
+
+def asked(*arguments):
+    outcome = CliRunner().invoke(cli, [*map(str, arguments)])
+    return outcome.exit_code, outcome.stdout, outcome.stderr, outcome.exception
+
+
+@pytest.fixture(scope="module")
+def answered(given, tmp_path_factory):
+    out = tmp_path_factory.mktemp("answered") / "out"
+    code, shown, _, _ = asked("safety", given, "-o", out, "--tolerance", "0.002")
+    return code, shown, out
+
+
+def test_the_answer_in_words(answered):
+    code, shown, out = answered
+    assert code == 0
+    words = " ".join(shown.split())
+    assert "factor of safety 1.4" in words
+    assert "beyond 1.453" in words
+    assert "no forces within strength balance the loads" in words
+    assert "block 1: 1 m2" in words
+    assert "just before, of J" in words
+    assert f"written to {out}" in " ".join(shown.replace("\n", " ").split())
+
+
+def test_what_is_written(answered):
+    _, _, out = answered
+    told = json.loads((out / "safety.json").read_text(encoding="utf-8"))
+    assert told["stable"] < EXACT <= told["unstable"] * (1 + 1e-4)
+    assert told["closed"] is True
+    assert told["mechanism"]["blocks"] == [1]
+    assert told["limit_analysis"]["factor"] == pytest.approx(EXACT, rel=1e-4)
+    with (out / "trials.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["value"]) for row in rows] == [trial["value"] for trial in told["trials"]]
+    assert {row["verdict"] for row in rows} == {"stable", "unstable"}
+    for name in ("movement.png", "mechanism.png"):
+        assert (out / name).read_bytes()[:4] == PNG
+    assert bsm.Results.load(out / "stable").status == "stable"
+    assert bsm.Results.load(out / "unstable").status == "unstable"
+
+
+def test_both_states_can_be_run_again(answered):
+    """The model files of the bracket's ends hold the strength that was tried."""
+    _, _, out = answered
+    told = json.loads((out / "safety.json").read_text(encoding="utf-8"))
+    model = bsm.load(out / "stable" / "model.toml")
+    assert tan(model.joints[0].law.friction) == pytest.approx(tan(40.0) / told["stable"], rel=1e-6)
+
+
+def test_json_and_nothing_else(given, tmp_path):
+    code, shown, heard, _ = asked("safety", given, "-o", tmp_path / "out", "--json")
+    assert code == 0
+    assert json.loads(shown)["answer"].startswith("factor of safety 1.4")
+    assert heard == ""
+
+
+def test_a_second_answer_takes_the_place_of_the_first(given, tmp_path):
+    for tolerance in (0.05, 0.01):
+        assert asked("safety", given, "-o", tmp_path / "out", "-q", "--tolerance", tolerance)[0] == 0
+    told = json.loads((tmp_path / "out" / "safety.json").read_text(encoding="utf-8"))
+    assert math.log(told["unstable"] / told["stable"]) <= 0.01
+
+
+def test_joints_are_named_one_after_the_other(given, tmp_path):
+    code, shown, _, _ = asked("safety", given, "--joints", "J", "-o", tmp_path / "out", "-q")
+    assert code == 0
+    assert "joint J" in shown
+    error = asked("safety", given, "--joints", "J", "K", "-o", tmp_path / "other", "-q")[3]
+    assert "there is no joint 'K'" in str(error)
+    assert not (tmp_path / "other").exists()
+
+
+def test_a_folder_that_is_not_ours_is_refused(given, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("mine")
+    error = asked("safety", given, "-o", tmp_path / "out", "-q")[3]
+    assert "is no results folder of bsm-mesh" in str(error)
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
+
+
+def test_a_bracket_with_undecided_trials_ends_with_3(given, tmp_path, monkeypatch):
+    def undecided(*arguments, **asked):
+        return replace(bsm.factor_of_safety(*arguments, **asked), undecided=(1.45,), is_closed=False)
+
+    monkeypatch.setattr("bsm_mesh.app.safety.factor_of_safety", undecided)
+    code, shown, _, _ = asked("safety", given, "-o", tmp_path / "out", "-q")
+    assert code == 3
+    assert "undecided at 1.45" in shown
+
+
+def test_nothing_that_fails():
+    found = bsm.factor_of_safety(incline(40.0, 0.0))
+    rows = dict(answer_rows(found))
+    assert rows["first unstable"] == "-"
+    assert rows["limit analysis"] == "limit analysis knows no bound: forces balance the loads without this strength"
+
+
+def test_the_limit_of_a_key(given, tmp_path):
+    """The block slides at a friction of 30 degrees."""
+    out = tmp_path / "out"
+    code, shown, _, _ = asked(
+        "safety", given, "--vary", "joint.J.friction", 40, 20, "-o", out, "-q", "--tolerance", 0.01
+    )
+    assert code == 0
+    told = json.loads((out / "safety.json").read_text(encoding="utf-8"))
+    assert told["quantity"] == "joint.J.friction"
+    assert told["unstable"] <= 30.0 <= told["stable"] <= told["unstable"] + 0.2
+    assert "joint.J.friction" in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--vary", "joint.K.friction", 40, 20], "'joint.K.friction': the model file has no [joint.K]"),
+        (["--vary", "joint.J.fricton", 40, 20], "no key 'fricton'; did you mean 'friction'"),
+        (["--vary", "load.1.factor", 0, 20], "there is no [[load]] number 1"),
+        (["--vary", "tilt.left", 5, 5], "two different ends"),
+        (["--vary", "tilt.left", 0, 5, "--spread"], "--spread belongs to strength reduction"),
+    ],
+)
+def test_numbers_that_cannot_be_varied(given, tmp_path, arguments, says):
+    error = asked("safety", given, *arguments, "-o", tmp_path / "out", "-q")[3]
+    assert says in str(error)
+    assert not (tmp_path / "out").exists()
+
+
+def test_back_analysis_by_the_command(given):
+    """A run at 1e10 Pa/m gives the movement, and the movement the stiffness."""
+    u, v, _ = bsm.run(incline(40.0, 30.0)).stages[0].displacement[1]
+    at = incline(40.0, 30.0).blocks.moments.centroid[1]
+    measured = ["--measured", *at, "total", math.hypot(u, v), 0]
+    vary = ["--vary", "joint.J.shear_stiffness", 3e10, 5e9]
+    code, shown, _, _ = asked("back-analysis", given, *vary, *measured, "-q", "--json")
+    assert code == 0
+    assert json.loads(shown)["value"] == pytest.approx(1e10, rel=0.02)
+    code, shown, _, _ = asked("back-analysis", given, *vary, "--measured", *at, "x", -1.0, 0.1, "-q")
+    assert code == 3
+    assert "no value in the range gives what was measured" in shown
