@@ -1,0 +1,76 @@
+"""Tables between marks in Markdown pages, and by how much two of them differ."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+SMALLEST = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table of a page.
+
+    Attributes
+    ----------
+    name : str
+        As its marks bear it.
+    page : str
+        The page, relative to the checkout.
+    make : callable
+        Runs what it tells of, and returns the table as Markdown.
+    tolerance : float
+        By how much its numbers may differ, over themselves.
+    is_slow : bool
+        Whether it takes minutes.
+    """
+
+    name: str
+    page: str
+    make: Callable[[], str]
+    tolerance: float = 0.005
+    is_slow: bool = False
+
+
+def marks(name: str) -> tuple[str, str]:
+    """Return the lines before and after a table."""
+    return f"<!-- numbers {name}: begin -->", f"<!-- numbers {name}: end -->"
+
+
+def table_in(page: str, name: str) -> str:
+    """Return a table of a page."""
+    begin, end = marks(name)
+    if page.count(begin) != 1 or page.count(end) != 1:
+        raise ValueError(f"the page needs the marks {begin} and {end}, once each")
+    return page.split(begin)[1].split(end)[0].strip()
+
+
+def with_table(page: str, name: str, table: str) -> str:
+    """Return a page with another table."""
+    begin, end = marks(name)
+    before, rest = page.split(begin)
+    return f"{before}{begin}\n\n{table.strip()}\n\n{end}{rest.split(end)[1]}"
+
+
+def differences(old: str, new: str, tolerance: float) -> list[str]:
+    """Return what differs between two tables, a line each: numbers by more than `tolerance`, and other words."""
+    lines = zip_longest(old.splitlines(), new.splitlines(), fillvalue="")
+    return [f"{one!r} is {other!r}" for one, other in lines if _differ(one, other, tolerance)]
+
+
+def _differ(one: str, other: str, tolerance: float) -> bool:
+    words = [[part.strip() for part in NUMBER.sub("#", line).split()] for line in (one, other)]
+    if words[0] != words[1]:
+        return True
+    pairs = zip(*([float(number) for number in NUMBER.findall(line)] for line in (one, other)), strict=True)
+    return any(abs(a - b) > tolerance * max(abs(a), abs(b), SMALLEST) for a, b in pairs)
+
+
+def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,0 +1,127 @@
+"""Numbers of docs/safety.md: factors that are known, and what they depend on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import bsm_mesh as bsm
+from bsm_mesh.app.safety_pictures import draw_mechanism
+from bsm_mesh.app.safety_text import answer_rows
+from bsm_mesh.app.starters import write_starter
+from bsm_mesh.safety.answer import Safety
+from bsm_mesh.safety.factor import factor_of_safety
+from examples.numbers.pages import Table, markdown
+from tests.scenes.known_factors import LEAST_FRICTION, TOPPLING, arch, goodman_and_bray, incline, tan, tutorial_slope
+from tests.scenes.large import jointed_slope
+from tests.scenes.plane_failure import hoek_and_bray, sau_mau_ping
+
+PAGE, PICTURE = "docs/safety.md", "docs/safety.png"
+ROOT = Path(__file__).parents[2]
+WIDTH = 0.002
+Named = tuple[str, float, bsm.Model, tuple[str, ...] | None]
+
+
+def known() -> Iterator[Named]:
+    """Return models whose factor is known: name, factor, model, joints whose strength is reduced."""
+    yield "block on a plane of 30 degrees, friction 40", tan(40) / tan(30), incline(40.0, 30.0), None
+    for zw, cohesion in ((0.0, 25e3), (3.0, 25e3), (0.0, 0.0), (3.0, 0.0)):
+        case = hoek_and_bray(zw=zw, cohesion=cohesion)
+        yield f"plane failure, Hoek & Bray, {_wet(zw, cohesion)}", case.factor, case.model(), ("J",)
+    for zw, cohesion, shaken in ((0.0, 100e3, 0.0), (7.0, 100e3, 0.0), (7.0, 0.0, 0.0), (0.0, 100e3, 0.1)):
+        case = sau_mau_ping(zw=zw, cohesion=cohesion, horizontal=shaken)
+        name = _wet(zw, cohesion) + (f", {shaken:g} g out of the slope" if shaken else "")
+        yield f"Sau Mau Ping Road, {name}", case.factor, case.model(), ("J",)
+    for (ratio, n), least in LEAST_FRICTION.items():
+        name = f"arch of {n} stones, thickness {ratio:g} of the radius, friction 35"
+        yield name, tan(35) / least, arch(ratio, n, 35.0), None
+    yield "UDEC's tutorial slope, friction 20: top block", tan(20) / 0.4, tutorial_slope(20.0), None
+    lower = tutorial_slope(20.0, excavate=(1, 3))
+    yield "the same without the top block: lower block", tan(20) / 0.3, lower, None
+    yield "toppling, Goodman & Bray, friction 42", tan(42) / TOPPLING, goodman_and_bray(42.0), None
+
+
+def _wet(zw: float, cohesion: float) -> str:
+    water = f"{zw:g} m of water in the crack" if zw else "dry"
+    return f"{water}, {'cohesion' if cohesion else 'no cohesion'}"
+
+
+def known_factors() -> str:
+    """Return the table of factors that are known."""
+    rows = []
+    for name, exact, model, joints in known():
+        found = factor_of_safety(model, joints=joints, tolerance=WIDTH)
+        limit = f"{found.limit.factor:.4f}"
+        rows.append((name, f"{exact:.4f}", *_ends(found), limit, str(len(found.trials))))
+    return markdown(("model", "known", "stable", "unstable", "bound", "trials"), rows)
+
+
+def starter_slope() -> str:
+    """Return what the command prints of the starter `slope`, and draw what fails."""
+    model = _starter("slope")
+    found = factor_of_safety(model)
+    draw_mechanism(found, f"{model.title}: {found}", ROOT / PICTURE)
+    rows = [row for row in answer_rows(found) if not row[0].startswith("trials")]
+    return markdown(("", ""), rows)
+
+
+def larger() -> Iterator[tuple[str, bsm.Model]]:
+    """Return models whose factor nobody knows: name, model."""
+    for blocks, friction in ((170, 40.0), (400, 35.0)):
+        yield (
+            f"slope of two joint sets, {blocks} blocks wanted, friction {friction:g}",
+            jointed_slope(blocks, friction).model(),
+        )
+    cavern = _starter("cavern")
+    bolts = bsm.bolt_patterns.radial_bolts(
+        centre=(0.0, 3.875),
+        radius=8.2,
+        length=5.0,
+        count=9,
+        first=40.0,
+        last=140.0,
+        diameter=0.025,
+        yield_strength=500e6,
+        bond_strength=200e3,
+        spacing=1.5,
+        stage="heading",
+    )
+    yield "starter `cavern`, after its bench", cavern
+    yield "the same with nine bolts in the roof", cavern.replace(bolts=bolts)
+
+
+def _starter(name: str) -> bsm.Model:
+    with TemporaryDirectory() as folder, redirect_stdout(StringIO()):
+        write_starter(name, Path(folder) / name)
+        return bsm.load(Path(folder) / name / "model.toml")
+
+
+def dependence() -> str:
+    """Return the table of factors and what they depend on."""
+    rows = []
+    for name, model in larger():
+        found = factor_of_safety(model, spread=True)
+        others = dict(found.spread)
+        after, stiffer = (next(each for text, each in others.items() if word in text) for word in ("after", "stiff"))
+        limit = f"{found.limit.factor:.3f}" if math.isfinite(found.limit.factor) else "none"
+        rows.append((name, *_ends(found), limit, _value(after.stable), _value(stiffer.stable)))
+    return markdown(("model", "stable", "unstable", "bound", "weakened at rest", "joints ten times as stiff"), rows)
+
+
+def _value(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4f}"
+
+
+def _ends(found: Safety) -> tuple[str, str]:
+    return _value(found.stable), _value(found.unstable)
+
+
+TABLES: tuple[Table, ...] = (
+    Table(name="starter-slope", page=PAGE, make=starter_slope, tolerance=0.02),
+    Table(name="known-factors", page=PAGE, make=known_factors, tolerance=2e-3),
+    Table(name="dependence", page=PAGE, make=dependence, tolerance=0.02, is_slow=True),
+)
