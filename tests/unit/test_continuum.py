@@ -88,6 +88,18 @@ def test_gravity_column_is_exact(shape):
     assert_allclose(v, -26e3 * (3 * y - y**2 / 2) / confined, atol=EXACT * 26e3 * 4.5 / confined)
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_an_earthquake_pulls_on_every_part_of_a_block(shape):
+    """A slab between walls and on ice: the stress grows linearly from one side, as in the gravity column."""
+    sides = [bsm.NormalRoller(boundary=side) for side in ("left", "bottom", "top")]
+    blocks = slab(shape)
+    model = bsm.Model(blocks=blocks, rocks=[HEAVY], supports=sides, gravity_horizontal=0.2, gravity_vertical=1.0)
+    solution = solve_continuum(model)
+    horizontal = 0.2 * 26e3 * (4 - blocks.moments.centroid[:, 0])
+    assert_allclose(solution.total_load, [0.2 * 26e3 * 12, 0], atol=EXACT * 1e6)
+    assert_allclose(solution.stress[:, 0, 0], horizontal, atol=EXACT * 78e3)
+
+
 def test_rocks_of_different_stiffness_in_series():
     blocks = framed(bsm.Blocks.from_polygons(grid(1, 2), rock=["hard", "soft"]), 1, 2)
     rocks = [

@@ -18,6 +18,7 @@ WEIGHTLESS = bsm.Model(
     default_joint="J",
     supports=[bsm.Fixed(boundary="bottom")],
 )
+FLOATING = {"rocks": [bsm.Rock("rock", unit_weight=26e3)], "gravity_vertical": 1.0}  # all of the weight is taken away
 STRESS = bsm.InSitu(stress={"yy": -1e6})
 NO_STRESS = bsm.InSitu(stress={"yy": 0.0})
 
@@ -38,6 +39,8 @@ NO_STRESS = bsm.InSitu(stress={"yy": 0.0})
         {"stages": [bsm.Stage(name="a", loads=[bsm.Pressure(boundary="top", pressure=1e3)])]},
         {"stages": [bsm.Stage(name="a", water=bsm.Water(table=[(0, 1)]))]},
         {"stages": [bsm.Stage(name="a", excavate=[3], pressure=1e3)]},
+        {**FLOATING, "stages": [bsm.Stage(name="a", gravity=(0.0, 0.5))]},
+        {**FLOATING, "gravity_horizontal": 0.1},
     ],
 )
 def test_what_loads(changes: dict[str, object]) -> None:
@@ -55,6 +58,8 @@ def test_what_loads(changes: dict[str, object]) -> None:
         {"water": bsm.Water(table=[(0, -5)], joint_pressure={"J": 0.0})},
         {"bolts": [bsm.Bolt(start=(0.5, 1.8), end=(0.5, 0.2), diameter=0.02)]},
         {"stages": [bsm.Stage(name="a", excavate=[3])]},
+        {"gravity_horizontal": 0.5},
+        FLOATING,
     ],
 )
 @pytest.mark.parametrize("scheme", ["linear", "continuation", "wang"])

@@ -71,6 +71,8 @@ def test_an_ordinary_model_has_none() -> None:
             "stage 'a': water: the table lies 998 m above",
         ),
         ({"stages": [bsm.Stage(name="a")]}, "stage 'a' changes nothing"),
+        ({"gravity_horizontal": 0.9}, "gravity: horizontal = 0.9 is unusual (-0.5 to 0.5 is usual)"),
+        ({"stages": [bsm.Stage(name="a", gravity=(0, -1))]}, "stage 'a': gravity: vertical = -1 is unusual"),
         ({"in_situ": bsm.InSitu(surface=1.4)}, "in_situ: 2 blocks above the surface: without stress at the start"),
         ({"in_situ": bsm.InSitu(surface=900.0)}, "the surface lies 898 m above the top of the model (y = 2 m)"),
         ({"in_situ": bsm.InSitu(surface=2.0, k0=15)}, "in_situ: k0 = 15 is unusual (0 to 5 is usual)"),

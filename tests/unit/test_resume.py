@@ -77,6 +77,34 @@ def test_a_block_that_falls_from_where_it_slid_to(tmp_path: Path, left: list[Pat
 
 
 @pytest.mark.usefixtures("at_every_step")
+@pytest.mark.parametrize("scheme", ["continuation", "wang", "linear"])
+def test_stages_that_change_strength_and_shake(tmp_path: Path, left: list[Path], scheme: str) -> None:
+    """At a checkpoint strength and gravity are those of the last stages: joints slip in every one of these."""
+    polygons = [rectangle(-4, -1, 6, 0), rectangle(-2, 0, 0, 1), rectangle(0, 0, 2, 1), rectangle(2, 0, 3, 2)]
+    stages = [
+        bsm.Stage(name="shakes", gravity=(0.5, 0.05), strength={"J": 0.5}),
+        bsm.Stage(name="rain", strength={"*": 0.4}),
+        bsm.Stage(name="back", gravity=(-0.1, 0.0)),
+        bsm.Stage(name="mended", strength={"J": 2.0}),
+    ]
+    built = model_of(polygons, fixed=(0, 3), friction=30.0, kn=1e8, stages=stages)
+    model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
+    model.parent.mkdir()
+    for name, write in files_of_model(built, bsm.Options(scheme=scheme)).items():
+        write(model.parent / name)
+    whole = bsm.run(model, output=out)
+    assert [stage.status for stage in whole.stages] == ["stable"] * 5
+    if scheme == "continuation":
+        assert [bool((stage.contacts.status == 1).any()) for stage in whole.stages] == [False, True, True, True, False]
+    wanted, copies = content(out), list(left)
+    assert len(copies) >= 5
+    for copy in copies[:: 1 + len(copies) // 20]:
+        interrupted(model.parent, copy)
+        bsm.run(model, output=out, resume=True)
+        assert content(out) == wanted
+
+
+@pytest.mark.usefixtures("at_every_step")
 def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
     tmp_path: Path, left_late: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

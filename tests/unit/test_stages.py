@@ -50,6 +50,12 @@ def tower(stages=(), columns=2, rows=3, **more):
         ([bsm.Stage(name="a", loads=[bsm.InSituTraction(boundary="top")])], ["needs the field", "[in_situ]"]),
         ([bsm.Stage(name="a", water=bsm.Water(table=[(50, 0), (60, 1)]))], ["stage 'a'", "outside the model", "50 m"]),
         ([bsm.Stage(name="a", water=bsm.Water(joint_pressure={"K": 1.0}))], ["no joint 'K'"]),
+        (
+            [bsm.Stage(name="a", strength={"K": 0.5})],
+            ["stage 'a': strength: there is no joint 'K'", "(known: J)"],
+        ),
+        ([bsm.Stage(name="a", strength={"rock:rok": 0.5})], ["there is no rock 'rok'", "did you mean 'rock'"]),
+        ([bsm.Stage(name="a", strength={"J": 0.5})], ["joint 'J' has no law", "give it friction"]),
     ],
 )
 def test_what_does_not_fit_the_model(stages, words):
@@ -70,12 +76,35 @@ def test_what_does_not_fit_the_model(stages, words):
         ({"name": "a", "relaxation": [1.5]}, ["relaxation = 1.5 must be 0 to 1"]),
         ({"name": "a", "relaxation": []}, ["must rise"]),
         ({"name": "a", "pressure": "high"}, ["pressure", "not a finite number"]),
+        ({"name": "a", "strength": 0.5}, ["strength = 0.5 must be a mapping by names"]),
+        ({"name": "a", "strength": {"J": 0}}, ["strength of 'J' = 0 must be 1e-6 to 1e6"]),
+        ({"name": "a", "gravity": 0.1}, ["gravity = 0.1 must be two numbers (x, y)"]),
+        ({"name": "a", "gravity": (0, 9.81)}, ["gravity y = 9.81 must be -2 to 2", "part of the unit weight"]),
     ],
 )
 def test_what_is_no_stage(given, words):
     with pytest.raises(bsm.ModelError) as caught:
         bsm.Stage(**given)
     assert all(word in str(caught.value) for word in words), str(caught.value)
+
+
+def test_a_stage_keeps_its_numbers_to_itself():
+    parts = {"J": 1}
+    stage = bsm.Stage(name="a", strength=parts, gravity=[np.float32(0.5), 0])
+    parts["J"] = 5
+    assert (dict(stage.strength), stage.gravity) == ({"J": 1.0}, (0.5, 0.0))
+    assert hash(stage) == hash(bsm.Stage(name="a", gravity=(0.5, 0.0)))
+    with pytest.raises(TypeError):
+        stage.strength["J"] = 2.0
+
+
+def test_a_strength_that_no_law_can_have_is_refused_before_the_run():
+    law = bsm.MohrCoulomb(friction=30, cohesion=1e6)
+    stages = [bsm.Stage(name="a", strength={"J": 1e4})]
+    with pytest.raises(bsm.ModelError, match=r"stage 'a': joint 'J': strength divided by 0.0001: .*cohesion = 1e\+10"):
+        tower(stages, joints=[bsm.Joint("J", 1e9, 1e9, law=law)])
+    stages = [bsm.Stage(name=name, strength={"J": 500}) for name in "ab"]  # not cumulative: not refused
+    tower(stages, joints=[bsm.Joint("J", 1e9, 1e9, law=law)])
 
 
 def test_regions():
