@@ -98,7 +98,7 @@ def test_stages_that_change_strength_and_shake(tmp_path: Path, left: list[Path],
         assert [bool((stage.contacts.status == 1).any()) for stage in whole.stages] == [False, True, True, True, False]
     wanted, copies = content(out), list(left)
     assert len(copies) >= 5
-    for copy in copies[:: 1 + len(copies) // 20]:
+    for copy in copies[:: 1 + len(copies) // 8]:
         interrupted(model.parent, copy)
         bsm.run(model, output=out, resume=True)
         assert content(out) == wanted
