@@ -18,6 +18,7 @@ from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.stages import Stage
+from bsm_mesh.model.strength import law_name
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
 from bsm_mesh.model.water import Water
 
@@ -155,9 +156,7 @@ def _joint(joint: Joint) -> Content:
         table["filling"] = _fields(joint.filling)
     if joint.law is not None:
         if type(joint.law) not in LAWS:
-            raise NoFormError(
-                f"its law is {type(joint.law).__name__}; a model file knows {' and '.join(LAWS.values())}"
-            )
+            raise NoFormError(f"its law is {law_name(joint.law)}; a model file knows {' and '.join(LAWS.values())}")
         table |= {"law": LAWS[type(joint.law)], **_fields(joint.law), "tensile_strength": joint.tensile_strength}
     return table
 

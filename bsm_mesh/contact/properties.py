@@ -11,7 +11,8 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
-from bsm_mesh.model.joint_laws import PROBED, Elastic, JointLaw, Weaker
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker
+from bsm_mesh.model.law_faults import PROBED
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 

@@ -12,6 +12,7 @@ from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, StraightLaw
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.strength import law_name
 
 MAX_UTILISATION = 999.0  # shown where a contact without strength carries shear
 
@@ -80,7 +81,7 @@ def peak_strength(law: JointLaw, pressure: FloatArray, length: FloatArray) -> Fl
 
 
 def _lines_of(law: JointLaw, length: FloatArray) -> tuple[FloatArray, FloatArray]:
-    name = type(law).__name__
+    name = law_name(law)
     if not isinstance(law, StraightLaw):
         raise ModelError(
             f"limit analysis needs the shear strength of every joint as straight lines, and the law {name} has no "

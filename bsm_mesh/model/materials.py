@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
-from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, law_faults
+from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
+from bsm_mesh.model.law_faults import law_faults
 from bsm_mesh.model.quantities import (
     COHESION,
     FRICTION,

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 ALL_JOINTS = "*"
 OF_ROCK = "rock:"
+ENORMOUS = 1e300  # N/m: beyond any force, and times a factor still a number
 BOLT_CAPACITIES = (
     "yield_strength",
     "anchor_capacity",
@@ -56,7 +57,8 @@ class Reduced:
         self, pressure: FloatArray, trial_shear: FloatArray, length: FloatArray, failed: BoolArray
     ) -> JointResponse:
         """Return the response of the other law to a trial shear that is greater by the factor, divided by it."""
-        answer = self.law.respond(pressure, self.factor * trial_shear, length, failed)
+        trial = self.factor * np.clip(trial_shear, -ENORMOUS, ENORMOUS)  # whoever asks for the strength asks with more
+        answer = self.law.respond(pressure, trial, length, failed)
         return replace(
             answer,
             shear=np.where(answer.sticking, trial_shear, answer.shear / self.factor),  # without rounding
@@ -102,6 +104,11 @@ def reduced_law(law: JointLaw, factor: float) -> JointLaw:
     if isinstance(law, ReducibleLaw):
         return law.reduced(factor)
     return ReducedStraight(law, factor) if isinstance(law, StraightLaw) else Reduced(law, factor)
+
+
+def law_name(law: JointLaw) -> str:
+    """Return the name of a law's class; of a `Reduced` one that of the law which is reduced."""
+    return type(law.law if isinstance(law, Reduced) else law).__name__
 
 
 def with_strength(model: Model, factors: Mapping[str, float]) -> Model:

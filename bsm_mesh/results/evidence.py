@@ -8,6 +8,7 @@ from typing import Any
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.strength import law_name
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 
@@ -187,7 +188,7 @@ def _described(law: JointLaw) -> Mapping[str, Any]:
     if isinstance(law, Weaker):
         return {"kind": kind, "laws": [_described(law.one), _described(law.other)]}
     if kind is None:
-        return {"kind": "own", "name": type(law).__name__}
+        return {"kind": "own", "name": law_name(law)}
     return {"kind": kind, **asdict(law)}  # type: ignore[call-overload]
 
 

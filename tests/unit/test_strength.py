@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import Elastic, JointResponse, MohrCoulomb, Patton, Weaker, law_faults
+from bsm_mesh.model.joint_laws import Elastic, JointResponse, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.law_faults import law_faults
 from bsm_mesh.model.strength import Reduced, reduced_law, with_bolt_capacities, with_strength
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
@@ -26,13 +27,13 @@ LAWS.append(Weaker(LAWS[0], LAWS[1]))
 
 
 class Parabolic:
-    """A law of the user's own: shear up to the root of the pressure."""
+    """A law of the user's own: shear up to the root of the pressure, its slope finite at none."""
 
     def respond(self, pressure, trial_shear, length, failed):
         pressing = np.maximum(pressure, 0.0)
-        strength = 300.0 * np.sqrt(pressing)
+        strength = 300.0 * (np.sqrt(pressing + 1e3) - np.sqrt(1e3))
         sticking = np.abs(trial_shear) <= strength
-        slope = np.where(pressure > 0, 150.0 / np.sqrt(np.maximum(pressing, 1e-300)), 0.0)
+        slope = np.where(pressure > 0, 150.0 / np.sqrt(pressing + 1e3), 0.0)
         return JointResponse(
             shear=np.where(sticking, trial_shear, np.copysign(strength, trial_shear)),
             by_pressure=np.where(sticking, 0.0, np.copysign(slope, trial_shear)),
@@ -105,6 +106,19 @@ def test_lines_of_a_law_of_the_users_own_are_divided_and_those_it_has_not_are_no
     assert_array_equal(have[0], slope / 2)
     assert_array_equal(have[1], intercept / 2)
     assert not hasattr(reduced_law(Parabolic(), 2), "strength_lines")
+
+
+def test_a_law_of_the_users_own_runs_at_another_strength_and_keeps_its_name():
+    polygons = [rectangle(0, -1, 4, 0), rectangle(1, 0, 2, 1)]
+    model = model_of(polygons, law=Parabolic(), gravity_horizontal=0.1)
+    uneven = np.array([0.45, 0.55]) * 25e3  # pressures of both contacts: the resultant is 0.05 from the middle
+    most = 300 * (np.sqrt(uneven + 1e3) - np.sqrt(1e3)).sum() / 25e3
+    for factor, verdict in ((most / 0.1 * 0.99, "stable"), (most / 0.1 * 1.01, "unstable")):
+        results = bsm.run(with_strength(model, {"J": 1 / factor}))
+        assert results.status == verdict
+        assert results.stages[0].evidence.laws[0]["name"] == "Parabolic"
+    with pytest.raises(ModelError, match="the law Parabolic has no method strength_lines"):
+        bsm.limit_analysis(with_strength(model, {"J": 0.5}))
 
 
 def test_factors_of_a_law_of_the_users_own_multiply():

@@ -12,6 +12,7 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse
+from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
     fill_tangent,
@@ -189,7 +190,7 @@ def _asked(
         return law.respond(pressure, trial, length, failed)
     except Exception as error:
         raise ModelError(
-            f"the law {type(law).__name__}: respond failed at pressures of {pressure.min(initial=0.0):.3g} to "
+            f"the law {law_name(law)}: respond failed at pressures of {pressure.min(initial=0.0):.3g} to "
             f"{pressure.max(initial=0.0):.3g} N/m: {type(error).__name__}: {error}"
         ) from error
 

@@ -1,0 +1,88 @@
+"""What is wrong with how a joint law answers: it may be of the user's own."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.joint_laws import JointResponse
+
+PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
+
+
+def law_faults(law: Any, *, tension: bool) -> list[str]:
+    """Return what is wrong with how a law answers, a sentence each: a law may be of the user's own.
+
+    Parameters
+    ----------
+    law : object
+        What is given as a law.
+    tension : bool
+        Whether its contacts may bear tension, so that it is asked at negative pressures too.
+    """
+    who = f"the law {type(law).__name__}"
+    if not callable(getattr(law, "respond", None)) or isinstance(law, type):
+        return [
+            f"{who}: has no method respond(pressure, trial_shear, length, failed): docs/theory.md says what a law is"
+        ]
+    pressure = np.array([0.0, 0.0, 1e5, 1e5, 1e5, *PROBED, *([-1e3] * tension)])
+    trial = np.array([0.0, 0.0, 1.0, 1e9, -1e9, *(1e9 for _ in PROBED), *([1.0] * tension)])
+    failed = np.array([False, True, False, True, False, *(False for _ in PROBED), *([False] * tension)])
+    given = pressure, trial, np.ones(len(trial)), failed
+    copies = tuple(values.copy() for values in given)
+    try:
+        with np.errstate(all="ignore"):
+            answer = law.respond(*copies)
+    except Exception as error:
+        return [f"{who}: respond failed on arrays of {len(trial)} contacts: {type(error).__name__}: {error}"]
+    if not isinstance(answer, JointResponse):
+        return [f"{who}: respond returns {type(answer).__name__}; it must return a bsm.JointResponse"]
+    faults = [
+        text
+        for field in fields(JointResponse)
+        for text in _array_faults(field.name, getattr(answer, field.name), trial)
+    ]
+    if not faults:
+        faults = _response_faults(answer, pressure, failed)
+    if not all(np.array_equal(one, other) for one, other in zip(given, copies, strict=True)):
+        faults.append("changes the arrays that it is given; it must return new ones")
+    return [f"{who}: respond {text}" for text in faults]
+
+
+def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:
+    kind = np.dtype(bool if name in ("sticking", "failed") else float)
+    if isinstance(values, np.ndarray) and values.shape == like.shape and values.dtype == kind:
+        return []
+    have = f"{values.dtype} of shape {values.shape}" if isinstance(values, np.ndarray) else type(values).__name__
+    return [f"returns {name} as {have}; it must be an array of {kind} with an entry a contact, {like.shape} here"]
+
+
+def _response_faults(answer: JointResponse, pressure: FloatArray, failed: BoolArray) -> list[str]:
+    """Return what is wrong with an answer about contacts, of which the first two do not touch."""
+
+    def where(bad: BoolArray) -> str:
+        return f"at the pressure {pressure[np.flatnonzero(bad)[0]]:g} N/m"
+
+    faults = []
+    wild = ~(np.isfinite(answer.shear) & np.isfinite(answer.by_pressure))
+    if wild.any():
+        faults.append(
+            f"returns shear or by_pressure that are not finite {where(wild)} "
+            "(contacts that do not touch have pressure 0)"
+        )
+    none = ~(answer.strength >= 0)
+    beyond = np.abs(answer.shear) > answer.strength * (1 + 1e-12)
+    if none.any():
+        faults.append(f"returns a strength that is not 0 or more {where(none)}")
+    elif beyond.any():
+        faults.append(f"returns more shear than strength {where(beyond)}")
+    if (answer.failed != failed)[:2].any():
+        faults.append(
+            "changes the state of contacts that do not touch: pressure and trial shear 0 must leave failed as it is"
+        )
+    if (failed & ~answer.failed).any():
+        faults.append("mends contacts that have failed: failed stays true")
+    return faults
