@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.errors import listing
+from bsm_mesh.errors import listing, place
 from bsm_mesh.safety.answer import Safety
 
 
@@ -24,9 +24,9 @@ def answer_rows(answer: Safety) -> list[tuple[str, str]]:
     ]
     fails = answer.mechanism
     if fails is not None:
-        at = f"({fails.centre[0]:.3g}, {fails.centre[1]:.3g}) m"
+        at = place(round(x, 2) + 0.0 for x in fails.centre)  # to the centimetre
         what = f"block {listing(fails.blocks, 6)}: {engineering(fails.area, 'm2')}, {100 * fails.part:.3g} % of all"
-        rows.append(("what fails", f"{what}, around {at}"))
+        rows.append(("what fails", f"{what}, around {at} m"))
         rows += [
             (
                 f"just before, of {each.joint}",

@@ -138,7 +138,9 @@ def run_options(model: Model, options: Options | None, processes: int) -> Option
     """
     given = options or model.options or Options()
     if given.scheme != "continuation":
-        raise ModelError(f"safety: scheme = '{given.scheme}' knows no failure; take 'continuation'")
+        raise ModelError(
+            f"safety: in scheme = '{given.scheme}' nothing can fail; take scheme = 'continuation' in [solver]"
+        )
     return replace(given, falls=replace(given.falls, on_fall="stop"), threads=1 if processes > 1 else given.threads)
 
 

@@ -187,7 +187,7 @@ def test_other_starts_and_stiffer_joints():
         ({"tolerance": 0.0}, "tolerance = 0 must be 1e-4 to 0.2"),
         ({"trials": 0}, "trials = 0 must be"),
         ({"start": "soon"}, "start"),
-        ({"options": bsm.Options(scheme="linear")}, "scheme = 'linear' knows no failure"),
+        ({"options": bsm.Options(scheme="linear")}, "in scheme = 'linear' nothing can fail"),
         ({"failure": 5}, "failure"),
     ],
 )
