@@ -254,6 +254,20 @@ def plot(out: Path, animate: bool, step: int | None) -> None:
 
 @cli.command()
 @click.argument("out", type=PATH)
+@click.option("--no-pictures", is_flag=True, help="Draw none; those that are there are shown.")
+def report(out: Path, no_pictures: bool) -> None:
+    """Write the results in OUT as one page, OUT/report.html, to be filed or printed.
+
+    What was run, on what every verdict rests, what moved and slipped, pictures, quality of the blocks, versions and
+    checksums. The page needs no other file.
+    """
+    from bsm_mesh.app.report import write_report
+
+    write_report(out, pictures=not no_pictures)
+
+
+@cli.command()
+@click.argument("out", type=PATH)
 @json_option
 def verify(out: Path, as_json: bool) -> None:
     """Check from the files in OUT alone on what every verdict rests.

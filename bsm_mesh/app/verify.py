@@ -48,13 +48,7 @@ class Ground:
 
 def verify(out: Path, *, as_json: bool) -> int:
     """Check every verdict in a results folder; print the grounds; return the exit code."""
-    results = Results.load(out)
-    saved = SavedResults(out)
-    if CERTIFICATE not in saved:
-        raise ModelError(f"{out} holds no {CERTIFICATE}; run the model again")
-    told = json.loads(saved.content(CERTIFICATE))
-    arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]
-    grounds = tuple(grounds_of(results, told, arrays))
+    grounds = grounds_in(out)
     if as_json:
         say_json([asdict(ground) for ground in grounds])
     else:
@@ -62,6 +56,23 @@ def verify(out: Path, *, as_json: bool) -> int:
             doubt = "" if ground.holds else "DOES NOT HOLD: "
             say(f"stage {ground.stage}: {ground.verdict}, {ground.kind}: {doubt}{ground.text}")
     return HELD if all(ground.holds for ground in grounds) else FAILED
+
+
+def grounds_in(out: Path) -> tuple[Ground, ...]:
+    """Return the grounds of all stages in a results folder.
+
+    Raises
+    ------
+    ModelError
+        If it holds no results, or none with a certificate.
+    """
+    results = Results.load(out)
+    saved = SavedResults(out)
+    if CERTIFICATE not in saved:
+        raise ModelError(f"{out} holds no {CERTIFICATE}; run the model again")
+    told = json.loads(saved.content(CERTIFICATE))
+    arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]
+    return tuple(grounds_of(results, told, arrays))
 
 
 def grounds_of(results: Results, told: dict[str, Any], arrays: list[bytes]) -> Iterator[Ground]:

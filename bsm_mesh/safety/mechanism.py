@@ -6,31 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, IntArray
-from bsm_mesh.results.records import ContactStatus, Results
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.results.joint_states import JointState, joint_states
 from bsm_mesh.safety.driver import Found
-
-NO_JOINT = "faces without a joint"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointState:
-    """How a joint is used.
-
-    Attributes
-    ----------
-    joint : str
-        Its name.
-    length : float [m]
-        Length of its faces in contact.
-    slipping, opened : float [m]
-        Length of them that is at its strength, and that has opened.
-    """
-
-    joint: str
-    length: float
-    slipping: float
-    opened: float
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -77,22 +55,5 @@ def mechanism_of(found: Found) -> Mechanism | None:
         area=float(area.sum()),
         part=float(area.sum() / moments.area[stage.present].sum()),
         centre=(float(centre[0]), float(centre[1])),
-        joints=() if last is None else joint_states(last),
+        joints=() if last is None else joint_states(last, last.stages[-1]),
     )
-
-
-def joint_states(results: Results) -> tuple[JointState, ...]:
-    """Return how every joint is used at the end of the last stage; faces without a joint come last."""
-    contacts = results.stages[-1].contacts
-
-    def length(chosen: BoolArray) -> float:
-        return float(contacts.length[chosen].sum())
-
-    states = []
-    for number in [*range(len(results.joint_names)), -1]:
-        mine = contacts.joint == number
-        if mine.any():
-            name = results.joint_names[number] if number >= 0 else NO_JOINT
-            slipping, opened = (mine & (contacts.status == s) for s in (ContactStatus.SLIPPING, ContactStatus.OPEN))
-            states.append(JointState(joint=name, length=length(mine), slipping=length(slipping), opened=length(opened)))
-    return tuple(states)

@@ -1,0 +1,195 @@
+"""The command ``report``: a results folder as one page to be filed or printed; every number is of the results."""
+
+from __future__ import annotations
+
+import base64
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.headings import PICTURES_FOLDER, heading
+from bsm_mesh.app.model_text import MODEL
+from bsm_mesh.app.plot import draw_in_subprocess
+from bsm_mesh.app.quality import Thresholds, poor_blocks
+from bsm_mesh.app.storage import SavedResults, load_results
+from bsm_mesh.app.tables import FALL_HEADER, engineering, fall_rows, vector
+from bsm_mesh.app.terminal import say
+from bsm_mesh.app.verify import grounds_in
+from bsm_mesh.errors import counted, listing, place
+from bsm_mesh.files import write_text
+from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.joint_states import joint_states
+from bsm_mesh.results.records import Results, StageResult
+
+REPORT, TEMPLATE = "report.html", "report.html.j2"
+ASSUMPTIONS = (
+    "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
+    "Blocks are rigid; rock and joints deform in the springs of their contacts (Wang 1992).",
+    "Joints slip and open by their laws, and bear no tension beyond the strength that is given.",
+    "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
+)
+Rows = list[tuple[str, ...]]
+
+
+def write_report(out: Path, *, pictures: bool = True) -> Path:
+    """Write the report of a results folder into it and return its path.
+
+    Parameters
+    ----------
+    out : Path
+        The results folder.
+    pictures : bool
+        Whether its pictures are drawn where they are missing.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results, or they are damaged, or the pictures cannot be drawn.
+    """
+    from jinja2 import Environment
+
+    added = AddedFiles(out)
+    if pictures and not list((out / PICTURES_FOLDER).glob("*.png")):
+        draw_in_subprocess(out)
+    template = resources.files("bsm_mesh.app").joinpath(TEMPLATE).read_text(encoding="utf-8")
+    page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(template)
+    with added.file(REPORT) as draft:
+        write_text(draft, page.render(**content_of(out)))
+    say(out / REPORT)
+    return out / REPORT
+
+
+def content_of(out: Path) -> dict[str, Any]:
+    """Return what the page tells of a results folder."""
+    saved, results = SavedResults(out), load_results(out)
+    told = saved.told
+    grounds = {ground.stage: ground for ground in grounds_in(out)}
+    model = saved.content(MODEL).decode("utf-8") if MODEL in saved else ""
+    return {
+        "title": told["title"] or out.name,
+        "heading": heading(told),
+        "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
+        "fall_header": FALL_HEADER,
+        "falls": fall_rows(results),
+        "facts": _facts(results),
+        "assumptions": ASSUMPTIONS,
+        "input": _input(model),
+        "model": model,
+        "quality": _quality(results),
+        "pictures": [
+            (path.stem.replace("_", " "), base64.b64encode(path.read_bytes()).decode("ascii"))
+            for path in sorted((out / PICTURES_FOLDER).glob("*.png"))
+        ],
+        "versions": {**told["versions"], "linear solver": told["linear_solver"]},
+        "model_hash": told["model_hash"],
+        "files": [(name, f"{listed['bytes']}", listed["sha256"]) for name, listed in told["files"].items()],
+    }
+
+
+def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
+    """Return what the page tells of a stage."""
+    from bsm_mesh.results.movement import verdict_in_words
+
+    blocks = results.blocks
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    most = int(moved.argmax())
+    at = place(blocks.moments.centroid[most].round(2))  # to the centimetre
+    rows: Rows = [
+        ("verdict", verdict_in_words(blocks, stage).replace("_", " ")),
+        ("why", stage.reason),
+        ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"),
+        ("blocks, contacts", f"{int(stage.present.sum())}, {len(stage.contacts.length)}"),
+        (
+            "moved most in this stage",
+            f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}",
+        ),
+        ("greatest displacement in all", engineering(stage.max_displacement, "m")),
+        ("sum of weights and loads (x, y)", vector(stage.total_load, "N/m")),
+        ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
+        ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
+    ]
+    if stage.unstable_blocks.size:
+        area = blocks.moments.area
+        down = stage.unstable_blocks
+        part = 100 * float(area[down].sum() / area[stage.present].sum())
+        what = f"block {listing(down)}: {engineering(float(area[down].sum()), 'm2')}, {part:.3g} % of all"
+        rows.insert(2, ("blocks that come down", what))
+    if len(stage.water_table) or stage.water.any():
+        rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+    if stage.bolts.count:
+        rows.append(("bolts", _bolts(stage)))
+    return {
+        "name": stage.name,
+        "holds": ground is None or ground.holds,
+        "rows": rows,
+        "joints": [
+            (
+                each.joint,
+                f"{each.length:.4g}",
+                f"{100 * each.slipping / each.length:.3g}",
+                f"{100 * each.opened / each.length:.3g}",
+            )
+            for each in joint_states(results, stage)
+        ],
+        "notes": stage.notes,
+    }
+
+
+def _bolts(stage: StageResult) -> str:
+    bolts = stage.bolts
+    states = [
+        f"{int((bolts.status == status).sum())} {status.name.lower()}"
+        for status in BoltStatus
+        if (bolts.status == status).any()
+    ]
+    return f"{', '.join(states)}; greatest force {engineering(float(bolts.greatest_force.max()), 'N')}"
+
+
+def _facts(results: Results) -> Rows:
+    blocks = results.blocks
+    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
+    area = blocks.moments.area
+    return [
+        ("scheme", results.scheme),
+        ("tolerance", f"{results.tolerance:g} of the reference weight"),
+        ("stages", ", ".join(stage.name for stage in results.stages)),
+        ("extent", f"{place(low)} to {place(high)} m"),
+        (
+            "blocks",
+            f"{blocks.count}, of {engineering(float(area.min()), 'm2')} to {engineering(float(area.max()), 'm2')}",
+        ),
+    ]
+
+
+def _quality(results: Results) -> Rows:
+    """Return which blocks are poor, by the thresholds of `bsm-mesh check`."""
+    poor = poor_blocks(results.blocks, Thresholds())
+    return [
+        (name.replace("_", " "), counted(len(found), "block"), f"block {listing(found)}" if len(found) else "")
+        for name, found in poor.items()
+    ]
+
+
+def _input(model: str) -> list[tuple[str, Rows]]:
+    """Return the tables of a model file as it was run: rocks, joints and all else that is not empty."""
+    content = tomllib.loads(model) if model else {}
+    tables: list[tuple[str, dict[str, Any]]] = []
+    for kind in ("rock", "joint"):
+        tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
+    for kind in ("gravity", "in_situ", "water", "falls", "solver"):
+        tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
+    for kind in ("support", "load", "bolt", "stage"):
+        tables += [(f"{kind} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
+    return [
+        (name, [(key, _shown(value)) for key, value in table.items() if value not in ([], {}, "")])
+        for name, table in tables
+    ]
+
+
+def _shown(value: Any) -> str:
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) < 200 else f"{text[:197]}..."

@@ -1,0 +1,92 @@
+"""The report of a results folder: one page that needs nothing else, whose numbers are those of the results."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import bsm_mesh as bsm
+from bsm_mesh.app.cli import cli
+from bsm_mesh.app.own_files import own_files
+from tests.scenes.known_factors import incline, tutorial_slope
+
+
+def report(folder, *options):
+    outcome = CliRunner().invoke(cli, ["report", str(folder), *options])
+    return outcome, (folder / "report.html").read_text(encoding="utf-8") if outcome.exit_code == 0 else ""
+
+
+@pytest.fixture(scope="module")
+def slope(tmp_path_factory):
+    """Return the results of a slope whose left block is excavated, and their folder with its report."""
+    folder = tmp_path_factory.mktemp("slope") / "out"
+    results = bsm.run(tutorial_slope(30.0))
+    results.save(folder)
+    return results, folder, report(folder)[1]
+
+
+def test_verdicts_with_their_grounds(slope):
+    results, _, page = slope
+    assert [stage.name for stage in results.stages] == re.findall(r"<h3>Stage (\w+)</h3>", page)
+    assert page.count("<td>stable</td>") == 2
+    assert "equilibrium: every block is in balance" in page
+    assert 'class="fails"' not in page
+
+
+def test_numbers_are_those_of_the_results(slope):
+    results, folder, page = slope
+    last = results.stages[-1]
+    most = int(np.hypot(*last.stage_displacement[:, :2].T).argmax())
+    assert f"block {most} at " in page
+    assert f"<td>{int(last.present.sum())}, {len(last.contacts.length)}</td>" in page
+    assert results.model_digest in page
+    assert str((folder / "contacts_0000.vtu").stat().st_size) in page
+    slipping = last.contacts.length[last.contacts.status == 1].sum() / last.contacts.length.sum()
+    assert f">{100 * slipping:.3g}</td>" in page
+
+
+def test_the_page_needs_nothing_else(slope):
+    _, _, page = slope
+    assert not re.findall(r'(?:src|href)="(?!data:)', page)
+    assert "http" not in page
+    assert "<script" not in page
+
+
+def test_pictures_are_in_the_page(slope):
+    _, folder, page = slope
+    assert page.count('src="data:image/png;base64,') == len(list((folder / "pictures").glob("*.png"))) > 3
+
+
+def test_the_next_run_takes_it_away(slope, tmp_path):
+    results, _, _ = slope
+    results.save(tmp_path / "out")
+    assert report(tmp_path / "out", "--no-pictures")[0].exit_code == 0
+    assert "report.html" in own_files(tmp_path / "out")
+    results.save(tmp_path / "out")
+    assert not (tmp_path / "out" / "report.html").exists()
+
+
+def test_blocks_that_come_down_and_texts_that_are_no_html(tmp_path):
+    bsm.run(replace(incline(20.0, 30.0), title="a < b & <script>alert(1)</script>")).save(tmp_path / "out")
+    _, page = report(tmp_path / "out", "--no-pictures")
+    assert "<td>blocks that come down</td><td>block 1: 1 m2" in page
+    assert "proved: " in page
+    assert "&lt;script&gt;" in page
+    assert "<script" not in page
+    assert "None were drawn." in page
+
+
+def test_damaged_results_have_no_report(slope, tmp_path):
+    results, _, _ = slope
+    results.save(tmp_path / "out")
+    (tmp_path / "out" / "history.csv").write_text("nothing")
+    outcome, _ = report(tmp_path / "out", "--no-pictures")
+    assert "history.csv" in str(outcome.exception)
+    assert not (tmp_path / "out" / "report.html").exists()
+
+
+def test_a_folder_without_results(tmp_path):
+    outcome = CliRunner().invoke(cli, ["report", str(tmp_path)])
+    assert isinstance(outcome.exception, bsm.ModelError)
