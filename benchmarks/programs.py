@@ -1,4 +1,4 @@
-"""The programs that bring a scene to rest: this one, pymunk, HiGHS, and any other through a command of its own.
+"""The programs that bring a scene to rest: this one, pymunk, and any other through a command; and limit analysis.
 
 Each returns a row: ``blocks``, ``verdict``, ``note``, ``seconds`` of the solution with the model in memory, and what
 else it can tell of ``residual``, ``drift``, ``steps``, ``factorizations``, ``parts``, ``processor``, ``memory``. The

@@ -66,11 +66,12 @@ def test_a_block_on_an_incline(friction):
 
 @pytest.mark.parametrize("size", [1.0, 1e-2, 1e-4])
 def test_a_chip_beside_boulders(size):
-    """What it lacks is little beside the boulder's weight, and all of its own."""
-    chip = rectangle(1, 0, 1 + size, 0.5 * size)
-    found = strength_limit(on_incline(rectangle(-0.5, 0, 0.5, 0.5), chip, fixed=(0, 1)))
+    """What it lacks is little beside the weight of a boulder that lies level, and all of its own."""
+    level = [rectangle(20, 0, 30, 1), rectangle(21, 1, 29, 9)]
+    polygons = [turned(p, 30.0) for p in (rectangle(-9, -2, 5, 0), rectangle(1, 0, 1 + size, 0.5 * size))]
+    found = strength_limit(model_of([*level, *polygons], friction=40.0, fixed=(0, 2)))
     assert_allclose(found.factor, tan(40) / tan(30), rtol=SIDES)
-    assert found.mechanism[2].any()
+    assert found.mechanism[3].any()
 
 
 @pytest.mark.parametrize(
@@ -102,6 +103,22 @@ def test_plane_failure_with_a_bolt(plunge, length, printed, spacing):
         divided = 0.5 * (divided + case.factor_with_bolt(pull / divided, plunge))
     assert divided < factor - 0.1
     assert_is(model, divided, bolts=True)
+
+
+@pytest.mark.parametrize(
+    ("strength", "limit"),
+    [
+        ({"yield_strength": 4e4 / (np.pi * 0.01**2)}, 4e4),
+        ({"kind": "end_anchored", "anchor_capacity": 5e4}, 5e4),
+        ({"bond_strength": 3e4}, 3e4),  # over the 1 m in the hung block
+    ],
+)
+def test_a_bolt_that_hangs_a_block(strength, limit):
+    bolt = bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=0.02, spacing=1.2, **strength)
+    model = model_of([rectangle(0, 1, 3, 3), square(1, 0)], gamma=26e3, bolts=[bolt])
+    found = assert_is(model, limit / 1.2 / 26e3, bolts=True)
+    assert_allclose(found.bolt_force, 1.2 * 26e3, rtol=SIDES)
+    assert strength_limit(model).factor == (0.0 if limit < 1.2 * 26e3 else np.inf)
 
 
 @pytest.mark.parametrize(("n", "thickness", "least"), [(20, 0.12, 0.3825), (30, 0.12, 0.3819), (30, 0.20, 0.3090)])

@@ -53,15 +53,18 @@ class Solution:
     of_balance, of_bounds : (r,), (q,) float64
         Multipliers: by how much the least cost falls when a right-hand side grows by 1; of bounds not negative. Where
         there is no solution they prove that.
-    loose : float
-        Sum of what rounding leaves of the columns without cost, in which multipliers times rows are to vanish.
+    loose : (l,) float64
+        What rounding leaves of the columns without cost, in which multipliers times rows are to vanish; not negative.
+    negative : (q,) float64
+        By how much multipliers of bounds were below zero.
     """
 
     answer: Answer
     x: FloatArray
     of_balance: FloatArray
     of_bounds: FloatArray
-    loose: float
+    loose: FloatArray
+    negative: FloatArray
 
 
 def minimise(
@@ -97,7 +100,8 @@ def minimise(
         x=np.array(found.x),
         of_balance=z[: len(right)],
         of_bounds=np.maximum(z[len(right) :], 0.0),
-        loose=float(np.abs(columns @ z).sum() - np.minimum(z[len(right) :], 0.0).sum()),
+        loose=np.abs(columns @ z),
+        negative=np.maximum(-z[len(right) :], 0.0),
     )
 
 

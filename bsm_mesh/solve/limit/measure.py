@@ -1,10 +1,14 @@
-"""By what the forces of a linear program are measured: loads of the blocks, from boulders to chips."""
+"""By what the forces of a linear program are measured: loads of the blocks, from boulders to chips.
+
+So every row, unknown and multiplier is of the order of 1, whatever the sizes of the blocks side by side.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
@@ -43,3 +47,42 @@ class Measure:
         """Return the load on the less loaded of two blocks (m,) each [N/m]."""
         load = np.minimum(self.block[one], self.block[other])
         return np.where(np.isinf(load), self.mean, load)
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Measured:
+    """Equilibrium and bounds in forces that are measured by the loads of the blocks on which they act.
+
+    Attributes
+    ----------
+    balance, bounded : (p, k), (r, k) float64
+        Equilibrium of what may move, moments as forces, and rows that bound the forces.
+    bound : (r,) float64
+        Their bounds.
+    of_balance : (p,) float64 [m/N, 1/N]
+        What equilibrium was multiplied by.
+    of_force, of_bound : (k,), (r,) float64 [N/m]
+        By what the forces and the bounds are measured.
+    """
+
+    balance: csr_array
+    bounded: csr_array
+    bound: FloatArray
+    of_balance: FloatArray
+    of_force: FloatArray
+    of_bound: FloatArray
+
+    @classmethod
+    def of(
+        cls, balance: csr_array, bounded: csr_array, bound: FloatArray, of_balance: FloatArray, of_force: FloatArray
+    ) -> Measured:
+        """Return rows (p, k) and (r, k) with bounds (r,), measured; a bound by the greatest force in its row."""
+        of_bound = csr_array(abs(bounded).sign() * of_force).max(axis=1).toarray().reshape(-1)
+        return cls(
+            balance=csr_array((balance * of_balance[:, None]) * of_force),
+            bounded=csr_array((bounded * of_force) * (1 / of_bound)[:, None]),
+            bound=bound / of_bound,
+            of_balance=of_balance,
+            of_force=of_force,
+            of_bound=of_bound,
+        )

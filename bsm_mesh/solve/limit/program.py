@@ -7,7 +7,7 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import block_diag, coo_array, csr_array, hstack, vstack
+from scipy.sparse import block_array, block_diag, coo_array, csr_array, hstack
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.table import initial_contacts
@@ -17,8 +17,8 @@ from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.solve.bolts.dowels import Dowels
-from bsm_mesh.solve.limit.interior_point import Answer, minimise
-from bsm_mesh.solve.limit.measure import Measure
+from bsm_mesh.solve.limit.interior_point import Answer, Solution, minimise
+from bsm_mesh.solve.limit.measure import Measure, Measured
 from bsm_mesh.solve.limit.strength import Strength
 
 NOTHING = 1e-8  # over loads on blocks: what lacks less lacks nothing; programs are solved to 1e-10
@@ -139,21 +139,20 @@ class LimitProgram:
         ModelError
             If no factor does, or the solver gives up.
         """
-        measure, (bounded, bound) = self._measure(dead + live), self.bounds()
-        balance, (fixed, grows) = self._balance(measure, dead, live)
+        here = self._measured(dead + live, *self.bounds())
         found = minimise(
             np.append(np.zeros(self.unknowns), -1.0),
-            csr_array(hstack([balance, grows[:, None]])),
-            -fixed,
-            csr_array(block_diag([bounded, [[-1.0]]])),  # the factor is not negative
-            np.append(bound / measure.mean, 0.0),
+            csr_array(hstack([here.balance, (self._on_movable(live) * here.of_balance)[:, None]])),
+            -self._on_movable(dead) * here.of_balance,
+            csr_array(block_diag([here.bounded, [[-1.0]]])),  # the factor is not negative
+            np.append(here.bound, 0.0),
         )
         if found.answer is Answer.UNBOUNDED:  # feasible at 0: no factor is too great
             return self._unlimited(np.zeros(self.unknowns))
         if found.answer is Answer.INFEASIBLE:
             raise ModelError("limit analysis: no forces within strength exist, whatever the factor")
-        velocity, slip = self._motion(found.of_balance, found.of_bounds[: len(bound)], measure)
-        return Optimum(max(float(found.x[-1]), 0.0), found.x[:-1] * measure.mean, velocity, slip)
+        velocity, slip = self._motion(found, here)
+        return Optimum(max(float(found.x[-1]), 0.0), found.x[:-1] * here.of_force, velocity, slip)
 
     def shortfall(self, loads: FloatArray, bounded: csr_array, bound: FloatArray, yields: BoolArray) -> Shortfall:
         """Return by how much rows that bound the forces must give way for forces that balance the loads.
@@ -167,55 +166,49 @@ class LimitProgram:
         yields : (r,) bool
             Rows that may give way.
         """
-        measure = self._measure(loads)
-        balance, (fixed,) = self._balance(measure, loads)
-        give = np.where(yields, self._sizes(measure, bounded), 0.0) / measure.mean
+        here = self._measured(loads, bounded, bound)
         found = minimise(
             np.append(np.zeros(self.unknowns), 1.0),
-            csr_array(hstack([balance, csr_array((len(fixed), 1))])),
-            -fixed,
-            csr_array(vstack([hstack([bounded, -give[:, None]]), coo_array(([-1.0], ([0], [self.unknowns])))])),
-            np.append(bound / measure.mean, 1.0),
+            csr_array(hstack([here.balance, csr_array((here.balance.shape[0], 1))])),
+            -self._on_movable(loads) * here.of_balance,
+            csr_array(block_array([[here.bounded, -yields[:, None].astype(float)], [None, [[-1.0]]]])),
+            np.append(here.bound, 1.0),
         )
         solved = found.answer is Answer.SOLVED
-        lacking, of_bounds = float(found.x[-1]) if solved else math.inf, found.of_bounds[: len(bound)]
-        taken = found.loose * float(np.hypot(*loads[:, :2].T).sum()) / measure.mean
+        lacking, rounded = float(found.x[-1]) if solved else math.inf, found.x if solved else np.zeros_like(found.x)
+        taken = float((found.loose / here.of_force).sum() + (found.negative[:-1] / here.of_bound).sum())
+        taken *= float(np.hypot(*loads[:, :2].T).sum())
         return Shortfall(
             lacking,
-            found.x[:-1] * measure.mean if solved else np.zeros(self.unknowns),
-            *self._motion(found.of_balance, of_bounds, measure),
-            of_bounds / measure.mean,
+            rounded[:-1] * here.of_force,
+            *self._motion(found, here),
+            found.of_bounds[:-1] / here.of_bound,
             (lacking if solved else 1.0) / taken if taken > 0 else math.inf,
         )
 
-    def _measure(self, loads: FloatArray) -> Measure:
-        return Measure.of(loads, self.radius, self.movable)
+    def _measured(self, loads: FloatArray, bounded: csr_array, bound: FloatArray) -> Measured:
+        """Return equilibrium and bounds (r, k), (r,), measured by loads (n, 3)."""
+        measure = Measure.of(loads, self.radius, self.movable)
+        of_contact = measure.of_contacts(self.contacts.block_a, self.contacts.block_b)
+        of_force = np.concatenate([of_contact, of_contact, np.full(self.unknowns - 2 * len(of_contact), measure.mean)])
+        of_balance = self._on_movable(self._units * measure.of_rows[:, None]) / measure.mean
+        equilibrium = self.equilibrium[np.repeat(self.movable, 3)]
+        return Measured.of(equilibrium, bounded, bound, of_balance, of_force)
 
-    def _balance(self, measure: Measure, *loads: FloatArray) -> tuple[csr_array, list[FloatArray]]:
-        """Return equilibrium of what may move, and loads (n, 3) there, moments as forces, for the linear program."""
-        rows = np.repeat(self.movable, 3)
-        units = (self._units * measure.of_rows[:, None]).reshape(-1)[rows]
-        matrix = csr_array(self.equilibrium[rows] * units[:, None])
-        return matrix, [load.reshape(-1)[rows] * units / measure.mean for load in loads]
+    def _on_movable(self, values: FloatArray) -> FloatArray:
+        """Return values (n, 3) of what may move, (3 p,)."""
+        return values[self.movable].reshape(-1)
 
     @property
     def _units(self) -> FloatArray:
         """What makes moments forces, (n, 3): the inverse of the radius of gyration, and 1 for forces."""
         return np.column_stack([np.ones((self.blocks.count, 2)), 1 / self.radius])
 
-    def _sizes(self, measure: Measure, bounded: csr_array) -> FloatArray:
-        """Return the forces by which rows (r, k) are measured: loads of contacts' less loaded blocks, (r,) [N/m]."""
-        of_contact = measure.of_contacts(self.contacts.block_a, self.contacts.block_b)
-        others = np.full(self.unknowns - 2 * len(of_contact), measure.mean)
-        of_column = np.concatenate([of_contact, of_contact, others])
-        sizes: FloatArray = csr_array(abs(bounded).sign() * of_column).max(axis=1).toarray().reshape(-1)
-        return sizes
-
-    def _motion(self, of_balance: FloatArray, of_bounds: FloatArray, measure: Measure) -> tuple[FloatArray, FloatArray]:
+    def _motion(self, found: Solution, here: Measured) -> tuple[FloatArray, FloatArray]:
         """Return velocities of the blocks and of the bolts against the rock, as in `Optimum`: the multipliers."""
         velocity = np.zeros((self.blocks.count, 3))
-        velocity[self.movable] = of_balance.reshape(-1, 3)
-        velocity *= self._units * measure.of_rows[:, None]
+        velocity[self.movable] = (found.of_balance * here.of_balance).reshape(-1, 3)
+        of_bounds = found.of_bounds[: len(here.bound)] / here.of_bound
         size = max(float(np.abs(velocity * [1, 1, 0]).max()), float(np.abs(velocity[:, 2] * self.radius).max())) or 1.0
         bounded = np.flatnonzero(np.isfinite(self.strength.capacity))
         slip = np.zeros(len(self.bolts.block))
