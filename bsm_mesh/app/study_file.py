@@ -203,8 +203,8 @@ def _source(table: VaryTable, quantity: Quantity | None) -> Source:
     """Return where the values of a key come from."""
     given = [name for name, keys in KINDS.items() if any(getattr(table, key) is not None for key in keys)]
     if len(given) != 1:
-        told = " and ".join(given) if given else "nothing of these"
-        raise ModelError(f"give one of distribution, values, from (with to and count), seeds = true; {told} is given")
+        told = " and ".join(given) or "none"
+        raise ModelError(f"give one of distribution, values, from (with to and count), seeds = true; given: {told}")
     stray = [name for name in OF_DISTRIBUTION if getattr(table, name) is not None and table.distribution is None]
     if stray:
         raise ModelError(f'{", ".join(stray)}: belong to a distribution; give distribution = "normal", or remove them')
