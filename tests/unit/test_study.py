@@ -127,7 +127,7 @@ def test_what_is_finished_is_not_done_again(study: Case, whole: dict[str, list[A
     times = done.table.columns["seconds"]
     again = study.run("study", "study.toml")
     assert StudyTable.read(Path("out/study/study.parquet")).columns["seconds"] == times
-    assert "Which key decides: share unstable" in again.out
+    assert "Which key decides: share that fails" in again.out
     assert "probability of failure, 95 % interval" in again.out
     assert again.new == []
 

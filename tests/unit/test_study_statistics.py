@@ -33,6 +33,15 @@ def test_runs_without_a_verdict_are_bounds_and_no_failures() -> None:
     assert told.bounds == (2 / 10, 4 / 10)
 
 
+def test_a_run_that_comes_to_rest_beyond_the_limit_fails() -> None:
+    table = table_of([{"status": "stable", "max_displacement": moved} for moved in (0.001, 0.2, 0.5)])
+    assert failure_of(table, drawn=False).share == 0
+    limited = StudyTable(keys=table.keys, columns=table.columns, metadata={"movement_limit": "0.1"})
+    told = failure_of(limited, drawn=False)
+    assert (told.stable, told.moved_far, told.unstable, told.share) == (1, 2, 0, 2 / 3)
+    assert main_answer(limited) == "failure"
+
+
 def test_the_interval_is_clopper_and_pearsons() -> None:
     """With no failure in n runs its upper end is where (1 - p)^n = 0.025."""
     told = failure_of(with_status(stable=30), drawn=True)
@@ -63,7 +72,7 @@ def test_quantiles_are_of_the_runs_that_have_an_answer() -> None:
 def test_movements_are_those_of_stable_runs() -> None:
     moved = [{"status": "stable", "max_displacement": 1.0}, {"status": "unstable", "max_displacement": 99.0}]
     assert spread_of(table_of(moved), "max_displacement").quantiles["95 %"] == 1.0
-    assert main_answer(table_of(moved)) == "unstable"
+    assert main_answer(table_of(moved)) == "failure"
     assert main_answer(table_of(moved[:1])) == "max_displacement"
 
 
