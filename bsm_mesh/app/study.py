@@ -26,7 +26,7 @@ from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
 from bsm_mesh.studies.scatter import scatter_joint
 from bsm_mesh.studies.scheduler import Processes, Scheduler
-from bsm_mesh.studies.statistics import summary_of
+from bsm_mesh.studies.statistics import MOVEMENT_LIMIT, summary_of
 from bsm_mesh.studies.table import StudyTable, make_table
 
 OFTEN = 2.0  # s between two lines of progress
@@ -102,6 +102,8 @@ def run_study(
             raise
         report("table and pictures")
         metadata = {**identity, "study_file": study.text, "title": study.title}
+        if study.file.movement_limit is not None:
+            metadata[MOVEMENT_LIMIT] = repr(study.file.movement_limit)
         has_factor = "factor_of_safety" in study.file.answers
         table = make_table(study.plan, rows, factor=has_factor, metadata=metadata)
         summary = {"title": study.title, **identity, **summary_of(table, drawn=study.is_drawn)}

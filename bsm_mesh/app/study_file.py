@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import ConfigDict, Field, ValidationError
@@ -15,10 +15,10 @@ from pydantic import ConfigDict, Field, ValidationError
 from bsm_mesh.app.model_file import read_toml, sentences
 from bsm_mesh.app.model_tables import PathText, Table
 from bsm_mesh.app.reach import Reach
-from bsm_mesh.app.units import in_unit
+from bsm_mesh.app.units import In, in_unit
 from bsm_mesh.app.variation import Variation, key_parts
 from bsm_mesh.errors import ModelError, counted, placed, raise_faults
-from bsm_mesh.model.quantities import Quantity
+from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, Quantity
 from bsm_mesh.studies.distributions import Distribution
 from bsm_mesh.studies.sampling import Correlation, Method, Plan, Seeds, Source, Value, Values, make_plan
 from bsm_mesh.studies.scatter import CLASSES, SCATTERING, Scatter
@@ -82,6 +82,9 @@ class StudyFile(Table):
     correlation: list[CorrelationTable] = Field(default_factory=list)
     scatter: dict[str, ScatterTable] = Field(default_factory=dict)
     answers: list[Answer] = Field(default=["verdict", "movements"], min_length=1)
+    movement_limit: Annotated[float, In(DISPLACEMENT_LIMIT)] | None = Field(
+        default=None, description="a run that comes to rest farther away counts as one that fails"
+    )
     safety: SafetyTable = Field(default_factory=SafetyTable)
 
 
@@ -203,8 +206,8 @@ def _source(table: VaryTable, quantity: Quantity | None) -> Source:
     """Return where the values of a key come from."""
     given = [name for name, keys in KINDS.items() if any(getattr(table, key) is not None for key in keys)]
     if len(given) != 1:
-        told = " and ".join(given) if given else "nothing of these"
-        raise ModelError(f"give one of distribution, values, from (with to and count), seeds = true; {told} is given")
+        told = " and ".join(given) or "none"
+        raise ModelError(f"give one of distribution, values, from (with to and count), seeds = true; given: {told}")
     stray = [name for name in OF_DISTRIBUTION if getattr(table, name) is not None and table.distribution is None]
     if stray:
         raise ModelError(f'{", ".join(stray)}: belong to a distribution; give distribution = "normal", or remove them')

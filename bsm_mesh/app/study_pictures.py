@@ -15,13 +15,13 @@ from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.study_tables import NAMES, failure_in_words
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.files import whole_file
-from bsm_mesh.studies.statistics import STABLE, UNSTABLE, answers_of, effects_on, main_answer
+from bsm_mesh.studies.statistics import answers_of, effects_on, fails, main_answer, stands
 from bsm_mesh.studies.table import StudyTable
 
-STABLE_COLOUR, UNSTABLE_COLOUR = "#1f4e79", "#c62828"
+STANDS, FAILS = "#1f4e79", "#c62828"
 MOST_PANELS = 12  # keys; more cannot be read
 WIDE = 100.0  # of greatest over least: a logarithmic axis
-PANELS = 15  # classes of a share of unstable runs along a key
+CLASSES = 15  # of a key, in which the share that fails is drawn
 
 
 def draw_study(table: StudyTable, title: str, folder: Path) -> list[Path]:
@@ -64,7 +64,7 @@ def _draw_histogram(figure: Any, table: StudyTable, answer: str) -> None:
     """Draw how often which value of the answer comes; of a verdict alone the movement of stable runs."""
     figure.set_size_inches(WIDTH / 140, 5.5)
     axes, answers = figure.add_subplot(), answers_of(table)
-    shown = answer if answer != "unstable" or "max_displacement" not in answers else "max_displacement"
+    shown = answer if answer != "failure" or "max_displacement" not in answers else "max_displacement"
     values = answers[shown]
     values = values[np.isfinite(values)]
     log = _is_wide(values)
@@ -73,11 +73,11 @@ def _draw_histogram(figure: Any, table: StudyTable, answer: str) -> None:
     if high - low <= 1e-9 * max(abs(high), 1e-300):
         low, high, log = low - 0.5 * abs(low) - 1e-12, high + 0.5 * abs(high) + 1e-12, False
     edges = np.geomspace(low, high, count + 1) if log else np.linspace(low, high, count + 1)
-    axes.hist(values, bins=edges, color=STABLE_COLOUR, alpha=0.85, edgecolor="white", linewidth=0.5)
+    axes.hist(values, bins=edges, color=STANDS, alpha=0.85, edgecolor="white", linewidth=0.5)
     if log:
         axes.set_xscale("log")
     if shown == "factor":
-        axes.axvline(1.0, color=UNSTABLE_COLOUR, linewidth=1.5)
+        axes.axvline(1.0, color=FAILS, linewidth=1.5)
     mean = float(values.mean())
     axes.axvline(mean, color="black", linestyle="--", linewidth=1, label=f"mean {mean:.4g}")
     axes.set_xlabel(_label(shown))
@@ -86,24 +86,21 @@ def _draw_histogram(figure: Any, table: StudyTable, answer: str) -> None:
 
 
 def _draw_scatter(figure: Any, table: StudyTable, answer: str) -> None:
-    """Draw every key against the answer, a point a run; of a verdict the share that is unstable along the key."""
+    """Draw every key against the answer, a point a run; of a verdict the share that fails along the key."""
     keys = [key for key in table.keys if table.is_number(key)][:MOST_PANELS]
     columns = min(3, max(1, len(keys)))
     rows = -(-max(1, len(keys)) // columns)
     figure.set_size_inches(max(7.0, 4.7 * columns), 3.8 * rows + 0.5)
-    stable, unstable = table.has_status(*STABLE), table.has_status(*UNSTABLE)
+    standing, failing = stands(table), fails(table)
     values = answers_of(table)[answer]
     for number, key in enumerate(keys):
         axes = figure.add_subplot(rows, columns, number + 1)
         given = table.numbers(key)
-        if answer == "unstable":
-            _draw_verdicts(axes, given, stable, unstable)
+        if answer == "failure":
+            _draw_verdicts(axes, given, standing, failing)
         else:
-            for chosen, colour in (
-                (stable, STABLE_COLOUR),
-                (unstable, UNSTABLE_COLOUR),
-                (~(stable | unstable), "grey"),
-            ):
+            others = ~(standing | failing)
+            for chosen, colour in ((standing, STANDS), (failing, FAILS), (others, "grey")):
                 axes.plot(given[chosen], values[chosen], ".", color=colour, ms=5, alpha=0.6, mew=0)
             if _is_wide(values):
                 axes.set_yscale("log")
@@ -112,16 +109,16 @@ def _draw_scatter(figure: Any, table: StudyTable, answer: str) -> None:
         axes.tick_params(labelsize=8)
 
 
-def _draw_verdicts(axes: Any, given: FloatArray, stable: BoolArray, unstable: BoolArray) -> None:
-    """Draw the share of unstable runs in classes of a key of as many runs each, and the runs as ticks at the edges."""
-    known = stable | unstable
+def _draw_verdicts(axes: Any, given: FloatArray, standing: BoolArray, failing: BoolArray) -> None:
+    """Draw the share of runs that fail in classes of a key of as many runs each, and the runs as ticks at the edges."""
+    known = standing | failing
     order = np.argsort(given[known], kind="stable")
-    x, fails = given[known][order], unstable[known][order].astype(np.float64)
-    parts = [part for part in np.array_split(np.arange(len(x)), min(PANELS, max(1, len(x) // 5))) if len(part)]
+    x, fail = given[known][order], failing[known][order].astype(np.float64)
+    parts = [part for part in np.array_split(np.arange(len(x)), min(CLASSES, max(1, len(x) // 5))) if len(part)]
     middle = [float(x[part].mean()) for part in parts]
-    axes.plot(middle, [float(fails[part].mean()) for part in parts], "o-", color="black", ms=4, linewidth=1)
-    axes.plot(given[stable], np.full(int(stable.sum()), -0.04), "|", color=STABLE_COLOUR, alpha=0.5)
-    axes.plot(given[unstable], np.full(int(unstable.sum()), 1.04), "|", color=UNSTABLE_COLOUR, alpha=0.5)
+    axes.plot(middle, [float(fail[part].mean()) for part in parts], "o-", color="black", ms=4, linewidth=1)
+    axes.plot(given[standing], np.full(int(standing.sum()), -0.04), "|", color=STANDS, alpha=0.5)
+    axes.plot(given[failing], np.full(int(failing.sum()), 1.04), "|", color=FAILS, alpha=0.5)
     axes.set_ylim(-0.1, 1.1)
 
 
@@ -134,7 +131,7 @@ def _draw_tornado(figure: Any, table: StudyTable, answer: str) -> None:
     for number, effect in enumerate(effects):
         assert effect.low is not None
         assert effect.high is not None
-        for end, colour in ((effect.low, "#e08214"), (effect.high, STABLE_COLOUR)):
+        for end, colour in ((effect.low, "#e08214"), (effect.high, STANDS)):
             axes.barh(number, end - mean, left=mean, height=0.6, color=colour)
     axes.axvline(mean, color="black", linewidth=1)
     axes.set_yticks(range(len(effects)), [effect.key for effect in effects], fontsize=9, parse_math=False)
@@ -143,7 +140,7 @@ def _draw_tornado(figure: Any, table: StudyTable, answer: str) -> None:
 
     handles = [
         Patch(color="#e08214", label="quarter with the least values"),
-        Patch(color=STABLE_COLOUR, label="quarter with the greatest"),
+        Patch(color=STANDS, label="quarter with the greatest"),
         Patch(color="black", label=f"all runs: {mean:.4g}"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=8)

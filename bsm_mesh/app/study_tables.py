@@ -13,7 +13,7 @@ from bsm_mesh.studies.table import StudyTable
 
 MOST_ERRORS = 5  # different ones that are shown
 SHOWN_QUANTILES = ("5 %", "50 %", "95 %")
-NAMES = {"unstable": "share unstable", "factor": "factor of safety", "max_displacement": "greatest displacement"}
+NAMES = {"failure": "share that fails", "factor": "factor of safety", "max_displacement": "greatest displacement"}
 
 
 def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
@@ -46,18 +46,20 @@ def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
 def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
         ("runs", str(told["runs"])),
-        ("stable, unstable", f"{told['stable']}, {told['unstable']}"),
+        ("stable", str(told["stable"])),
+        *([("stable, but moved too far", str(told["moved_far"]))] if told["moved_far"] else []),
+        ("unstable", str(told["unstable"])),
         ("undecided", str(told["undecided"])),
         ("failed", str(told["failed"])),
     ]
     if told["share"] is not None:
-        rows.append(("share unstable, of those with a verdict", f"{told['share']:.4g}"))
+        rows.append(("share that fails, of those with a verdict", f"{told['share']:.4g}"))
     if told["interval"] is not None:
         low, high = told["interval"]
         rows.append((f"probability of failure, {100 * told['confidence']:g} % interval", f"{low:.4g} to {high:.4g}"))
     if told["undecided"] or told["failed"]:
         low, high = told["bounds"]
-        rows.append(("share unstable, if none and if all of the others were", f"{low:.4g} to {high:.4g}"))
+        rows.append(("share that fails, if none and if all of the others did", f"{low:.4g} to {high:.4g}"))
     return rows
 
 
@@ -66,9 +68,7 @@ def _shown(value: float, answer: str) -> str:
 
 
 def failure_in_words(table: StudyTable) -> str:
-    """Return how many runs are unstable, for the heading of a picture."""
+    """Return how many runs fail, for the heading of a picture."""
     told = failure_of(table, drawn=False)
-    others = told.undecided + told.failed
-    return f"{told.unstable} of {told.stable + told.unstable} unstable" + (
-        f", {others} without verdict" if others else ""
-    )
+    failing, others = told.unstable + told.moved_far, told.undecided + told.failed
+    return f"{failing} of {told.stable + failing} fail" + (f", {others} without verdict" if others else "")

@@ -17,6 +17,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FEWEST = 8  # runs for a correlation and for quarters of them
 STABLE, UNSTABLE, UNDECIDED = ("stable", "stable_after_falls"), ("unstable",), ("not_converged", "no_verdict")
 UNIT = {"max_displacement": "m"}
+MOVEMENT_LIMIT = "movement_limit"  # in a table's metadata: runs that come to rest farther away fail [m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,20 +26,22 @@ class Failure:
 
     Attributes
     ----------
-    runs, stable, unstable, undecided, failed : int
-        Runs in all; those that are stable, unstable, came to no verdict in the steps they had, and those with a fault.
+    runs, stable, moved_far, unstable, undecided, failed : int
+        Runs in all; those that are stable, came to rest beyond the limit of movement, are unstable, came to no verdict
+        in the steps they had, and those with a fault.
     share : float or None
-        Unstable runs over those with a verdict; None where there are none.
+        Runs that moved too far or are unstable, over those with a verdict; None where there are none.
     interval : pair of float or None
         Clopper and Pearson's interval of it, of the confidence `confidence`: for runs that were drawn.
     bounds : pair of float
-        The share if all runs without a verdict were stable, and if all were unstable.
+        The share if no run without a verdict failed, and if all did.
     confidence : float
         Of the interval.
     """
 
     runs: int
     stable: int
+    moved_far: int
     unstable: int
     undecided: int
     failed: int
@@ -98,20 +101,39 @@ class Effect:
         return 0.0 if self.low is None or self.high is None else abs(self.high - self.low)
 
 
+def stands(table: StudyTable) -> BoolArray:
+    """Return which runs are stable within the limit of movement, where there is one, (n,)."""
+    stable: BoolArray = table.has_status(*STABLE) & ~_moved_far(table)
+    return stable
+
+
+def fails(table: StudyTable) -> BoolArray:
+    """Return which runs are unstable, or came to rest beyond the limit of movement, (n,)."""
+    failing: BoolArray = table.has_status(*UNSTABLE) | _moved_far(table)
+    return failing
+
+
+def _moved_far(table: StudyTable) -> BoolArray:
+    limit = float(table.metadata.get(MOVEMENT_LIMIT, math.inf))
+    far: BoolArray = table.has_status(*STABLE) & (table.numbers("max_displacement") > limit)
+    return far
+
+
 def failure_of(table: StudyTable, *, drawn: bool) -> Failure:
     """Return how often the runs of a study fail; `drawn` says whether they are a sample of chance."""
-    stable, unstable = (int(table.has_status(*names).sum()) for names in (STABLE, UNSTABLE))
-    failed, n = int(table.has_status(FAILED).sum()), table.count
-    decided = stable + unstable
+    stable, failing, n = int(stands(table).sum()), int(fails(table).sum()), table.count
+    moved_far, failed = int(_moved_far(table).sum()), int(table.has_status(FAILED).sum())
+    decided = stable + failing
     return Failure(
         runs=n,
         stable=stable,
-        unstable=unstable,
+        moved_far=moved_far,
+        unstable=failing - moved_far,
         undecided=n - decided - failed,
         failed=failed,
-        share=unstable / decided if decided else None,
-        interval=_interval(unstable, decided) if drawn and decided else None,
-        bounds=(unstable / n, (n - stable) / n),
+        share=failing / decided if decided else None,
+        interval=_interval(failing, decided) if drawn and decided else None,
+        bounds=(failing / n, (n - stable) / n),
     )
 
 
@@ -126,14 +148,13 @@ def _interval(successes: int, trials: int) -> tuple[float, float]:
 def answers_of(table: StudyTable) -> dict[str, FloatArray]:
     """Return the answers that are numbers, by their names, (n,) each; NaN where a run has none.
 
-    ``unstable`` is 1 where a run is unstable and 0 where it is stable. The greatest displacement is that of
-    stable runs: where an unstable one was left has no meaning.
+    ``failure`` is 1 where a run fails and 0 where it stands. The greatest displacement is that of stable runs: where an
+    unstable one was left has no meaning.
     """
-    stable, unstable = table.has_status(*STABLE), table.has_status(*UNSTABLE)
-    found = {"unstable": np.where(unstable, 1.0, np.where(stable, 0.0, np.nan))}
+    found = {"failure": np.where(fails(table), 1.0, np.where(stands(table), 0.0, np.nan))}
     if "factor" in table.columns:
         found["factor"] = table.numbers("factor")
-    found["max_displacement"] = np.where(stable, table.numbers("max_displacement"), np.nan)
+    found["max_displacement"] = np.where(table.has_status(*STABLE), table.numbers("max_displacement"), np.nan)
     return {name: values for name, values in found.items() if np.isfinite(values).any()}
 
 
@@ -142,9 +163,9 @@ def main_answer(table: StudyTable) -> str | None:
     answers = answers_of(table)
     if "factor" in answers:
         return "factor"
-    known = answers.get("unstable", np.empty(0))
+    known = answers.get("failure", np.empty(0))
     if np.nanmin(known, initial=1.0) < np.nanmax(known, initial=0.0):
-        return "unstable"
+        return "failure"
     return "max_displacement" if "max_displacement" in answers else None
 
 
@@ -188,7 +209,7 @@ def summary_of(table: StudyTable, *, drawn: bool) -> dict[str, Any]:
     answers = answers_of(table)
     return {
         "failure": asdict(failure_of(table, drawn=drawn)),
-        "answers": [asdict(spread_of(table, name)) for name in answers if name != "unstable"],
+        "answers": [asdict(spread_of(table, name)) for name in answers if name != "failure"],
         "effects": [asdict(effect) for name in answers for effect in effects_on(table, name)],
         "seconds": math.fsum(table.numbers("seconds")[np.isfinite(table.numbers("seconds"))]),
     }
