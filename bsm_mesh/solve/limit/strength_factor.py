@@ -31,7 +31,7 @@ from bsm_mesh.solve.limit.proof import left_out_of, witness_of
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
 STRIDE = 8.0  # from the side that is known where nothing tells how far
-HALVING = 4  # every so many programs the middle is asked, in case Newton's method creeps
+HALVING = 6  # every so many programs the middle is asked, in case Newton's method creeps
 MARGINS = 1e-4, 1e-3  # beyond the factor, where rounding spoils a proof at ACCURACY
 ENORMOUS = 1e6  # times all loads together: forces that no rock bears
 
@@ -151,6 +151,7 @@ class _Search:
         if not self.yields.any():
             raise ModelError(self._nothing())
         self.low, self.high, self.programs = 0.0, math.inf, 0
+        self.guesses = math.nan, math.nan  # from the side where forces fail, and from that where they exist
         self.held: Shortfall | None = None
         self.failed: Shortfall | None = None
 
@@ -181,14 +182,19 @@ class _Search:
         return found
 
     def _next(self, part: float, found: Shortfall) -> float:
-        """Return the next part of the strength: a little beyond Newton's, so that the other side comes near too."""
+        """Return the next part of the strength: Newton's from the one side or the other, and a little across.
+
+        From the side where forces fail first: what is lacking has a kink where they begin to, and is steeper there.
+        """
         slope, across = self._slope(part, found), -ACCURACY / 3 if found.stands else ACCURACY / 3
         guess = (part - found.lacking / slope) * (1 + across) if slope < 0 else math.nan
-        if self.programs % HALVING == 0 or not self.low < guess < self.high:
-            guess = math.sqrt(self.low * self.high) if self.low > 0 and self.high < math.inf else math.nan
-        if math.isnan(guess):
-            guess = part / STRIDE if found.stands else part * STRIDE
-        return min(max(guess, 1 / MOST), MOST)
+        self.guesses = (self.guesses[0], guess) if found.stands else (guess, self.guesses[1])
+        for guess in self.guesses:
+            if self.low < guess < self.high and self.programs % HALVING:
+                return min(max(guess, 1 / MOST), MOST)
+        if self.low > 0 and self.high < math.inf:
+            return math.sqrt(self.low * self.high)
+        return max(part / STRIDE, 1 / MOST) if found.stands else min(part * STRIDE, MOST)
 
     def _slope(self, part: float, found: Shortfall) -> float:
         """Return the derivative of what is lacking: bounds are quadratic in the part, so that differences are exact."""
