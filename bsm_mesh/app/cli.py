@@ -13,10 +13,10 @@ from typing import Any
 import click
 
 from bsm_mesh import __version__
-from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scripts_option, quiet_option
-from bsm_mesh.app.cli_safety import back_analysis, safety
+from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
+from bsm_mesh.app.cli_results import plot, report, verify
+from bsm_mesh.app.cli_safety import back_analysis, safety, study
 from bsm_mesh.app.interruption import guarded
-from bsm_mesh.app.several_names import SeveralNames
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
 from bsm_mesh.errors import ModelError, one_line
 
@@ -202,86 +202,6 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
 
 
 @cli.command()
-@click.argument("study", type=PATH)
-@click.option("-o", "--output", type=PATH, help="Folder for the study; out/NAME beside NAME.toml by default.")
-@click.option("--processes", type=click.IntRange(1), metavar="N", help="Runs at a time; as many as cores by default.")
-@click.option("--scheduler", metavar="ADDRESS", help="Have a Dask cluster do the runs instead.")
-@json_option
-@quiet_option
-@no_scripts_option
-def study(
-    study: Path,
-    output: Path | None,
-    processes: int | None,
-    scheduler: str | None,
-    as_json: bool,
-    quiet: bool,
-    no_scripts: bool,
-) -> None:
-    """Run a model many times with other values.
-
-    STUDY is a file that says which keys of a model vary, and how: a grid, a list, Latin hypercube or Monte Carlo. The
-    runs become a table (study.parquet), a summary (probability of failure, which key decides) and pictures.
-    Interrupted or killed, the same command goes on: no finished run is done again.
-    """
-    from bsm_mesh.app.study import study_command
-
-    study_command(
-        study,
-        output,
-        processes=processes,
-        scheduler=scheduler,
-        scripts=not no_scripts,
-        as_json=as_json,
-        quiet=quiet,
-    )
-
-
-@cli.command()
-@click.argument("out", type=PATH)
-@click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
-@click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
-def plot(out: Path, animate: bool, step: int | None) -> None:
-    """Draw PNG pictures of the results in OUT.
-
-    --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
-    """
-    from bsm_mesh.app.plot import draw_in_subprocess
-
-    for path in draw_in_subprocess(out, animate=animate, step=step):
-        say(path)
-
-
-@cli.command()
-@click.argument("out", type=PATH)
-@click.option("--no-pictures", is_flag=True, help="Draw none; those that are there are shown.")
-def report(out: Path, no_pictures: bool) -> None:
-    """Write the results in OUT as one page, OUT/report.html, to be filed or printed.
-
-    What was run, on what every verdict rests, what moved and slipped, pictures, quality of the blocks, versions and
-    checksums. The page needs no other file.
-    """
-    from bsm_mesh.app.report import write_report
-
-    write_report(out, pictures=not no_pictures)
-
-
-@cli.command()
-@click.argument("out", type=PATH)
-@json_option
-def verify(out: Path, as_json: bool) -> None:
-    """Check from the files in OUT alone on what every verdict rests.
-
-    At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
-    a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
-    not hold.
-    """
-    from bsm_mesh.app.verify import verify as verify_results
-
-    sys.exit(verify_results(out, as_json=as_json))
-
-
-@cli.command()
 def schema() -> None:
     """Print the JSON Schema of the model file."""
     from bsm_mesh.app.model_tables import ModelFile
@@ -289,8 +209,8 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-cli.add_command(safety)
-cli.add_command(back_analysis)
+for command in (safety, back_analysis, study, plot, report, verify):
+    cli.add_command(command)
 
 
 def main(arguments: list[str] | None = None) -> Any:

@@ -1,4 +1,4 @@
-"""The commands ``safety`` and ``back-analysis``."""
+"""The commands ``safety``, ``back-analysis`` and ``study``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scripts_option, quiet_option
+from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
 
 vary_option = partial(
     click.option,
@@ -33,23 +33,7 @@ def _search_options(command: Any) -> Any:
     return command
 
 
-class _SeveralNames(click.Command):
-    """A command whose ``--joints J1 J2`` takes all words up to the next option."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the words, each joint with an option of its own."""
-        found: list[str] = []
-        joints = False
-        for word in args:
-            if word.startswith("-"):
-                joints = word == "--joints"
-                found += [] if joints else [word]
-            else:
-                found += ["--joints", word] if joints else [word]
-        return super().parse_args(ctx, found)
-
-
-@click.command(cls=_SeveralNames)
+@click.command(cls=SeveralNames)
 @model_argument
 @click.option("--stage", metavar="NAME", help="The stage in question; the last by default, `initial` is the first.")
 @click.option("--joints", multiple=True, metavar="J1 J2 ...", help="Reduce the strength of these joints only.")
@@ -120,3 +104,39 @@ def back_analysis(model: Path, as_json: bool, quiet: bool, no_scripts: bool, **a
 
     progress = Progress(quiet=quiet or as_json)
     sys.exit(analyse_back(model, progress, as_json=as_json, scripts=not no_scripts, **asked))
+
+
+@click.command()
+@click.argument("study", type=PATH)
+@click.option("-o", "--output", type=PATH, help="Folder for the study; out/NAME beside NAME.toml by default.")
+@click.option("--processes", type=click.IntRange(1), metavar="N", help="Runs at a time; as many as cores by default.")
+@click.option("--scheduler", metavar="ADDRESS", help="Have a Dask cluster do the runs instead.")
+@json_option
+@quiet_option
+@no_scripts_option
+def study(
+    study: Path,
+    output: Path | None,
+    processes: int | None,
+    scheduler: str | None,
+    as_json: bool,
+    quiet: bool,
+    no_scripts: bool,
+) -> None:
+    """Run a model many times with other values.
+
+    STUDY is a file that says which keys of a model vary, and how: a grid, a list, Latin hypercube or Monte Carlo. The
+    runs become a table (study.parquet), a summary (probability of failure, which key decides) and pictures.
+    Interrupted or killed, the same command goes on: no finished run is done again.
+    """
+    from bsm_mesh.app.study import study_command
+
+    study_command(
+        study,
+        output,
+        processes=processes,
+        scheduler=scheduler,
+        scripts=not no_scripts,
+        as_json=as_json,
+        quiet=quiet,
+    )

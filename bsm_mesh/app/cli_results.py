@@ -1,0 +1,55 @@
+"""The commands on a results folder: ``plot``, ``report``, ``verify``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from bsm_mesh.app.cli_options import PATH, json_option
+from bsm_mesh.app.terminal import say
+
+
+@click.command()
+@click.argument("out", type=PATH)
+@click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
+@click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
+def plot(out: Path, animate: bool, step: int | None) -> None:
+    """Draw PNG pictures of the results in OUT.
+
+    --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
+    """
+    from bsm_mesh.app.plot import draw_in_subprocess
+
+    for path in draw_in_subprocess(out, animate=animate, step=step):
+        say(path)
+
+
+@click.command()
+@click.argument("out", type=PATH)
+@click.option("--no-pictures", is_flag=True, help="Draw none; those that are there are shown.")
+def report(out: Path, no_pictures: bool) -> None:
+    """Write the results in OUT as one page, OUT/report.html, to be filed or printed.
+
+    What was run, on what every verdict rests, what moved and slipped, pictures, quality of the blocks, versions and
+    checksums. The page needs no other file.
+    """
+    from bsm_mesh.app.report import write_report
+
+    write_report(out, pictures=not no_pictures)
+
+
+@click.command()
+@click.argument("out", type=PATH)
+@json_option
+def verify(out: Path, as_json: bool) -> None:
+    """Check from the files in OUT alone on what every verdict rests.
+
+    At rest: forces that balance, within strength, without overlap, with no direction in which blocks fall. Unstable:
+    a mechanism that proves that blocks must move, or which were followed how far. Exit code 3 where a verdict does
+    not hold.
+    """
+    from bsm_mesh.app.verify import verify as verify_results
+
+    sys.exit(verify_results(out, as_json=as_json))
