@@ -46,7 +46,7 @@ def test_the_study_says_what_the_formula_says(tmp_path: Path) -> None:
     np.testing.assert_array_equal(fails(done.table), factor(done.table) < 1)
     told = done.summary["failure"]
     assert told["interval"][0] < 0.3572 < told["interval"][1]  # of four million draws of the formula
-    assert [effect["key"] for effect in done.summary["effects"]][0] == "water.table.2.2"
+    assert next(effect["key"] for effect in done.summary["effects"]) == "water.table.2.2"
     assert json.loads((done.folder / "summary.json").read_text(encoding="utf-8")) == json.loads(
         json.dumps(done.summary)
     )
