@@ -31,6 +31,8 @@ HEAVY = (
     "skfem",
     "pyvista",
     "matplotlib",
+    "pyarrow",
+    "distributed",
     "numba",
     "scipy.sparse",
 )
@@ -194,6 +196,20 @@ def test_rooms_of_the_solver():
     assert len(arrows) <= 11
     assert sum(map(len, arrows.values())) <= 35
     assert max(floors(arrows).values()) <= 7
+
+
+FOR_STUDIES = ("model", "arrays", "errors", "files", "processes", "studies", "__version__")
+
+
+def test_studies_know_neither_solver_nor_command_line():
+    """What is done in a run comes to them as `Work`."""
+    wrong = [
+        f"{path.name}:{line} imports {name}"
+        for path in sorted((ROOT / "bsm_mesh" / "studies").glob("*.py"))
+        for name, _, line in imports(path.read_text(encoding="utf-8"), module_name(path, ROOT), False)
+        if below(name, "bsm_mesh") and name.split(".")[1] not in FOR_STUDIES
+    ]
+    assert wrong == []
 
 
 def test_doors_define_nothing():

@@ -21,7 +21,7 @@ LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is told apart in the
 SHOWN = 0.5  # sizes of the largest block that fails: what moved farther is drawn no farther, what moved less as far
 
 
-def draw_movement(safety: Safety, limit_of_movement: float, title: str, draft: Path, quantity: str = "factor") -> None:
+def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Path, quantity: str = "factor") -> None:
     """Draw the greatest movement of a block against the value that was tried, with the bracket."""
     figure, axes = _paper((8.0, 5.0))
     stable = [trial for trial in safety.trials if trial.verdict is Verdict.STABLE]
@@ -44,11 +44,11 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, draft: P
     axes.set_ylabel("greatest movement of a block over its size")
     axes.set_title(title, parse_math=False, fontsize=11)
     axes.legend(fontsize=8, frameon=False)
-    with whole_file(draft) as target:
-        figure.savefig(target, format="png", dpi=130)
+    with whole_file(path) as draft:
+        figure.savefig(draft, format="png", dpi=130)
 
 
-def draw_mechanism(safety: Safety, title: str, draft: Path) -> None:
+def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
     """Draw joints that slip or open in the last stable state, and the blocks that fail in the first unstable one."""
     good, bad = safety.stable, safety.unstable
     corners = next(iter(safety.states.values())).blocks.vertices
@@ -63,8 +63,8 @@ def draw_mechanism(safety: Safety, title: str, draft: Path) -> None:
         shown = f", {factor:.2g} times as far" if factor > 1.05 else ""
         right.set_title(f"first unstable, {bad:.4g}: blocks that fail (red), and where they go{shown}", fontsize=10)
     figure.suptitle(title, parse_math=False, fontsize=11)
-    with whole_file(draft) as target:
-        figure.savefig(target, format="png", dpi=130)
+    with whole_file(path) as draft:
+        figure.savefig(draft, format="png", dpi=130)
 
 
 def _paper(size: tuple[float, float], columns: int = 1) -> tuple[Any, Any]:

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-EXTRAS = ("dxf", "pardiso", "mpi", "test")  # that bootstrap.sh installs
+EXTRAS = ("dask", "dxf", "pardiso", "mpi", "test")  # that bootstrap.sh installs
 REQUIREMENTS = [
     *PROJECT["build-system"]["requires"],
     *PROJECT["project"]["dependencies"],
