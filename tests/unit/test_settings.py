@@ -6,7 +6,7 @@ import pytest
 
 from tests.settings import FORMATS, SOLVER, settings_of, solver_settings
 
-# No more than there are: what brings a number takes one away, or measures what it is worth. Limit analysis is no part of
+# No more than there are: what brings a number takes one away, or measures what it is worth. Limit analysis is not of
 # the engine: of its numbers nothing depends but how far a linear program is solved.
 MAX_SETTINGS, MAX_OF_LIMIT = 79, 23
 MIN_WORDS = 4  # that say less name it once more
