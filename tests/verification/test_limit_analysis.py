@@ -166,3 +166,10 @@ def test_a_thousand_layers_steeper_than_their_friction_must_move():
     limit = bsm.limit_analysis(sliding_layers(1000).model())
     assert not limit.admissible
     assert limit.factor < 1
+
+
+def test_blocks_that_share_no_face_are_held_by_nothing():
+    found = bsm.limit_analysis(on_base([square(0, 3), square(2, 3)], 30))
+    assert not found.admissible
+    assert found.contacts.count == found.factor == 0
+    assert_allclose(found.mechanism[1:], np.tile((0, -1, 0), (2, 1)), atol=1e-9)

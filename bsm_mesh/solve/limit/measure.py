@@ -77,9 +77,8 @@ class Measured:
         cls, balance: csr_array, bounded: csr_array, bound: FloatArray, of_balance: FloatArray, of_force: FloatArray
     ) -> Measured:
         """Return rows (p, k) and (r, k) with bounds (r,), measured; a bound by the greatest force in its row."""
-        of_bound = np.ones(0)
-        if bounded.shape[0]:  # of no rows there is no greatest
-            of_bound = csr_array(abs(bounded).sign() * of_force).max(axis=1).toarray().reshape(-1)
+        entries, of_bound = bounded.tocoo(), np.zeros(len(bound))
+        np.maximum.at(of_bound, entries.row, of_force[entries.col])
         return cls(
             balance=csr_array((balance * of_balance[:, None]) * of_force),
             bounded=csr_array((bounded * of_force) * (1 / of_bound)[:, None]),

@@ -31,6 +31,7 @@ from bsm_mesh.solve.limit.proof import left_out_of, witness_of
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
 STRIDE = 8.0  # from the side that is known where nothing tells how far
+FARTHER, NEAR = 1.5, 1e-3  # steps to a side where nothing is known yet go farther, unless they are so short
 HALVING = 6  # every so many programs the middle is asked, in case Newton's method creeps
 MARGINS = 1e-4, 1e-3  # beyond the factor, where rounding spoils a proof at ACCURACY
 ENORMOUS = 1e6  # times all loads together: forces that no rock bears
@@ -187,7 +188,9 @@ class _Search:
         From the side where forces fail first: what is lacking has a kink where they begin to, and is steeper there.
         """
         slope, across = self._slope(part, found), -ACCURACY / 3 if found.stands else ACCURACY / 3
-        guess = (part - found.lacking / slope) * (1 + across) if slope < 0 else math.nan
+        step = -found.lacking / slope if slope < 0 else math.nan
+        step *= FARTHER if self.low == 0 and abs(step) > NEAR * part else 1.0
+        guess = (part + step) * (1 + across)
         self.guesses = (self.guesses[0], guess) if found.stands else (guess, self.guesses[1])
         for guess in self.guesses:
             if self.low < guess < self.high and self.programs % HALVING:
