@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -59,7 +60,7 @@ class StudyWork:
             found = failed("not enough memory")
         except Exception as error:  # a fault of ours ends one run, and not the study
             found = failed(f"{type(error).__name__}: {error}")
-        return {**found, "seconds": time.perf_counter() - began}
+        return {name: _finite(value) for name, value in found.items()} | {"seconds": time.perf_counter() - began}
 
     def _answers(self, run: int, values: Mapping[str, Value]) -> dict[str, Any]:
         loaded = self.variation.model(values)
@@ -78,9 +79,8 @@ class StudyWork:
         from bsm_mesh.safety import factor_of_safety  # type: ignore[import-not-found,unused-ignore]
 
         asked = self.safety
-        found = factor_of_safety(
-            model, options=options, stage=asked.stage, joints=asked.joints, tolerance=asked.tolerance
-        )
+        joints = None if asked.joints is None else self._with_classes(asked.joints, model)
+        found = factor_of_safety(model, options, stage=asked.stage, joints=joints, tolerance=asked.tolerance)
         if found.stable is not None and found.stable >= 1:
             status = Status.STABLE
         elif found.unstable is not None and found.unstable <= 1:
@@ -95,6 +95,13 @@ class StudyWork:
             "factor_unstable": found.unstable,
             "factor_undecided": len(found.undecided),
         }
+
+    def _with_classes(self, names: Sequence[str], model: Model) -> list[str]:
+        """Return joints by name, and the classes of those that scatter from face to face."""
+        scattered = {f"{scatter.joint}~" for scatter in self.scatters if scatter.joint in names}
+        there = [joint.name for joint in model.joints]
+        known = {name for name in names if f"{name}~" not in scattered or name in there}
+        return [*sorted(known), *(name for name in there if any(name.startswith(start) for start in scattered))]
 
 
 def work_of(study: Study, key: str) -> StudyWork:
@@ -126,3 +133,8 @@ def told_of(results: Results) -> dict[str, Any]:
         "unstable_area": float(results.blocks.moments.area[down].sum()),
         "steps": sum(len(each.steps) for each in results.stages),
     }
+
+
+def _finite(value: Any) -> Any:
+    """Return a value for the journal: a number that is none, or beyond all, is left out."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -107,7 +107,7 @@ class Processes:
                 thread.start()
             for _ in tasks:
                 told = pool.ended.get()
-                if isinstance(told, ModelError):
+                if isinstance(told, Exception):
                     raise told
                 yield told
         finally:
@@ -122,7 +122,7 @@ class _Pool:
 
     work: Work
     tasks: Mapping[int, Mapping[str, Value]]
-    ended: queue.SimpleQueue[Finished | ModelError] = field(default_factory=queue.SimpleQueue)
+    ended: queue.SimpleQueue[Finished | Exception] = field(default_factory=queue.SimpleQueue)
 
     def __post_init__(self) -> None:
         self._waiting: queue.SimpleQueue[tuple[int, int]] = queue.SimpleQueue()
@@ -150,10 +150,10 @@ class _Pool:
                         continue
                     why = f"its process died {ATTEMPTS} times ({death})"
                     self.ended.put(Finished(run=run, answers=None, error=why))
-        except ModelError as error:
-            self.ended.put(error)
         except OSError as error:
             self.ended.put(ModelError(f"a process for runs cannot be started: {error.strerror or error}"))
+        except Exception as error:  # raised where the runs are waited for
+            self.ended.put(error)
         finally:
             if worker is not None:
                 worker.end()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import psutil
@@ -70,3 +71,12 @@ def test_what_cannot_be_sent_is_given_up(tmp_path: Path) -> None:
     done = list(Processes(1).run(NotSent(), {0: {}}))
     assert [one.answers for one in done] == [None]
     assert "exit code 1" in done[0].error
+
+
+def test_what_cannot_be_pickled_ends_the_runs(tmp_path: Path) -> None:
+    before = children()
+    work = Doubling(tmp_path)
+    object.__setattr__(work, "folder", lambda: None)
+    with pytest.raises((AttributeError, pickle.PicklingError)):
+        list(Processes(2).run(work, TASKS))
+    assert children() == before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 import pytest
 
@@ -323,9 +325,11 @@ def factors(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     """Put a factor of safety in the place of the real one; return what it is asked."""
     asked: list[dict[str, Any]] = []
 
-    def factor_of_safety(model: bsm.Model, **given: Any) -> types.SimpleNamespace:
-        asked.append(given)
-        factor = model.joints[0].law.friction / 30  # type: ignore[union-attr]
+    def factor_of_safety(model: bsm.Model, options: bsm.Options, **given: Any) -> types.SimpleNamespace:
+        asked.append({"options": options, **given})
+        factor = float(np.mean([joint.law.friction for joint in model.joints])) / 30  # type: ignore[union-attr]
+        if factor > 1.19:
+            return types.SimpleNamespace(factor=math.inf, stable=math.inf, unstable=None, undecided=())
         return types.SimpleNamespace(factor=factor, stable=factor - 0.001, unstable=factor + 0.001, undecided=(factor,))
 
     fake = types.ModuleType("bsm_mesh.safety")
@@ -340,21 +344,23 @@ def test_factors_of_safety(study: Case, factors: list[dict[str, Any]]) -> None:
         "study.toml",
         'model = "model.toml"\nsampling = "grid"\nanswers = ["factor_of_safety"]\n'
         '[safety]\ntolerance = 0.01\njoints = ["J1"]\n'
-        "[vary]\njoint.J1.friction = {from = 24, to = 36, count = 9}\n",
+        "[vary]\njoint.J1.friction = {from = 24, to = 36, count = 9}\n"
+        "[scatter]\njoint.J1.friction = {deviation = 0.1, classes = 2}\n",
     )
     loaded = load_study(Path("study.toml"))
     work = work_of(loaded, "key")
     found = {run: work(run, loaded.plan.of(run)) for run in range(9)}
     assert [found[run]["status"] for run in (0, 4, 8)] == ["unstable", "not_converged", "stable"]
-    assert found[8]["factor"] == pytest.approx(1.2)
-    assert found[8]["factor_undecided"] == 1
+    assert found[7]["factor"] == pytest.approx(34.5 / 30)
+    assert found[7]["factor_undecided"] == 1
     assert factors[0]["tolerance"] == 0.01
-    assert factors[0]["joints"] == ["J1"]
+    assert factors[0]["joints"] == ["J1~1", "J1~2"]
+    assert found[8]["factor_stable"] is None  # it never fails: JSON knows no infinity
     assert factors[0]["options"].threads == 1
     table = make_table(loaded.plan, found, factor=True, metadata={})
     assert main_answer(table) == "factor"
     table.write(Path("study.parquet"))
-    assert StudyTable.read(Path("study.parquet")).columns["factor_stable"][8] == pytest.approx(1.199)
+    assert StudyTable.read(Path("study.parquet")).columns["factor_stable"][7] == pytest.approx(34.5 / 30 - 0.001)
 
 
 def test_a_factor_beside_the_verdict(study: Case, factors: list[dict[str, Any]]) -> None:
