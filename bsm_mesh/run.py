@@ -190,6 +190,7 @@ def solve(
             tolerance=options.tolerance,
             model_digest=model_digest,
             title=model.title,
+            default_joint=model.default_joint,
             finished=finished,
             model=model,
             options=options,

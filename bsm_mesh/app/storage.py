@@ -246,12 +246,12 @@ def load_results(folder: Path) -> Results:
 
 
 def _load(saved: SavedResults) -> Results:
-    from bsm_mesh.converters.result_files import SERIES, blocks_of_grid, stage_file
+    from bsm_mesh.converters.result_files import blocks_of_grid, stage_file
 
     told = saved.told
     count = sum(stage["steps"] for stage in told["stages"])
     steps = read_history(saved.content(HISTORY), count, saved.folder / HISTORY)
-    first = saved.grid(stage_file(SERIES[0], 0))
+    first = saved.grid(stage_file("blocks", 0))
     blocks = blocks_of_grid(first)
     stages = [_load_stage(saved, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
     return Results(
@@ -263,6 +263,7 @@ def _load(saved: SavedResults) -> Results:
         tolerance=told["tolerance"],
         model_digest=told["model_hash"],
         title=told["title"],
+        default_joint=told["default_joint"],
         finished=saved.finished,
         spread=tuple(_route_end(end) for end in told.get("spread", ())),
     )
@@ -276,9 +277,10 @@ def _load_stage(
     saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], count: int
 ) -> StageResult:
     from bsm_mesh.converters.bolt_files import bolts_of_grid
-    from bsm_mesh.converters.result_files import BOLTS, SERIES, contacts_of_grid, stage_file, supports_of_grid
+    from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
+    from bsm_mesh.converters.result_files import BOLTS, stage_file
 
-    blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in SERIES)
+    blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
 
     def whole(rows: Any) -> Any:

@@ -305,6 +305,8 @@ class Results:
         SHA-256 of the model's content.
     title : str
         The model's title.
+    default_joint : str or None
+        Name of the joint of faces whose edges have none.
     finished : bool
         Whether the run came to its end; if not, `status` is ``unfinished``, whatever the stages are.
     model : Model or None
@@ -323,6 +325,7 @@ class Results:
     tolerance: float
     model_digest: str
     title: str = ""
+    default_joint: str | None = None
     finished: bool = True
     model: Model | None = None
     options: Options | None = None
