@@ -57,6 +57,10 @@ def draw_pictures(folder: Path) -> list[Path]:
 
         drawers["bolts"] = partial(save_picture, scene, draw_bolts)
         drawers["bolt_forces"] = partial(draw_bolt_forces, load_results(folder).stages[-1].bolts, title)
+    if saved.told.get("histories"):
+        from bsm_mesh.app.history_pictures import draw_histories
+
+        drawers["histories"] = partial(draw_histories, load_results(folder), title)
     return [add_picture(added, f"{name}.png", draw) for name, draw in drawers.items()]
 
 

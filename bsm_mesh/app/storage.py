@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.certificate import arrays_file, read_evidence
+from bsm_mesh.app.histories import with_histories
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
 from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
@@ -24,6 +25,7 @@ from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
 from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.histories import Recorded
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.spread import RouteEnd
 
@@ -251,6 +253,8 @@ def _load(saved: SavedResults) -> Results:
     told = saved.told
     count = sum(stage["steps"] for stage in told["stages"])
     steps = read_history(saved.content(HISTORY), count, saved.folder / HISTORY)
+    recorded = tuple(_recorded(one) for one in told.get("histories", ()))
+    steps = with_histories(steps, recorded, saved.content, saved.folder)
     first = saved.grid(stage_file("blocks", 0))
     blocks = blocks_of_grid(first)
     stages = [_load_stage(saved, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
@@ -264,9 +268,14 @@ def _load(saved: SavedResults) -> Results:
         model_digest=told["model_hash"],
         title=told["title"],
         default_joint=told["default_joint"],
+        recorded=recorded,
         finished=saved.finished,
         spread=tuple(_route_end(end) for end in told.get("spread", ())),
     )
+
+
+def _recorded(told: dict[str, Any]) -> Recorded:
+    return Recorded(**{**told, "quantities": tuple(told["quantities"]), "units": tuple(told["units"])})
 
 
 def _route_end(told: dict[str, Any]) -> RouteEnd:

@@ -53,6 +53,7 @@ def summary(results: Results) -> dict[str, Any]:
         "joint_names": list(results.joint_names),
         "default_joint": results.default_joint,
         "stages": [_stage_summary(results.blocks, stage) for stage in results.stages],
+        **({"histories": [asdict(one) for one in results.recorded]} if results.recorded else {}),
         **({"spread": [asdict(end) for end in results.spread]} if results.spread else {}),
     }
 

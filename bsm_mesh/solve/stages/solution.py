@@ -22,10 +22,10 @@ from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
-from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Recording, Scheme
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Analysis:
     """What all stages of a run have in common.
 
@@ -45,6 +45,8 @@ class Analysis:
         What is done with blocks that come down.
     keep : callable
         Gets a checkpoint after every step.
+    record : callable
+        Measures the histories.
     """
 
     model: Model
@@ -54,6 +56,7 @@ class Analysis:
     prove: Prover
     falls: Falls
     keep: Keep
+    record: Recording
 
 
 @dataclass(eq=False, slots=True)
@@ -236,7 +239,8 @@ class StageSolution:
                 moved[part.block] = now.displacement
                 return self._placed(now, part, moved)
 
-            self._steps.append(replace(record, stage=self._number, step=len(self._steps)))
+            recorded = self._run.record(as_it_stands)
+            self._steps.append(replace(record, stage=self._number, step=len(self._steps), recorded=recorded))
             self._run.observer(self._steps[-1], as_it_stands)
 
         return watch
