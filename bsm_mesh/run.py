@@ -166,6 +166,7 @@ def solve(
     `proves` says whether limit analysis is asked to prove what is unstable.
     """
     from bsm_mesh.results.evidence import Proof
+    from bsm_mesh.results.histories import Recorder
     from bsm_mesh.results.records import Results
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
@@ -184,7 +185,7 @@ def solve(
 
         scheme = ContinuationScheme(model, options, report, route or USUAL)
     del ready  # of a million blocks 1 GB
-    model_digest = model.digest
+    model_digest, recorder = model.digest, Recorder(model)
 
     def results(stages: tuple[StageResult, ...], *, finished: bool = True) -> Results:
         return Results(
@@ -196,6 +197,8 @@ def solve(
             tolerance=options.tolerance,
             model_digest=model_digest,
             title=model.title,
+            default_joint=model.default_joint,
+            recorded=recorder.recorded,
             finished=finished,
             model=model,
             options=options,
@@ -220,5 +223,8 @@ def solve(
     def end(stages: tuple[StageResult, ...]) -> None:
         finished(results(stages, finished=False))
 
+    def record(stage: Callable[[], StageResult]) -> tuple[float, ...]:
+        return recorder.measure(results((stage(),), finished=False)) if model.histories else ()
+
     begun = resumption or AT_THE_START
-    return results(solve_stages(model, scheme, report, watch, check, prove, end, options.falls, notes, begun))
+    return results(solve_stages(model, scheme, report, watch, check, prove, end, options.falls, notes, begun, record))

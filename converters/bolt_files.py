@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.converters.contact_files import named
 from bsm_mesh.converters.vtk_files import LINE, Grid, spatial
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
@@ -31,6 +32,7 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
     bolt_of_node = np.repeat(np.arange(bolts.count, dtype=np.int32), np.diff(bolts.node_start))
     cells: dict[str, Any] = {
         "bolt": bolts.bolt,
+        "bolt_name": named(bolts.bolt, bolts.names),
         "axial_force": bolts.axial_force,
         "bond_force": bond,
         "utilisation": bolts.utilisation,
@@ -40,6 +42,7 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         "shear_direction": spatial(bolts.shear_direction),
         "alive": bolts.alive.astype(np.uint8),
         "status": bolts.status[bolts.bolt].astype(np.int8),
+        "status_name": named(bolts.status[bolts.bolt], [status.name.lower() for status in BoltStatus]),
     }
     points: dict[str, Any] = {
         "displacement": spatial(bolts.displacement),

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
-from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, spatial, write_pvd, write_vtu
+from bsm_mesh.converters.contact_files import contact_grid, joint_grid, named, support_grid, water_grid
+from bsm_mesh.converters.vtk_files import POLYGON, Grid, spatial, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
-from bsm_mesh.results.records import ContactForces, Results, StageResult, SupportForces
+from bsm_mesh.results.movement import displacement_of
+from bsm_mesh.results.records import Results, StageResult
 from bsm_mesh.results.stress import principal_stresses
 
-SERIES = ("blocks", "contacts", "supports")
+SERIES = ("blocks", "contacts", "joints", "supports")
 WATER, BOLTS = "water", "bolts"  # written where there are any
 
 
@@ -58,15 +61,15 @@ def write_stage(results: Results, number: int, folder: Path) -> list[str]:
     stage = results.stages[number]
     names = []
     for kind in kinds_of(stage):
-        write_vtu(folder / stage_file(kind, number), _GRIDS[kind](results, stage))
+        write_vtu(folder / stage_file(kind, number), grid_of_stage(kind, results, stage))
         names.append(stage_file(kind, number))
     return names
 
 
 def write_snapshot(results: Results, folder: Path, instant: Instant) -> list[str]:
-    """Write blocks, contacts and supports as they stand at an instant of the run; return the names of the files."""
+    """Write a VTU of each kind of `SERIES` at an instant of the run; return their names."""
     for kind in SERIES:
-        write_vtu(folder / instant.file(kind), _GRIDS[kind](results, results.stages[-1]))
+        write_vtu(folder / instant.file(kind), grid_of_stage(kind, results, results.stages[-1]))
     return [instant.file(kind) for kind in SERIES]
 
 
@@ -116,6 +119,7 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
     cells: dict[str, Any] = {
         "block_id": np.arange(blocks.count, dtype=np.int32),
         "rock": blocks.rock.astype(np.int32),
+        "rock_name": named(blocks.rock, blocks.rock_names),
         "displacement": spatial(stage.displacement[:, :2]),
         "rotation": stage.displacement[:, 2],
         "stage_displacement": spatial(stage.stage_displacement[:, :2]),
@@ -137,20 +141,18 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
         offsets=np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[here])]),
         connectivity=np.arange(len(corners)),
         cell_type=POLYGON,
-        point_data={"displacement": spatial(corner_displacement(blocks, stage.displacement)[corners])},
+        point_data={
+            "displacement": spatial(corner_displacement(blocks, stage.displacement)[corners]),
+            "edge_joint": blocks.edge_joint[corners],
+        },
         cell_data={name: values[here] for name, values in cells.items()},
-        field_data={"rock_names": blocks.rock_names},
+        field_data={"rock_names": blocks.rock_names, "edge_joint_names": blocks.joint_names},
     )
 
 
 def corner_displacement(blocks: Blocks, displacement: FloatArray) -> FloatArray:
     """Return the displacement of every corner, (n_vertices, 2) [m], by exact rotation about the centroid."""
-    owner = blocks.owner
-    x, y = (blocks.vertices - blocks.moments.centroid[owner]).T
-    u, v, theta = displacement[owner].T
-    versed = -2 * np.sin(theta / 2) ** 2  # cos(theta) - 1 without loss of digits
-    sine = np.sin(theta)
-    return np.stack([u + versed * x - sine * y, v + sine * x + versed * y], axis=1)
+    return displacement_of(blocks, displacement, blocks.owner, blocks.vertices)
 
 
 def write_mechanism(blocks: Blocks, velocity: FloatArray, path: Path) -> None:
@@ -182,85 +184,34 @@ def write_mechanism(blocks: Blocks, velocity: FloatArray, path: Path) -> None:
         raise ModelError(f"cannot write {path}: {error.strerror or error}; choose another folder") from error
 
 
-def contact_grid(results: Results, stage: StageResult) -> Grid:
-    """Return the contacts, a vertex a contact."""
-    contacts = stage.contacts
-    cells: dict[str, Any] = {
-        "block_a": contacts.block_a.astype(np.int32),
-        "block_b": contacts.block_b.astype(np.int32),
-        "length": contacts.length,
-        "normal_force": contacts.normal_force,
-        "shear_force": contacts.shear_force,
-        "normal_traction": contacts.normal_force / contacts.length,
-        "shear_traction": contacts.shear_force / contacts.length,
-        "status": contacts.status.astype(np.int8),
-        "utilisation": contacts.utilisation,
-        "opening": contacts.opening,
-        "slip": contacts.slip,
-        "joint": contacts.joint.astype(np.int32),
-        "water_pressure": contacts.water_pressure,
-        "force": spatial(contacts.force),
-        "normal": spatial(contacts.normal),
-    }
-    return _vertices(contacts.point, cells, {"joint_names": results.joint_names})
-
-
-def support_grid(results: Results, stage: StageResult) -> Grid:
-    """Return the supports, a vertex a held point."""
-    supports = stage.supports
-    cells: dict[str, Any] = {
-        "block_id": supports.block.astype(np.int32),
-        "reaction": spatial(supports.reaction),
-        "moment": supports.moment,
-    }
-    return _vertices(supports.point, cells, {})
-
-
-def water_grid(results: Results, stage: StageResult) -> Grid:
-    """Return the water table over the model, a line a straight piece."""
-    count = len(stage.water_table)
-    return Grid(
-        points=stage.water_table.reshape(-1, 2),
-        offsets=2 * np.arange(count + 1),
-        connectivity=np.arange(2 * count),
-        cell_type=LINE,
-        cell_data={"piece": np.arange(count, dtype=np.int32)},
-    )
-
-
 _GRIDS = {
     "blocks": block_grid,
     "contacts": contact_grid,
+    "joints": joint_grid,
     "supports": support_grid,
     WATER: water_grid,
     BOLTS: bolt_grid,
 }
 
 
+def grid_of_stage(kind: str, results: Results, stage: StageResult) -> Grid:
+    """Return the grid of a kind with the stage's name and the unit of every array in its field data."""
+    grid = _GRIDS[kind](results, stage)
+    unit = {name: unit_of(kind, name) for name in (*grid.point_data, *grid.cell_data)}
+    units = tuple(f"{name} [{text}]" for name, text in unit.items() if text)
+    return replace(grid, field_data={**grid.field_data, "stage": (stage.name,), "units": units})
+
+
 def blocks_of_grid(grid: Grid) -> Blocks:
-    """Return the outlines and rocks of written blocks; joints and boundaries are not in the file."""
+    """Return the outlines, rocks and joints of written blocks; boundaries and excavations are not in the file."""
     return Blocks(
         vertices=grid.points,
         offsets=grid.offsets.astype(np.int32),
         nodes=merge_points(grid.points, MERGE_TOLERANCE),
         rock=grid.cell_data["rock"],
         rock_names=tuple(grid.field_data["rock_names"]),
-        edge_joint=np.full(len(grid.points), -1, dtype=np.int32),
-    )
-
-
-def contacts_of_grid(grid: Grid) -> ContactForces:
-    """Return the written contacts."""
-    cells = grid.cell_data
-    names = [name for name in ContactForces.__slots__ if name not in ("point", "normal")]
-    return ContactForces(point=grid.points, normal=cells["normal"][:, :2], **{name: cells[name] for name in names})
-
-
-def supports_of_grid(grid: Grid) -> SupportForces:
-    """Return the written supports."""
-    cells = grid.cell_data
-    return SupportForces(
-        block=cells["block_id"], point=grid.points, reaction=cells["reaction"][:, :2], moment=cells["moment"]
+        edge_joint=grid.point_data["edge_joint"],
+        joint_names=tuple(grid.field_data["edge_joint_names"]),
     )
 
 
@@ -268,15 +219,3 @@ def six_components(stress: FloatArray) -> FloatArray:
     """Return XX YY ZZ XY YZ XZ; ZZ is 0: rigid blocks in the plane have no out-of-plane stress."""
     zero = np.zeros(len(stress))
     return np.column_stack([stress[:, 0, 0], stress[:, 1, 1], zero, stress[:, 0, 1], zero, zero])
-
-
-def _vertices(points: FloatArray, cells: dict[str, Any], names: dict[str, tuple[str, ...]]) -> Grid:
-    count = len(points)
-    return Grid(
-        points=points,
-        offsets=np.arange(count + 1),
-        connectivity=np.arange(count),
-        cell_type=VERTEX,
-        cell_data=cells,
-        field_data=names,
-    )

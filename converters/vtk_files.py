@@ -38,9 +38,9 @@ class Grid:
     cell_type : int or (n_cells,) int
         VTK's number of the type of all cells, or of each.
     point_data, cell_data : mapping of str to array
-        Arrays with one row a point, one row a cell.
+        Arrays with one row a point, one row a cell; of texts where they hold objects. Texts are not read back.
     field_data : mapping of str to sequence of str
-        Lists of names that integer arrays refer to.
+        Lists of names that integer arrays refer to; the stage and units.
     """
 
     points: FloatArray
@@ -215,7 +215,7 @@ def spatial(vectors: FloatArray) -> FloatArray:
 
 def _to_vtk(grid: Grid) -> Any:
     from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
+    from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
 
     points = vtkPoints()
@@ -233,16 +233,25 @@ def _to_vtk(grid: Grid) -> Any:
     data.SetCells(types, cells)
     for attributes, arrays in ((data.GetPointData(), grid.point_data), (data.GetCellData(), grid.cell_data)):
         for name, values in arrays.items():
-            array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+            is_text = np.asarray(values).dtype == object
+            array = _strings(values) if is_text else numpy_to_vtk(np.ascontiguousarray(values), deep=True)
             array.SetName(name)
             attributes.AddArray(array)
     for name, texts in grid.field_data.items():
-        strings = vtkStringArray()
-        strings.SetName(name)
-        for text in texts:
-            strings.InsertNextValue(text)
-        data.GetFieldData().AddArray(strings)
+        array = _strings(texts)
+        array.SetName(name)
+        data.GetFieldData().AddArray(array)
     return data
+
+
+def _strings(texts: Sequence[str]) -> Any:
+    from vtkmodules.vtkCommonCore import vtkStringArray
+
+    strings = vtkStringArray()
+    strings.SetNumberOfValues(len(texts))
+    for number, text in enumerate(texts):
+        strings.SetValue(number, text)
+    return strings
 
 
 def _id_type() -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from bsm_mesh.app.build_bolts import make_bolts, unused_curves
 from bsm_mesh.app.build_mesh import read_blocks
 from bsm_mesh.app.build_parts import (
+    make_history,
     make_in_situ,
     make_joint,
     make_load,
@@ -153,6 +154,7 @@ def build_model(
     ground = _collect(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
     stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
+    histories = _collect(faults, [partial(make_history, table) for table in file.history])
     options = _collect(faults, [partial(make_options, file.solver, file.falls)])
     _collect(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
@@ -182,6 +184,7 @@ def build_model(
             in_situ=ground[0] if ground else None,
             water=water[0] if water else None,
             stages=tuple(stages),
+            histories=tuple(histories),
             options=options[0],
             title=file.title,
         )

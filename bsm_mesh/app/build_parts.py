@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from bsm_mesh.app.model_tables import (
     FallsTable,
+    HistoryTable,
     InSituTable,
     JointTable,
     LoadTable,
@@ -20,6 +21,7 @@ from bsm_mesh.app.model_tables import (
     WaterTable,
 )
 from bsm_mesh.errors import ModelError, placed, raise_faults
+from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
@@ -77,6 +79,11 @@ def _law(table: JointTable) -> JointLaw | None:
         faults.append("law 'patton' has no residual_cohesion: what shears off is its cohesion; remove it")
     raise_faults(faults)
     return MohrCoulomb(**given) if table.law == "mohr_coulomb" else Patton(**given)
+
+
+def make_history(table: HistoryTable) -> History:
+    """Return what is recorded."""
+    return History(**table.model_dump())
 
 
 def make_supports(table: SupportTable, place: str) -> list[Support]:

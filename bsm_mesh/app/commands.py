@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
+from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
@@ -82,8 +83,11 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     if results.spread:
         print_table("Other routes", SPREAD_HEADER, spread_rows(results.spread), texts=2)
         say(f"spread: {spread_text(results.spread)}")
-    series = "blocks.pvd, contacts.pvd, supports.pvd" + (", water.pvd" if (folder / "water.pvd").exists() else "")
+    series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
+        ", water.pvd" if (folder / "water.pvd").exists() else ""
+    )
     series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
+    series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     for picture in drawn:

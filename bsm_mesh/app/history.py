@@ -19,17 +19,22 @@ SEPARATOR = "; "  # between the methods of a step
 def write_history(results: Results, folder: Path) -> None:
     """Write the steps of all stages, one below the other: the next stage adds its own at the end."""
     with whole_file(folder / HISTORY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(StepRecord)])
+        writer = csv.DictWriter(file, list(_KINDS))
         writer.writeheader()
         writer.writerows(_row(step) for stage in results.stages for step in stage.steps)
 
 
 def _row(step: StepRecord) -> dict[str, Any]:
-    return {**asdict(step), "tried": SEPARATOR.join(step.tried)}
+    row = {**asdict(step), "tried": SEPARATOR.join(step.tried)}
+    return {name: row[name] for name in _KINDS}
 
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(text.split(SEPARATOR)) if text else ()
+
+
+_TYPES: dict[Any, Any] = {"int": int, "float": float, "str": str, "tuple[str, ...]": _names}
+_KINDS = {field.name: _TYPES[field.type] for field in fields(StepRecord) if field.name != "recorded"}  # in own files
 
 
 def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:
@@ -40,11 +45,9 @@ def read_history(content: bytes, count: int, path: Path) -> list[StepRecord]:
     ModelError
         If they are not `count` steps.
     """
-    of_type: dict[Any, Any] = {"int": int, "float": float, "str": str, "tuple[str, ...]": _names}
-    kinds = {field.name: of_type[field.type] for field in fields(StepRecord)}
     try:
         rows = list(csv.DictReader(io.StringIO(content.decode(), newline="")))
-        steps = [StepRecord(**{name: kind(row[name]) for name, kind in kinds.items()}) for row in rows]
+        steps = [StepRecord(**{name: kind(row[name]) for name, kind in _KINDS.items()}) for row in rows]
     except (KeyError, TypeError, ValueError, csv.Error):
         steps = []
     if len(steps) != count:

@@ -319,6 +319,19 @@ class StageTable(Table):
     )
 
 
+class HistoryTable(Table):
+    """What is recorded at every step: exactly one of point, line, block, joint, bolt."""
+
+    name: str = Field(description="the file is history_NAME.csv: letters, digits and _ . + -")
+    point: Point | None = Field(default=None, description="displacement of a point")
+    line: list[Point] | None = Field(
+        default=None, description="extensometer: growth of the distance of each further point from the first"
+    )
+    block: Annotated[int, In(q.BLOCK)] | None = Field(default=None, description="displacement and rotation of a block")
+    joint: str | None = Field(default=None, description="mean slip and opening, share at strength and share open")
+    bolt: str | None = Field(default=None, description="greatest axial force of the bolt of this name")
+
+
 class SolverTable(Table):
     """How to solve."""
 
@@ -374,6 +387,7 @@ class ModelFile(Table):
     in_situ: InSituTable | None = None
     water: WaterTable | None = None
     stage: list[StageTable] = Field(default_factory=list)
+    history: list[HistoryTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)
     falls: FallsTable = Field(default_factory=FallsTable)
     output: OutputTable = Field(default_factory=OutputTable)

@@ -110,6 +110,7 @@ def content_of(model: Model, options: Options) -> Content:
         "in_situ": {} if model.in_situ is None else _in_situ(model.in_situ),
         "water": {} if model.water is None else _water(model.water),
         "stage": tables("stage", model.stages, _stage),
+        "history": tables("history", model.histories, _fields),
         **tables_of(options),
         "output": {"folder": "."},
     }

@@ -19,11 +19,11 @@ HEADER = (
 )
 BESIDE = (".running", ".interrupted", ".former")
 OF_A_RUN = re.compile(
-    r"(blocks|contacts|supports|water|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(bolts|history)\.csv|summary\.json|model\.toml"
+    r"(blocks|contacts|joints|supports|water|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(bolts|history(_[\w.+-]+)?)\.csv|summary\.json|model\.toml"
     r"|certificate(\.json|_\d{4,}\.npz)"
 )
 
-OF_A_STEP = re.compile(r"(blocks|contacts|supports)_\d{4,}_\d{5,}\.vtu")
+OF_A_STEP = re.compile(r"(blocks|contacts|joints|supports)_\d{4,}_\d{5,}\.vtu")
 
 
 def read_json(path: Path) -> dict[str, Any]:

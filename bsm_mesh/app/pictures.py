@@ -38,14 +38,14 @@ def draw_pictures(folder: Path) -> list[Path]:
     saved.check()
     last = len(saved.told["stages"]) - 1
     grid = read_grid(saved, stage_file("blocks", last), needs=("displacement", "sigma_1", "stress"))
-    contacts = saved.grid(stage_file("contacts", last), needs=("block_a", "block_b", "joint"))
+    joints = saved.grid(stage_file("joints", last), needs=("joint",))
     size, title = float(grid.length), heading(saved.told)
     bolts = _bolts(saved, last) if "bolts" in saved.told["stages"][-1] else None
     scene = Scene(
         grid=grid,
         title=title,
         size=size,
-        joints=joint_traces(contacts),
+        joints=joint_traces(joints),
         water=saved.water_table(last),
         bolts=bolts,
     )
@@ -57,6 +57,10 @@ def draw_pictures(folder: Path) -> list[Path]:
 
         drawers["bolts"] = partial(save_picture, scene, draw_bolts)
         drawers["bolt_forces"] = partial(draw_bolt_forces, load_results(folder).stages[-1].bolts, title)
+    if saved.told.get("histories"):
+        from bsm_mesh.app.history_pictures import draw_histories
+
+        drawers["histories"] = partial(draw_histories, load_results(folder), title)
     return [add_picture(added, f"{name}.png", draw) for name, draw in drawers.items()]
 
 
@@ -82,13 +86,9 @@ def _bolts(saved: SavedResults, stage: int) -> Any:
     return bolts.extract_cells(np.flatnonzero(bolts.cell_data["alive"]))
 
 
-def joint_traces(contacts: Grid) -> FloatArray:
-    """Return both ends of every jointed face, (k, 2, 2) [m]: its two contacts follow each other in the table."""
-    pair = np.sort(np.column_stack([contacts.cell_data["block_a"], contacts.cell_data["block_b"]]), axis=1)
-    joint = contacts.cell_data["joint"]
-    same = (pair[1:] == pair[:-1]).all(axis=1) & (joint[1:] >= 0) & (joint[1:] == joint[:-1])
-    first = np.flatnonzero(same)
-    traces: FloatArray = np.stack([contacts.points[first], contacts.points[first + 1]], axis=1)
+def joint_traces(joints: Grid) -> FloatArray:
+    """Return both ends of every face that has a joint, (k, 2, 2) [m], where the blocks were given."""
+    traces: FloatArray = joints.points.reshape(-1, 2, 2)[joints.cell_data["joint"] >= 0]
     return traces
 
 

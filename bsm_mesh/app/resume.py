@@ -23,6 +23,7 @@ CHANGED = {  # entries of an identity, and what it means that they differ
     "versions": "was made by other versions ({then}; here {now}), which end in other digits",
     "model": "is of another model: the model file, its mesh or its script was changed since",
     "options": "is of another way to solve: [solver] or [falls] was changed since",
+    "histories": "recorded other histories: [[history]] was changed since",
     "snapshots": "is of a run with snapshots = {then!r} in [output], and now it is {now!r}",
 }
 
@@ -55,6 +56,7 @@ def identity_of(model: Model, options: Options, snapshots: str) -> dict[str, Any
         "versions": ", ".join(f"{name} {number}" for name, number in {"bsm-mesh": __version__, **versions()}.items()),
         "model": model.digest,
         "options": content_hash(options),
+        "histories": content_hash(model.histories),
         "snapshots": snapshots,
     }
 

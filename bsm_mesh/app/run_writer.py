@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from bsm_mesh.app.certificate import write_arrays, write_certificate
 from bsm_mesh.app.checkpoint_file import named_by_checkpoint
 from bsm_mesh.app.checkpoints import Checkpoints
+from bsm_mesh.app.histories import write_histories
 from bsm_mesh.app.history import HISTORY, write_history
 from bsm_mesh.app.own_files import CHECKPOINT, HEADER, MARKER, SUMMARY, clear, is_lasting, own_files, run_number, tidy
 from bsm_mesh.app.results_folder import ResultsFolder, told_fault
@@ -245,7 +246,7 @@ class RunWriter:
         from bsm_mesh.converters.result_files import write_lists
 
         write_history(results, self._place)
-        self._note([HISTORY])
+        self._note([HISTORY, *write_histories(results, self._place)])
         if results.stages[0].bolts.count:
             write_bolt_table(results, self._place / BOLT_TABLE)
             self._note([BOLT_TABLE])

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.certificate import arrays_file, read_evidence
+from bsm_mesh.app.histories import with_histories
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
 from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
@@ -24,6 +25,7 @@ from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
 from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.histories import Recorded
 from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
 from bsm_mesh.results.spread import RouteEnd
 
@@ -246,12 +248,14 @@ def load_results(folder: Path) -> Results:
 
 
 def _load(saved: SavedResults) -> Results:
-    from bsm_mesh.converters.result_files import SERIES, blocks_of_grid, stage_file
+    from bsm_mesh.converters.result_files import blocks_of_grid, stage_file
 
     told = saved.told
     count = sum(stage["steps"] for stage in told["stages"])
     steps = read_history(saved.content(HISTORY), count, saved.folder / HISTORY)
-    first = saved.grid(stage_file(SERIES[0], 0))
+    recorded = tuple(_recorded(one) for one in told.get("histories", ()))
+    steps = with_histories(steps, recorded, saved.content, saved.folder)
+    first = saved.grid(stage_file("blocks", 0))
     blocks = blocks_of_grid(first)
     stages = [_load_stage(saved, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
     return Results(
@@ -263,9 +267,15 @@ def _load(saved: SavedResults) -> Results:
         tolerance=told["tolerance"],
         model_digest=told["model_hash"],
         title=told["title"],
+        default_joint=told["default_joint"],
+        recorded=recorded,
         finished=saved.finished,
         spread=tuple(_route_end(end) for end in told.get("spread", ())),
     )
+
+
+def _recorded(told: dict[str, Any]) -> Recorded:
+    return Recorded(**{**told, "quantities": tuple(told["quantities"]), "units": tuple(told["units"])})
 
 
 def _route_end(told: dict[str, Any]) -> RouteEnd:
@@ -276,9 +286,10 @@ def _load_stage(
     saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], count: int
 ) -> StageResult:
     from bsm_mesh.converters.bolt_files import bolts_of_grid
-    from bsm_mesh.converters.result_files import BOLTS, SERIES, contacts_of_grid, stage_file, supports_of_grid
+    from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
+    from bsm_mesh.converters.result_files import BOLTS, stage_file
 
-    blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in SERIES)
+    blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
 
     def whole(rows: Any) -> Any:

@@ -21,9 +21,20 @@ from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results, StageResult, Status
 from bsm_mesh.results.stress import principal_stresses
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
-NEEDED = {"title", "stages", "joint_names", "scheme", "linear_solver", "tolerance", "model_hash", "status", "files"}
+NEEDED = {
+    "title",
+    "stages",
+    "joint_names",
+    "default_joint",
+    "scheme",
+    "linear_solver",
+    "tolerance",
+    "model_hash",
+    "status",
+    "files",
+}
 
 
 def summary(results: Results) -> dict[str, Any]:
@@ -40,7 +51,9 @@ def summary(results: Results) -> dict[str, Any]:
         "unstable_blocks": results.unstable_blocks.tolist(),
         "blocks": results.blocks.count,
         "joint_names": list(results.joint_names),
+        "default_joint": results.default_joint,
         "stages": [_stage_summary(results.blocks, stage) for stage in results.stages],
+        **({"histories": [asdict(one) for one in results.recorded]} if results.recorded else {}),
         **({"spread": [asdict(end) for end in results.spread]} if results.spread else {}),
     }
 

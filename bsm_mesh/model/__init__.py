@@ -2,6 +2,7 @@
 
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import JointResponse, MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
@@ -17,6 +18,7 @@ __all__ = [
     "EdgeTractions",
     "Filling",
     "Fixed",
+    "History",
     "InSitu",
     "InSituTraction",
     "Joint",

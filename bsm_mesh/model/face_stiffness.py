@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,14 +62,30 @@ def face_stiffness(model: Model, faces: Faces) -> FaceStiffness:
 
 
 def face_joints(model: Model, faces: Faces) -> IntArray:
-    """Return the joint of every face: of edge b, else of edge a, else the default joint, else -1 (rock)."""
-    blocks = model.blocks
-    defined = [joint.name for joint in model.joints]
-    number = np.array([defined.index(n) if n in defined else -1 for n in blocks.joint_names] + [-1], dtype=np.int32)
+    """Return the number in ``model.joints`` of the joint of every face, (k,) int32; -1 for unjointed rock."""
+    return joints_of_faces(model.blocks, [joint.name for joint in model.joints], model.default_joint, faces)
+
+
+def joints_of_faces(blocks: Blocks, defined: Sequence[str], default: str | None, faces: Faces) -> IntArray:
+    """Return the number of the joint of every face: of edge b, else of edge a, else the default joint, else -1 (rock).
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks, whose edges have joints by name.
+    defined : sequence of str
+        Names of the joints, in the order of their numbers.
+    default : str or None
+        Name of the joint of faces without one.
+    faces : Faces
+        The k faces.
+    """
+    known = {name: number for number, name in enumerate(defined)}
+    number = np.array([known.get(name, -1) for name in blocks.joint_names] + [-1], dtype=np.int32)
     of_edge = number[blocks.edge_joint]  # edge_joint -1 picks the last entry: no joint
     joint = np.where(of_edge[faces.edge_b] >= 0, of_edge[faces.edge_b], of_edge[faces.edge_a])
-    if model.default_joint is not None:
-        joint = np.where(joint >= 0, joint, defined.index(model.default_joint))
+    if default is not None:
+        joint = np.where(joint >= 0, joint, known[default])
     return joint.astype(np.int32)
 
 

@@ -15,6 +15,7 @@ from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.histories import History, history_faults
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.loads import (
     GIVEN_LOADS,
@@ -75,6 +76,8 @@ class Model:
         Groundwater at the start.
     stages : tuple of Stage
         What is taken away, put back and changed, in this order.
+    histories : tuple of History
+        What is recorded at every step; it changes nothing of what comes out.
     options : Options or None
         How `bsm_mesh.run` solves it where it is not told otherwise: of a model file, what its ``[solver]`` says.
     title : str
@@ -100,6 +103,7 @@ class Model:
     in_situ: InSitu | None = None
     water: Water | None = None
     stages: tuple[Stage, ...] = ()
+    histories: tuple[History, ...] = field(default=(), metadata={"in_hash": False})
     options: Options | None = field(default=None, metadata={"in_hash": False})
     title: str = field(default="", metadata={"in_hash": False})
 
@@ -118,6 +122,7 @@ class Model:
             "loads": GIVEN_LOADS,
             "bolts": (Bolt,),
             "stages": (Stage,),
+            "histories": (History,),
         }
         for name, kinds in lists.items():
             object.__setattr__(self, name, rules.things(name, getattr(self, name), *kinds, derived=DERIVED))
@@ -134,7 +139,7 @@ class Model:
         raise_faults(rules.faults)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether the two models have the same content, title and options aside."""
+        """Return whether the two models have the same content, title, histories and options aside."""
         return isinstance(other, Model) and self.digest == other.digest
 
     def __hash__(self) -> int:
@@ -219,6 +224,8 @@ def _faults(model: Model) -> list[str]:
     for number, load in enumerate(model.loads):
         faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
     faults.extend(_ground_faults(model, joint_names))
+    bolt_names = [bolt.name or f"bolt {number + 1}" for number, bolt in enumerate(model.bolts)]
+    faults.extend(history_faults(model.histories, blocks, joint_names, bolt_names))
     stage_faults = list(_stage_faults(model, joint_names))
     return [*faults, *stage_faults, *([] if stage_faults else _bolt_faults(model))]
 

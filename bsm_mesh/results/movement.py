@@ -1,10 +1,13 @@
-"""How far blocks moved before they came to rest: a landing after a fall is an equilibrium, and often a failure too."""
+"""Movement of blocks: of points in them, and how far they went before they came to rest.
+
+A landing after a fall is an equilibrium, and often a failure too.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import IntArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.records import StageResult
 
@@ -28,3 +31,40 @@ def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
     if not far.size:
         return verdict
     return f"{verdict}, after moving {np.hypot(*stage.stage_displacement[far, :2].T).max():.3g} m"
+
+
+def displacement_of(blocks: Blocks, displacement: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:
+    """Return the displacement of points in blocks, by exact rotation about the centroid.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        As they were given.
+    displacement : (n, 3) float64 [m, m, rad]
+        Of every block.
+    block : (k,) int
+        The block of each point.
+    point : (k, 2) float64 [m]
+        In the given geometry.
+
+    Returns
+    -------
+    (k, 2) float64 [m]
+    """
+    x, y = (point - blocks.moments.centroid[block]).T
+    u, v, theta = displacement[block].T
+    versed, sine = -2 * np.sin(theta / 2) ** 2, np.sin(theta)  # cos(theta) - 1 without loss of digits
+    return np.stack([u + versed * x - sine * y, v + sine * x + versed * y], axis=1)
+
+
+def as_given(blocks: Blocks, moved: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:
+    """Return where points (k, 2) [m] of moved blocks were in the given geometry; `moved` as in `displacement_of`."""
+    centroid = blocks.moments.centroid[block]
+    before: FloatArray = centroid + turned(point - centroid - moved[block, :2], -moved[block, 2])
+    return before
+
+
+def turned(vectors: FloatArray, angle: FloatArray | float) -> FloatArray:
+    """Return vectors (k, 2) turned counter-clockwise by an angle [rad]."""
+    x, y = vectors.T
+    return np.stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y], axis=1)

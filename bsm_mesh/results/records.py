@@ -20,6 +20,7 @@ from bsm_mesh.results.falls import Fall
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
+    from bsm_mesh.results.histories import HistorySeries, Recorded
     from bsm_mesh.results.spread import RouteEnd
     from bsm_mesh.solve.options import Options
 
@@ -149,6 +150,8 @@ class StepRecord:
         The method that ended it.
     tried : tuple of str
         Methods that were tried before, in vain, in order.
+    recorded : tuple of float
+        The values of the model's histories at its end, in the order of ``Results.recorded``.
     """
 
     stage: int
@@ -162,6 +165,7 @@ class StepRecord:
     seconds: float
     method: str
     tried: tuple[str, ...] = ()
+    recorded: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -305,6 +309,10 @@ class Results:
         SHA-256 of the model's content.
     title : str
         The model's title.
+    default_joint : str or None
+        Name of the joint of faces whose edges have none.
+    recorded : tuple of Recorded
+        What the model's histories record.
     finished : bool
         Whether the run came to its end; if not, `status` is ``unfinished``, whatever the stages are.
     model : Model or None
@@ -323,6 +331,8 @@ class Results:
     tolerance: float
     model_digest: str
     title: str = ""
+    default_joint: str | None = None
+    recorded: tuple[Recorded, ...] = ()
     finished: bool = True
     model: Model | None = None
     options: Options | None = None
@@ -337,6 +347,13 @@ class Results:
     def unstable_blocks(self) -> IntArray:
         """Blocks that come down in the last stage."""
         return self.stages[-1].unstable_blocks
+
+    @property
+    def histories(self) -> dict[str, HistorySeries]:
+        """The histories over all steps, by name."""
+        from bsm_mesh.results.histories import series_of
+
+        return series_of(self.recorded, self.stages)
 
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""

@@ -19,6 +19,7 @@ Reporter = Callable[[str], None]
 Checker = Callable[[StageResult], tuple[str, ...]]  # what speaks against a stage at rest, a sentence each
 Prover = Callable[[Model, IntArray], Proof]  # whether it can be at rest as given; blocks that come down
 Observer = Callable[[StepRecord, Callable[[], StageResult]], None]  # a step, and what returns the stage
+Recording = Callable[[Callable[[], StageResult]], tuple[float, ...]]  # values of the histories as a stage stands
 Finished = Callable[[tuple[StageResult, ...]], None]
 
 

@@ -22,7 +22,7 @@ from bsm_mesh.results.records import ContactForces, StageResult
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Resumption
 from bsm_mesh.solve.stages.falls import Falls
 from bsm_mesh.solve.stages.new_faces import forces_on_new_faces, pressure_on_new_faces
-from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Prover, Reporter, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Prover, Recording, Reporter, Scheme
 from bsm_mesh.solve.stages.solution import Analysis, StageSolution, StageState
 
 INITIAL = "initial"
@@ -40,12 +40,14 @@ def solve_stages(
     falls: Falls,
     notes: tuple[str, ...] = (),
     resumption: Resumption = AT_THE_START,
+    record: Recording = lambda stage: (),
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `prove` is asked about the
     start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with
     blocks that come down. `notes` belong to the first. `resumption` says where the run goes on, if it was interrupted.
+    `record` measures the histories at every step.
 
     Raises
     ------
@@ -60,9 +62,7 @@ def solve_stages(
         scheme.restore(begun.scheme)
         number = _stage_at(begun)
         state = StageState.recalled(begun, model_in_stage(model, number), bars, _water(model, number))
-    run = Analysis(
-        model=model, scheme=scheme, observer=observer, check=check, prove=prove, falls=falls, keep=resumption.keep
-    )
+    run = Analysis(model, scheme, observer, check, prove, falls, resumption.keep, record)
     results = list(resumption.stages)
     for number in range(len(results), 1 + len(model.stages)):
         if results and not results[-1].status.is_stable:

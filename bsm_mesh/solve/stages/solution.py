@@ -16,17 +16,16 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Bars
 from bsm_mesh.model.water import Water
-from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.evidence import Proof
-from bsm_mesh.results.movement import moved_far
+from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
-from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Recording, Scheme
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Analysis:
     """What all stages of a run have in common.
 
@@ -46,6 +45,8 @@ class Analysis:
         What is done with blocks that come down.
     keep : callable
         Gets a checkpoint after every step.
+    record : callable
+        Measures the histories.
     """
 
     model: Model
@@ -55,6 +56,7 @@ class Analysis:
     prove: Prover
     falls: Falls
     keep: Keep
+    record: Recording
 
 
 @dataclass(eq=False, slots=True)
@@ -239,7 +241,8 @@ class StageSolution:
                 moved[part.block] = now.displacement
                 return self._placed(now, part, moved)
 
-            self._steps.append(replace(record, stage=self._number, step=len(self._steps)))
+            recorded = self._run.record(as_it_stands)
+            self._steps.append(replace(record, stage=self._number, step=len(self._steps), recorded=recorded))
             self._run.observer(self._steps[-1], as_it_stands)
 
         return watch
@@ -248,11 +251,12 @@ class StageSolution:
         """Return a part's result in the numbers of the whole, with the displacements (n, 3) since the start."""
         state, blocks = self._state, self._run.model.blocks
         displacement = (moved - state.origin) * state.present[:, None]
+        rock = displacement_of(blocks, displacement, stage.bolts.block, stage.bolts.original)
         return replace(
             _in_whole(stage, part),
             name=self._name,
             displacement=displacement,
-            bolts=replace(stage.bolts, displacement=displacement_at(blocks, displacement, stage.bolts)),
+            bolts=replace(stage.bolts, displacement=rock),
             stage_displacement=(moved - self._before) * state.present[:, None],
             origin=state.origin.copy(),
             start_residual=stage.start_residual if self._start_residual is None else self._start_residual,
@@ -280,14 +284,6 @@ def _confirmed(stage: StageResult, check: Checker) -> StageResult:
         return stage
     reason = f"{stage.reason} by the solution, but not by the independent check: {'; '.join(against)}"
     return replace(stage, status=Status.NOT_CONVERGED, reason=reason)
-
-
-def displacement_at(blocks: Blocks, displacement: FloatArray, bolts: BoltForces) -> FloatArray:
-    """Return the displacement of the rock at the bolts' nodes, (n_nodes, 2) [m]."""
-    arm = bolts.original - blocks.moments.centroid[bolts.block]
-    u, v, turn = displacement[bolts.block].T
-    versed, sine = -2 * np.sin(turn / 2) ** 2, np.sin(turn)  # cos(turn) - 1 without loss of digits
-    return np.column_stack([u + versed * arm[:, 0] - sine * arm[:, 1], v + sine * arm[:, 0] + versed * arm[:, 1]])
 
 
 def _in_whole(stage: StageResult, part: SubModel) -> StageResult:

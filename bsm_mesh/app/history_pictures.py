@@ -1,0 +1,99 @@
+"""The picture of the histories: a chart each, over the steps, with the ends of the stages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.app.canvas import WIDTH, scaled
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.files import whole_file
+from bsm_mesh.results.histories import HistorySeries
+from bsm_mesh.results.records import Results
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
+HEIGHT = 2.6  # inches a chart
+MOST_NAMED = 8  # stages; the names of more would touch
+WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at strength", "open_share": "share open"}
+
+
+def draw_histories(results: Results, title: str, path: Path) -> Path:
+    """Draw every history over the steps of the run."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    series = list(results.histories.values())
+    columns = min(2, len(series))
+    rows = -(-len(series) // columns)
+    size = (WIDTH / 100, HEIGHT * rows + 0.6)
+    figure, axes = plt.subplots(rows, columns, figsize=size, dpi=100, layout="constrained", squeeze=False)
+    for place in axes.reshape(-1)[len(series) :]:
+        place.axis("off")
+    names = [stage.name for stage in results.stages]
+    for place, one in zip(axes.reshape(-1), series, strict=False):
+        _draw_one(place, one, names)
+    figure.suptitle(title, parse_math=False)  # a $ is a $
+    try:
+        with whole_file(path) as draft:
+            figure.savefig(draft)
+    finally:
+        plt.close(figure)
+    return path
+
+
+def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
+    """Draw a history: the quantities of its first unit to the left axis, of another one to the right."""
+    recorded = series.recorded
+    units = list(dict.fromkeys(recorded.units))
+    colours = iter(COLOURS * len(recorded.quantities))
+    number = np.arange(1, len(series.step) + 1)
+    lines = []
+    for unit, side in zip(units, (axes, axes.twinx() if len(units) > 1 else axes), strict=False):
+        chosen = [k for k, other in enumerate(recorded.units) if other == unit]
+        values, shown = _shown(series.values[:, chosen], unit)
+        for k, column in zip(chosen, values.T, strict=True):
+            label = WORDS.get(recorded.quantities[k], recorded.quantities[k].replace("_", " "))
+            (line,) = side.plot(
+                number,
+                column,
+                color=next(colours),
+                marker="o",
+                markersize=2.5,
+                linewidth=1.3,
+                linestyle="-" if side is axes else ":",
+            )
+            lines.append((line, f"{label}, {shown}" if shown else label))
+        side.set_ylabel({"": "share of the length"}.get(unit, shown), fontsize=9)
+        side.tick_params(labelsize=8)
+        if not unit:
+            side.set_ylim(-0.03, 1.03)
+    _mark_stages(axes, series, stage_names)
+    axes.set_title(f"{recorded.name} ({recorded.kind})", fontsize=10, loc="left", parse_math=False)
+    axes.set_xlabel("step", fontsize=9)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    handles, labels = zip(*lines, strict=True)
+    axes.legend(handles, labels, fontsize=8, frameon=False, ncols=min(4, len(lines)), loc="upper left",
+                bbox_to_anchor=(0.0, -0.16))  # fmt: skip
+
+
+def _shown(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
+    """Return values in a unit that suits them."""
+    if unit not in ("m", "N"):
+        return values, unit
+    prefixed, unit = scaled(np.nan_to_num(values), unit)
+    return np.where(np.isnan(values), np.nan, prefixed), unit
+
+
+def _mark_stages(axes: Any, series: HistorySeries, names: list[str]) -> None:
+    """Draw a line where a stage begins, with its name as far as there is room."""
+    begins = np.flatnonzero(np.diff(series.stage)) + 1
+    for first in begins.tolist():
+        axes.axvline(first + 0.5, color="#888888", linewidth=0.8, linestyle="--")
+        if len(begins) < MOST_NAMED:
+            axes.text(first + 0.5, 0.97, f" {names[series.stage[first]]}", fontsize=7, va="top", color="#555555",
+                      transform=axes.get_xaxis_transform(), parse_math=False)  # fmt: skip

@@ -1,0 +1,128 @@
+"""Histories: what is recorded at every step, of points, extensometers, blocks, joints and bolts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.errors import as_given, nearest, raise_faults
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.quantities import BLOCK
+from bsm_mesh.model.values import Rules, parts_of, plain_numbers
+
+FILE_NAME = re.compile(r"\w[\w.+-]{0,99}")  # the name is a part of a file's name
+KINDS = ("point", "line", "block", "joint", "bolt")
+
+
+@dataclass(frozen=True, kw_only=True)
+class History:
+    """What is recorded at every step under a name; exactly one of the other fields says of what.
+
+    Attributes
+    ----------
+    name : str
+        Letters, digits and ``_ . + -``: the file is ``history_NAME.csv``.
+    point : (x, y) [m], optional
+        Displacement of a point, where the blocks were given; on an outline that of the block with the lowest number.
+    line : sequence of (x, y) [m], optional
+        An extensometer: by how much the distance of each further point from the first one has grown.
+    block : int, optional
+        Displacement of a block's centroid, and its rotation.
+    joint : str, optional
+        Of a joint or joint set: mean slip and opening, share of the length at strength, share that is open.
+    bolt : str, optional
+        Greatest axial force in a bolt, by its name.
+
+    Raises
+    ------
+    ModelError
+        If the name can be in no file's name, or not exactly one thing is named.
+    """
+
+    name: str
+    point: tuple[float, float] | None = None
+    line: tuple[tuple[float, float], ...] | None = None
+    block: int | None = None
+    joint: str | None = None
+    bolt: str | None = None
+
+    def __post_init__(self) -> None:
+        rules = Rules("history", self.name)
+        rules.name(self.name)
+        if not rules.faults and not FILE_NAME.fullmatch(self.name):
+            rules.faults.append(
+                f"history {as_given(self.name)}: the name is a part of a file's name; use letters, digits and _ . + -"
+            )
+        given = [kind for kind in KINDS if getattr(self, kind) is not None]
+        if len(given) != 1:
+            told = "has " + " and ".join(given) if given else "has none"
+            rules.faults.append(f"{rules.thing}: needs exactly one of {', '.join(KINDS)}; it {told}")
+        if self.point is not None:
+            object.__setattr__(self, "point", rules.point("point", self.point))
+        if self.line is not None:
+            object.__setattr__(self, "line", _line(rules, self.line))
+        rules.number("block", self.block, BLOCK, optional=True)
+        rules.text("joint", self.joint, optional=True)
+        rules.text("bolt", self.bolt, optional=True)
+        raise_faults(rules.faults)
+        plain_numbers(self)
+
+    @property
+    def kind(self) -> str:
+        """Which of the fields is given."""
+        return next(field.name for field in fields(self)[1:] if getattr(self, field.name) is not None)
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """The points of a point or a line; none of the others."""
+        return (self.point,) if self.point is not None else self.line or ()
+
+    def blocks(self, blocks: Blocks) -> IntArray:
+        """Return the block of each of its `points`, (k,) int32; -1 where there is none."""
+        found = [blocks_at(blocks, point) for point in self.points]
+        return np.array([at[0] if len(at) else -1 for at in found], dtype=np.int32)
+
+
+def _line(rules: Rules, value: object) -> tuple[tuple[float, float], ...]:
+    """Return the points of a line; faults are added where it is none."""
+    parts = parts_of(value)
+    if parts is None or len(parts) < 2:
+        rules.faults.append(f"{rules.thing}: line = {as_given(value)} must be two points or more [[x, y], ...] [m]")
+        return ()
+    line = tuple(rules.point(f"line: point {number + 1}", part) for number, part in enumerate(parts))
+    if not rules.faults and line[0] in line[1:]:
+        rules.faults.append(f"{rules.thing}: line: a further point lies on the first one; a distance needs two points")
+    return line
+
+
+def history_faults(
+    histories: Sequence[History], blocks: Blocks, joint_names: Sequence[str], bolt_names: Sequence[str]
+) -> Iterable[str]:
+    """Return a sentence for everything in the histories that a model cannot record."""
+    seen: dict[str, str] = {}
+    for history in histories:
+        key = history.name.casefold()  # where files of A and a are one
+        if key in seen:
+            yield f"history '{history.name}' is defined more than once ('{seen[key]}'); rename all but one"
+        seen.setdefault(key, history.name)
+    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
+    for history in histories:
+        for (x, y), block in zip(history.points, history.blocks(blocks).tolist(), strict=True):
+            if block < 0:
+                yield (
+                    f"history '{history.name}': the point ({x:g}, {y:g}) lies in no block; the blocks reach from "
+                    f"({low[0]:g}, {low[1]:g}) to ({high[0]:g}, {high[1]:g}): move it into one of them"
+                )
+        if history.block is not None and history.block >= blocks.count:
+            yield (
+                f"history '{history.name}': there is no block {history.block}; blocks are numbered 0 to "
+                f"{blocks.count - 1}"
+            )
+        for kind, name, names in (("joint", history.joint, joint_names), ("bolt", history.bolt, bolt_names)):
+            if name is not None and name not in names:
+                yield f"history '{history.name}': there is no {kind} '{name}'{nearest(name, names)}"

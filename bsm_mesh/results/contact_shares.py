@@ -1,0 +1,198 @@
+"""The part of a face that a contact stands for, in the given geometry, and which two contacts make a face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.faces import Faces
+from bsm_mesh.results.movement import turned
+from bsm_mesh.results.records import ContactForces
+
+PARALLEL = 0.1  # sine: edges within 6 degrees lie along each other, as in the contact rules
+JOINED = 0.5  # of the shorter of two shares: by so much their ends may miss each other, as blocks slide and turn
+BESIDE = 0.05  # of a given face: what lies farther from its line is on another face of the two blocks
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Shares:
+    """What each contact stands for, in the given geometry, in the direction that has the pair's lower block behind it.
+
+    Attributes
+    ----------
+    first, last : (m, 2) float64 [m]
+        Its ends, along `direction`; one of them is the contact's point, but for a corner in the middle of a face.
+    direction : (m, 2) float64
+        Unit vector along the face.
+    side : (m,) int8
+        1 where the share goes on from the point along `direction`, -1 against it, 0 to both sides.
+    """
+
+    first: FloatArray
+    last: FloatArray
+    direction: FloatArray
+    side: IntArray
+
+    @property
+    def centre(self) -> FloatArray:
+        """The middle, (m, 2) [m]."""
+        middle: FloatArray = (self.first + self.last) / 2
+        return middle
+
+
+def shares_of_contacts(
+    blocks: Blocks, contacts: ContactForces, point: FloatArray, normal: FloatArray, *, in_rows: bool
+) -> Shares:
+    """Return what each contact stands for.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        As they were given.
+    contacts : ContactForces
+        The m contacts.
+    point, normal : (m, 2) float64
+        Where they are, and the outward normals of b's edges, brought back to the given geometry with block a.
+    in_rows : bool
+        Whether every two rows are the contacts of one face, at its ends or at Gauss points within.
+    """
+    sign = np.where(contacts.block_a < contacts.block_b, 1.0, -1.0)
+    direction = turned(normal * sign[:, None], np.pi / 2)
+    if in_rows:
+        other = np.arange(len(point)) ^ 1
+        side = np.sign(((point[other] - point) * direction).sum(axis=1)).astype(np.int8)
+        middle = (point[other] + point) / 2
+        outer = middle - (side * contacts.length)[:, None] * direction
+        first, last = (np.where((side == s)[:, None], outer, middle) for s in (1, -1))
+        return Shares(first=first, last=last, direction=direction, side=side)
+    side = _sides(blocks, contacts, point, direction)
+    first = point + ((side - 1) / 2 * contacts.length)[:, None] * direction
+    last = point + ((side + 1) / 2 * contacts.length)[:, None] * direction
+    return Shares(first=first, last=last, direction=direction, side=side)
+
+
+def _sides(blocks: Blocks, contacts: ContactForces, point: FloatArray, direction: FloatArray) -> IntArray:
+    """Return to which side of its corner each contact's face lies, (m,) int8: where the block has a parallel edge.
+
+    At a corner in the middle of a straight edge there are faces to both sides: of two contacts each has one.
+    """
+    block = contacts.block_a
+    if not len(point):
+        return np.zeros(0, np.int8)
+    corner = _nearest_corners(blocks, block, point)
+    before = np.where(corner == blocks.offsets[block], blocks.offsets[block + 1], corner) - 1
+    reach = np.zeros((2, len(point)))  # length of the parallel edge behind the corner and ahead of it
+    for vector in (blocks.edge_vectors[corner], -blocks.edge_vectors[before]):
+        length = np.hypot(*vector.T)
+        sine, cosine = (_cross(vector, direction) / length, (vector * direction).sum(axis=1) / length)
+        parallel = np.abs(sine) <= PARALLEL
+        for way, ahead in enumerate((cosine < 0, cosine > 0)):
+            reach[way] = np.where(parallel & ahead, length, reach[way])
+    side = np.sign(np.sign(reach[1]) - np.sign(reach[0]))
+    flat = np.flatnonzero((reach > 0).all(axis=0))
+    pair = _pair(contacts.block_a, contacts.block_b)
+    flat = flat[np.lexsort((contacts.length[flat], corner[flat], pair[flat]))]
+    shorter, longer = flat[:-1], flat[1:]
+    two = (corner[shorter] == corner[longer]) & (pair[shorter] == pair[longer])
+    ahead_of_longer = np.where(reach[1] >= reach[0], 1, -1)[longer[two]]
+    side[longer[two]], side[shorter[two]] = ahead_of_longer, -ahead_of_longer
+    sides: IntArray = side.astype(np.int8)
+    return sides
+
+
+def _nearest_corners(blocks: Blocks, block: IntArray, point: FloatArray) -> IntArray:
+    """Return the corner of each block that is nearest to its point, (m,)."""
+    row, corner = _ranges(blocks.offsets[block], blocks.offsets[block + 1])
+    distance = np.hypot(*(blocks.vertices[corner] - point[row]).T)
+    nearest: IntArray = corner[_least(distance, row)]
+    return nearest
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Cover:
+    """How contacts cover the given faces of their two blocks.
+
+    Attributes
+    ----------
+    face : (m,) int64
+        The given face that each contact covers most of; -1 where there is none.
+    length : (k,) float64 [m]
+        Length of every given face that contacts stand for.
+    middle : (k, 2) float64 [m]
+        The middle of that.
+    """
+
+    face: IntArray
+    length: FloatArray
+    middle: FloatArray
+
+
+def cover_of(blocks: Blocks, given: Faces, contacts: ContactForces, shares: Shares) -> Cover:
+    """Return how contacts cover the given faces."""
+    of_face = _pair(blocks.owner[given.edge_a], blocks.owner[given.edge_b])
+    order = np.argsort(of_face, kind="stable")
+    pair, count = _pair(contacts.block_a, contacts.block_b), len(of_face)
+    low, high = (np.searchsorted(of_face[order], pair, side=side) for side in ("left", "right"))
+    row, place = _ranges(low, high)
+    face = order[place]
+    start, along = given.start[face], (given.end - given.start)[face]
+    length = np.hypot(*along.T)
+    unit = along / length[:, None]
+    one, other = (((ends[row] - start) * unit).sum(axis=1) for ends in (shares.first, shares.last))
+    begin, end = np.maximum(np.minimum(one, other), 0), np.minimum(np.maximum(one, other), length)
+    beside = np.abs(_cross(unit, shares.centre[row] - start)) > BESIDE * length
+    covered = np.where(beside, 0.0, np.maximum(end - begin, 0.0))
+    found = np.full(len(pair), -1)
+    if len(row):
+        most = _least(-covered, row)
+        most = most[covered[most] > 0]
+        found[row[most]] = face[most]
+    middle = start + ((begin + end) / 2)[:, None] * unit
+    total = np.bincount(face, covered, minlength=count).astype(np.float64)
+    mean = np.stack([np.bincount(face, covered * x, minlength=count) for x in middle.T], axis=1)
+    return Cover(face=found, length=total, middle=mean / np.where(total > 0, total, 1.0)[:, None])
+
+
+def joined_shares(contacts: ContactForces, shares: Shares, face: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the contacts that make faces: `one` and, where two shares meet, `other` behind it, else -1; (k,) each."""
+    along = (shares.centre * shares.direction).sum(axis=1)
+    pair = _pair(contacts.block_a, contacts.block_b)
+    order = np.lexsort((along, face, pair))
+    k, n = order[:-1], order[1:]
+    gap = ((shares.first[n] - shares.last[k]) * shares.direction[k]).sum(axis=1)
+    meet = (pair[k] == pair[n]) & (face[k] == face[n]) & (shares.side[k] == 1) & (shares.side[n] == -1)
+    meet &= (shares.direction[k] * shares.direction[n]).sum(axis=1) > 1 - PARALLEL**2
+    meet &= np.abs(gap) <= JOINED * np.minimum(contacts.length[k], contacts.length[n])
+    other = np.full(len(order), -1)
+    other[:-1][meet] = n[meet]
+    is_second = np.zeros(len(order), dtype=bool)
+    is_second[1:][meet] = True
+    return order[~is_second], other[~is_second]
+
+
+def _pair(block_a: IntArray, block_b: IntArray) -> IntArray:
+    """Return one int64 for two blocks, whichever is a."""
+    pair: IntArray = np.minimum(block_a, block_b).astype(np.int64) << 32 | np.maximum(block_a, block_b)
+    return pair
+
+
+def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the cross products of plane vectors (k, 2)."""
+    cross: FloatArray = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    return cross
+
+
+def _ranges(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the row and the number of everything in ``first[row]:last[row]``, row after row."""
+    count = (last - first).astype(np.int64)
+    row = np.repeat(np.arange(len(count)), count)
+    return row, np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + first[row]
+
+
+def _least(values: FloatArray, row: IntArray) -> IntArray:
+    """Return where each row's least value is; `row` ascends."""
+    order = np.lexsort((values, row))
+    return order[np.flatnonzero(np.diff(row[order], prepend=-1))]

@@ -1,0 +1,165 @@
+"""Histories as they are recorded: quantities and units of each, values at every step, and the series that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray, show_only
+from bsm_mesh.model.histories import History
+from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.movement import displacement_of
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
+    from bsm_mesh.results.records import Results, StageResult
+
+Values = tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded:
+    """What is recorded under a name.
+
+    Attributes
+    ----------
+    name, kind : str
+        Of the history; ``point``, ``line``, ``block``, ``joint`` or ``bolt``.
+    quantities, units : tuple of str
+        One of each a column; a share has the unit "".
+    """
+
+    name: str
+    kind: str
+    quantities: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class HistorySeries:
+    """A history over all steps, one row a step.
+
+    Attributes
+    ----------
+    recorded : Recorded
+        What the columns are.
+    stage, step : (k,) int
+        Number of the stage, and of the step within it, from 0.
+    values : (k, q) float64
+        A column a quantity, in its unit; NaN while a block is not there.
+    """
+
+    recorded: Recorded
+    stage: IntArray
+    step: IntArray
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        show_only(self)
+
+    def __getitem__(self, quantity: str) -> FloatArray:
+        column: FloatArray = self.values[:, self.recorded.quantities.index(quantity)]
+        return column
+
+
+def recorded_of(history: History) -> Recorded:
+    """Return what is recorded of a history."""
+    further = tuple(f"extension_{number}" for number in range(1, len(history.points)))
+    columns = {
+        "point": (("u", "m"), ("v", "m")),
+        "line": tuple((name, "m") for name in further),
+        "block": (("u", "m"), ("v", "m"), ("rotation", "deg")),
+        "joint": (("slip", "m"), ("opening", "m"), ("slipping_share", ""), ("open_share", "")),
+        "bolt": (("axial_force", "N"),),
+    }[history.kind]
+    names, units = zip(*columns, strict=True)
+    return Recorded(name=history.name, kind=history.kind, quantities=names, units=units)
+
+
+def series_of(recorded: Sequence[Recorded], stages: Sequence[StageResult]) -> dict[str, HistorySeries]:
+    """Return the series by name."""
+    steps = [step for stage in stages for step in stage.steps]
+    stage, step = (np.array([getattr(s, name) for s in steps], dtype=np.int64) for name in ("stage", "step"))
+    width = sum(len(one.quantities) for one in recorded)
+    values = np.array([s.recorded for s in steps], dtype=np.float64).reshape(len(steps), width)
+    ends = np.cumsum([len(one.quantities) for one in recorded])
+    parts = np.split(values, ends[:-1], axis=1) if len(recorded) else []
+    return {
+        one.name: HistorySeries(recorded=one, stage=stage, step=step, values=part)
+        for one, part in zip(recorded, parts, strict=True)
+    }
+
+
+class Recorder:
+    """Measures the histories of a model.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._histories = model.histories
+        self._blocks = [history.blocks(model.blocks) for history in model.histories]
+
+    @property
+    def recorded(self) -> tuple[Recorded, ...]:
+        """What is recorded, in the order of the values."""
+        return tuple(map(recorded_of, self._histories))
+
+    def measure(self, results: Results) -> Values:
+        """Return all values of the last stage of results, in the order of `recorded`."""
+        stage, found = results.stages[-1], list[float]()
+        for history, block in zip(self._histories, self._blocks, strict=True):
+            if history.block is not None:
+                found += _of_block(stage, history.block)
+            elif history.joint is not None:
+                found += _of_joint(results, stage, results.joint_names.index(history.joint))
+            elif history.bolt is not None:
+                found.append(_of_bolt(stage, history.bolt))
+            else:
+                found += _of_points(results, stage, block, np.array(history.points), as_line=history.kind == "line")
+        return tuple(found)
+
+
+def _of_points(
+    results: Results, stage: StageResult, block: IntArray, point: FloatArray, *, as_line: bool
+) -> list[float]:
+    """Return the displacement of one point, or by how much the distances of all others from the first have grown."""
+    moved = displacement_of(results.blocks, stage.displacement, block, point)
+    moved[~stage.present[block]] = np.nan
+    if not as_line:
+        return [float(part) for part in moved[0]]
+    line, more = point[1:] - point[0], moved[1:] - moved[0]
+    now, before = np.hypot(*(line + more).T), np.hypot(*line.T)
+    grown: list[float] = ((more * (2 * line + more)).sum(axis=1) / (now + before)).tolist()  # without loss of digits
+    return grown
+
+
+def _of_block(stage: StageResult, block: int) -> list[float]:
+    """Return u, v [m] and the rotation [deg] of a block."""
+    if not stage.present[block]:
+        return [np.nan] * 3
+    u, v, turn = stage.displacement[block]
+    return [float(u), float(v), float(np.degrees(turn))]
+
+
+def _of_joint(results: Results, stage: StageResult, joint: int) -> list[float]:
+    """Return mean slip and opening [m], share of the length at strength, and open, of a joint."""
+    faces = joint_faces(results, stage)
+    mine = faces.joint == joint
+    length = faces.length[mine]
+    if not length.sum() > 0:
+        return [np.nan] * 4
+    columns = (np.abs(faces.slip), faces.opening, faces.slipping, faces.open)
+    return [float((values[mine] * length).sum() / length.sum()) for values in columns]
+
+
+def _of_bolt(stage: StageResult, bolt: str) -> float:
+    """Return the greatest axial force [N] of a bolt, or of all that bear its name."""
+    mine = [number for number, name in enumerate(stage.bolts.names) if name == bolt]
+    return float(stage.bolts.greatest_force[mine].max()) if mine else np.nan

@@ -1,0 +1,165 @@
+"""The faces between blocks with what acts and moves on them: contacts that belong to one face put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.face_stiffness import joints_of_faces
+from bsm_mesh.model.faces import Faces, find_faces
+from bsm_mesh.results.contact_shares import Cover, Shares, cover_of, joined_shares, shares_of_contacts
+from bsm_mesh.results.movement import as_given, displacement_of, turned
+from bsm_mesh.results.records import ContactStatus, Results, StageResult
+
+SHORTEST = 0.01  # of a given face: a shorter part that no contact stands for is rounding
+HELD = 1e-9  # of the face: blocks that move less against each other are both held, and have no contacts
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class JointFaces:
+    """Faces between blocks at the end of a stage, one row a face: two contacts, the share of one, or a part apart.
+
+    Attributes
+    ----------
+    start, end : (k, 2) float64 [m]
+        Where they are in the given geometry.
+    start_displacement, end_displacement : (k, 2) float64 [m]
+        Of the ends, counted as ``StageResult.displacement`` counts.
+    block_a, block_b : (k,) int32
+        The two blocks.
+    joint : (k,) int32
+        Number of the joint in ``Results.joint_names``; -1 for unjointed rock.
+    length : (k,) float64 [m]
+        Length that the contacts stand for; of a part that is apart its own.
+    slip, opening : (k,) float64 [m]
+        Displacement of a relative to b along the face (t) and away from it (n) since the start, mean over the length.
+    pressure, shear_traction : (k,) float64 [Pa]
+        Normal force over length, compression positive; shear force over length.
+    utilisation : (k,) float64
+        Shear force over shear strength, the greater one of the contacts.
+    slipping, open : (k,) float64
+        Share of the length that slips, and that is open.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    start_displacement: FloatArray
+    end_displacement: FloatArray
+    block_a: IntArray
+    block_b: IntArray
+    joint: IntArray
+    length: FloatArray
+    slip: FloatArray
+    opening: FloatArray
+    pressure: FloatArray
+    shear_traction: FloatArray
+    utilisation: FloatArray
+    slipping: FloatArray
+    open: FloatArray
+
+    @property
+    def status(self) -> IntArray:
+        """`ContactStatus` of every face, (k,) int8: open as a whole, slipping wherever it is closed, or sticking."""
+        moving = np.where(self.slipping > 0, ContactStatus.SLIPPING, ContactStatus.STICKING)
+        moving = np.where(self.slipping + self.open < 1, ContactStatus.STICKING, moving)
+        return np.where(self.open >= 1, ContactStatus.OPEN, moving).astype(np.int8)
+
+
+def joint_faces(results: Results, stage: StageResult) -> JointFaces:
+    """Return the faces of a stage: those with contacts, then the parts of given faces that have none left.
+
+    A face that slides loses length, one that rocks a half: that part counts as open, and so does a whole face whose
+    blocks have moved apart.
+    """
+    blocks, contacts = results.blocks, stage.contacts
+    moved = np.zeros_like(stage.origin) if results.scheme == "linear" else stage.displacement + stage.origin
+    given = find_faces(blocks)
+    point = as_given(blocks, moved, contacts.block_a, contacts.point)
+    normal = turned(contacts.normal, -moved[contacts.block_a, 2])
+    shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=results.scheme == "linear")
+    cover = cover_of(blocks, given, contacts, shares)
+    touching = _touching(blocks, stage, moved, shares, joined_shares(contacts, shares, cover.face))
+    apart = _apart(results, stage, given, cover)
+    names = [field.name for field in fields(JointFaces)]
+    return JointFaces(**{name: np.concatenate([getattr(part, name) for part in (touching, apart)]) for name in names})
+
+
+def _touching(
+    blocks: Blocks, stage: StageResult, moved: FloatArray, shares: Shares, joined: tuple[IntArray, IntArray]
+) -> JointFaces:
+    """Return the faces of contacts, each alone or with another one (-1: alone)."""
+    one, other = joined
+    c, pair = stage.contacts, other >= 0
+    second = np.where(pair, other, one)
+    rows, weight = np.stack([one, second]), np.stack([c.length[one], np.where(pair, c.length[second], 0.0)])
+    length = weight.sum(axis=0)
+
+    def mean(values: FloatArray) -> FloatArray:
+        total: FloatArray = (weight * values[rows]).sum(axis=0) / length
+        return total
+
+    start, end, block = shares.first[one], shares.last[second], c.block_a[one]
+    at = end + displacement_of(blocks, moved, c.block_a[second], end)  # the other corner may be of the other block
+    end = as_given(blocks, moved, block, at)
+    is_slipping, is_open = (c.status == kind for kind in (ContactStatus.SLIPPING, ContactStatus.OPEN))
+    return JointFaces(
+        start=start,
+        end=end,
+        start_displacement=displacement_of(blocks, stage.displacement, block, start),
+        end_displacement=displacement_of(blocks, stage.displacement, block, end),
+        block_a=block,
+        block_b=c.block_b[one],
+        joint=c.joint[one],
+        length=length,
+        slip=mean(c.slip),
+        opening=mean(c.opening),
+        pressure=-mean(c.normal_force / c.length),
+        shear_traction=mean(c.shear_force / c.length),
+        utilisation=c.utilisation[rows].max(axis=0),
+        slipping=mean(is_slipping.astype(float)),
+        open=mean(is_open.astype(float)),
+    )
+
+
+def _apart(results: Results, stage: StageResult, given: Faces, cover: Cover) -> JointFaces:
+    """Return the parts of the given faces between blocks that are there which no contact stands for."""
+    blocks = results.blocks
+    a, b = blocks.owner[given.edge_a], blocks.owner[given.edge_b]
+    missing = np.hypot(*(given.end - given.start).T) - cover.length
+    there = stage.present[a] & stage.present[b]
+    chosen = np.flatnonzero(there & (missing > SHORTEST * (missing + cover.length)))
+    a, b, missing, middle = a[chosen], b[chosen], missing[chosen], cover.middle[chosen]
+    start, end = given.start[chosen], given.end[chosen]
+    along = (end - start) / np.hypot(*(end - start).T)[:, None]
+    at_end = np.hypot(*(end - middle).T) > np.hypot(*(start - middle).T)
+    part = (cover.length[chosen] > 0)[:, None]
+    whole_start, whole_end = start, end
+    start = np.where(part & at_end[:, None], whole_end - missing[:, None] * along, whole_start)
+    end = np.where(part & ~at_end[:, None], whole_start + missing[:, None] * along, whole_end)
+    moved, centre = stage.displacement + stage.origin, (start + end) / 2
+    of_a, of_b = (displacement_of(blocks, moved, block, centre) for block in (a, b))
+    normal = turned(along, moved[b, 2] - np.pi / 2)
+    stays = np.where(np.hypot(*of_a.T) < np.hypot(*of_b.T), a, b)  # an open joint is drawn with what moved less
+    joint = joints_of_faces(blocks, results.joint_names, results.default_joint, given)[chosen]
+    none = np.zeros(len(chosen))
+    moved_apart = np.hypot(*(of_a - of_b).T) > HELD * missing
+    return JointFaces(
+        start=start,
+        end=end,
+        start_displacement=displacement_of(blocks, stage.displacement, stays, start),
+        end_displacement=displacement_of(blocks, stage.displacement, stays, end),
+        block_a=a,
+        block_b=b,
+        joint=joint,
+        length=missing,
+        slip=((of_a - of_b) * turned(normal, np.pi / 2)).sum(axis=1),
+        opening=((of_a - of_b) * normal).sum(axis=1),
+        pressure=none,
+        shear_traction=none,
+        utilisation=none,
+        slipping=none,
+        open=moved_apart.astype(float),
+    )
