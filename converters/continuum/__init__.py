@@ -8,7 +8,7 @@ from bsm_mesh.converters.continuum.elasticity import (
     nominal_elasticity,
 )
 from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
-from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum
+from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum, solve_continuum_stages
 
 __all__ = [
     "Comparison",
@@ -23,4 +23,5 @@ __all__ = [
     "matched_elasticity",
     "nominal_elasticity",
     "solve_continuum",
+    "solve_continuum_stages",
 ]

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.continuum.sections import Section
-from bsm_mesh.converters.continuum.solution import Continuum, ContinuumSolution
+from bsm_mesh.converters.continuum.solution import ContinuumSolution
+from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Results
@@ -162,7 +163,7 @@ def compare(model: Model, results: Results, *, order: int = 2, joints: bool = Fa
     if not stage.present.all():
         raise ModelError("the continuum solution knows no excavation; compare a model without stages")
     continuum = Continuum(model, order, joints)
-    nominal, matched = continuum.solve("nominal"), continuum.solve("matched")
+    nominal, matched = continuum.solve("nominal")[-1], continuum.solve("matched")[-1]
     moments = model.blocks.moments
     return Comparison(
         stress=stage.stress,

@@ -15,6 +15,11 @@ from bsm_mesh.model.face_stiffness import least_depth
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
+RIGID = 1e13  # Pa: a hundred times the stiffest rock
+BESIDE_JOINTS = (
+    1e4  # of a joint's normal stiffness times a block's size: rock so stiff moves results by less than .01 %
+)
+
 CellKind = Literal["triangle", "quad", "polygon"]
 
 
@@ -157,8 +162,12 @@ def cell_kind_of(blocks: Blocks) -> CellKind:
 
 
 def nominal_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the stiffness (n, 3, 3) [Pa] of every block's rock by its E and Poisson's ratio; nothing to note."""
-    matrices = _by_rock(model, lambda rock: nominal_elasticity(rock).matrix)
+    """Return the stiffness (n, 3, 3) [Pa] of every block's rock by its E and Poisson's ratio; nothing to note.
+
+    Rigid rock has `rigid_stiffness`.
+    """
+    rigid = rigid_stiffness(model)
+    matrices = _by_rock(model, lambda rock: rigid if rock.is_rigid else nominal_elasticity(rock).matrix)
     return matrices[model.blocks.rock], ()
 
 
@@ -166,15 +175,30 @@ def matched_stiffness(model: Model) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the stiffness (n, 3, 3) [Pa] that the blocks as a continuum have, and what was chosen.
 
     Where most blocks are triangles all are taken as such (`matched_elasticity`); else every block has its own
-    `affine_stiffness`. Joints and the springs' place on an edge do not enter.
+    `affine_stiffness`. Joints and the springs' place on an edge do not enter. Rigid rock has `rigid_stiffness`.
     """
-    blocks = model.blocks
+    blocks, rigid = model.blocks, rigid_stiffness(model)
     kind = cell_kind_of(blocks)
-    used = [rock for rock in model.rocks if rock.name in rocks_in_use(model)]
+    used = [rock for rock in model.rocks if rock.name in rocks_in_use(model) and not rock.is_rigid]
     notes = tuple(_matched_note(rock, kind) for rock in used)
     if kind == "triangle":
-        return _by_rock(model, lambda rock: matched_elasticity(rock, kind).matrix)[blocks.rock], notes
-    return affine_stiffness(blocks, _by_rock(model, lambda rock: np.array(rock.contact_moduli))[blocks.rock]), notes
+        matrices = _by_rock(model, lambda rock: rigid if rock.is_rigid else matched_elasticity(rock, kind).matrix)
+        return matrices[blocks.rock], notes
+    moduli = _by_rock(model, lambda rock: np.array(rock.contact_moduli))[blocks.rock]
+    is_rigid = np.isinf(moduli[:, 0])
+    stiffness = affine_stiffness(blocks, np.where(is_rigid[:, None], 1.0, moduli))
+    stiffness[is_rigid] = rigid
+    return stiffness, notes
+
+
+def rigid_stiffness(model: Model) -> FloatArray:
+    """Return the stiffness (3, 3) [Pa] that stands for rigid rock.
+
+    Its modulus is `RIGID`, or more where that would not be much beside joints on blocks of their size.
+    """
+    stiffest = max((joint.contact_stiffness[0] for joint in model.joints), default=0.0)
+    modulus = max(RIGID, BESIDE_JOINTS * stiffest * float(np.sqrt(model.blocks.moments.area.max())))
+    return nominal_elasticity(Rock("rigid", unit_weight=0.0, young=modulus, poisson=0.0)).matrix
 
 
 def rocks_in_use(model: Model) -> set[str]:

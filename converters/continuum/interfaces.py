@@ -1,8 +1,7 @@
-"""Joints as interface elements of zero thickness between the continuum's triangles (Goodman, Taylor & Brekke 1968).
+"""Joints as interfaces of zero thickness between the continuum's triangles (Goodman, Taylor & Brekke 1968).
 
-The triangles on both sides of a joint have nodes of their own, at the same places. Between them springs per area resist
-the relative displacement: ``t_n = K_n [u_n]``, ``t_s = K_s [u_s]``, integrated exactly along each side. They are
-elastic: they neither slip nor open.
+The triangles on both sides of a joint have nodes of their own, at the same places; what the joint does to them is
+`joint_points`.
 
 References
 ----------
@@ -13,25 +12,18 @@ Goodman, Taylor & Brekke (1968), A model for the mechanics of jointed rock, J. S
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import IntArray
+from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh, facets_between
-from bsm_mesh.converters.continuum.supports import nodal_unknowns
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
-
-# Integrals of the products of shape functions along a side of length 1: ends (order 1); ends and middle (order 2).
-MASS = {
-    1: np.array([(2.0, 1.0), (1.0, 2.0)]) / 6,
-    2: np.array([(4.0, -1.0, 2.0), (-1.0, 4.0, 2.0), (2.0, 2.0, 16.0)]) / 30,
-}
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -40,28 +32,39 @@ class Interfaces:
 
     Attributes
     ----------
-    ends : (k, 2 sides, 2) int32
-        Vertices at the start and at the end of both sides, which lie on each other.
+    vertex : (k, 2 sides) int32
+        Vertices of both sides at one end, which lie on each other.
     facet : (k, 2 sides) int32
         The sides, as facets of the mesh.
     joint : (k,) int32
-        Number of the joint in ``model.joints``.
+        Number of the joint in ``model.joints``; their number for unjointed rock that is tied.
     """
 
-    ends: IntArray
+    vertex: IntArray
     facet: IntArray
     joint: IntArray
 
-    def nodes(self, order: int, vertices: int) -> IntArray:
-        """Return the nodes of both sides in the order of `MASS`, (k, 2 sides, order + 1)."""
-        middle = vertices + self.facet[:, :, None]
-        nodes: IntArray = self.ends if order == 1 else np.concatenate([self.ends, middle], axis=2)
-        return nodes
 
+def open_joints(model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray]) -> tuple[ContinuumMesh, Interfaces]:
+    """Return the mesh with nodes of their own on both sides of every joint, and the interfaces between them.
 
-def open_joints(model: Model, mesh: ContinuumMesh) -> tuple[ContinuumMesh, Interfaces]:
-    """Return the mesh with nodes of their own on both sides of every joint, and the interfaces between them."""
-    one, other, joint = _jointed_pieces(model, mesh)
+    A joint may end in rock that is excavated later. The two sides of such a tip would still share its node when that
+    rock has gone; faces of unjointed rock about it are therefore opened too, and tied by interfaces of rock
+    (`Interfaces.joint` beyond the model's).
+
+    Parameters
+    ----------
+    model : Model
+        Its joints.
+    mesh : ContinuumMesh
+        The whole mesh.
+    presence : sequence of (n,) bool
+        Which blocks are there in every stage.
+    """
+    one, other, joint = _shared_pieces(model, mesh)
+    tied = np.isin(mesh.piece_facet[one], _facets_about_tips(mesh, mesh.piece_facet[one[joint >= 0]], presence))
+    joint = np.where((joint < 0) & tied, len(model.joints), joint).astype(np.int32)
+    one, other, joint = one[joint >= 0], other[joint >= 0], joint[joint >= 0]
     edge = mesh.edge_of_piece
     t, f2t = mesh.mesh.t, mesh.mesh.f2t
     label = _corner_labels(mesh, mesh.piece_facet[one])
@@ -77,37 +80,15 @@ def open_joints(model: Model, mesh: ContinuumMesh) -> tuple[ContinuumMesh, Inter
     first, last = (label[_place(t, node, own), own] for node in ends)
     facet = facets_between(split, first, last)
     interfaces = Interfaces(
-        ends=np.stack([np.stack([first[one], last[one]], 1), np.stack([last[other], first[other]], 1)], axis=1),
+        vertex=np.stack([first[one], last[other]], axis=1),
         facet=np.stack([facet[one], facet[other]], axis=1),
         joint=joint,
     )
     return dataclasses.replace(mesh, mesh=split, piece_facet=facet), interfaces
 
 
-def interface_stiffness(model: Model, interfaces: Interfaces, basis: Any, order: int) -> Any:
-    """Return the stiffness matrix (N, N) [N/m2] of the interfaces, in x and y components."""
-    p = basis.mesh.p
-    along = (p[:, interfaces.ends[:, 0, 1]] - p[:, interfaces.ends[:, 0, 0]]).T
-    length = np.hypot(*along.T)
-    tangent = along / length[:, None]
-    normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-    of_joint = np.array([joint.contact_stiffness for joint in model.joints]).reshape(-1, 2)[interfaces.joint]
-    springs = sum(
-        (length * of_joint[:, k])[:, None, None] * axis[:, :, None] * axis[:, None, :]
-        for k, axis in enumerate((normal, tangent))
-    )
-    sign = np.repeat([1.0, -1.0], order + 1)
-    mass = np.tile(MASS[order], (2, 2)) * np.outer(sign, sign)
-    unknown = nodal_unknowns(basis)[interfaces.nodes(order, p.shape[1])].reshape(len(length), 2 * (order + 1), 2)
-    size = 4 * (order + 1)
-    entries = np.einsum("ij,kxy->kixjy", mass, springs).reshape(len(length), size, size)
-    flat = unknown.reshape(len(length), size)
-    rows, columns = (np.broadcast_to(u, entries.shape).ravel() for u in (flat[:, :, None], flat[:, None, :]))
-    return sp.csr_matrix((entries.ravel(), (rows, columns)), shape=(basis.N, basis.N))
-
-
-def _jointed_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the two pieces that share each facet on a joint, and the joint."""
+def _shared_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the two pieces that share each facet between blocks, and its joint; -1 for unjointed rock."""
     faces = find_faces(model.blocks)
     number = face_joints(model, faces)
     order = np.argsort(mesh.piece_facet, kind="stable")
@@ -122,9 +103,34 @@ def _jointed_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArr
     sorting = np.argsort(known)
     wanted = key(mesh.edge_of_piece[one], mesh.edge_of_piece[other])
     face = sorting[np.searchsorted(known, wanted, sorter=sorting)]
-    joint = number[face]
-    jointed = joint >= 0
-    return one[jointed], other[jointed], joint[jointed]
+    return one, other, number[face]
+
+
+def _facets_about_tips(mesh: ContinuumMesh, opened: IntArray, presence: Sequence[BoolArray]) -> IntArray:
+    """Return the facets between rock that leaves and rock that stays at nodes which hold parts together by the former.
+
+    In some stage the triangles that are there about such a node belong to several parts that share no side.
+    """
+    whole = _corner_labels(mesh, opened)
+    holds = np.zeros(int(whole.max()) + 1, dtype=bool)
+    f2t, block = mesh.mesh.f2t, mesh.block
+    inner = np.flatnonzero(f2t[1] >= 0)
+    crossing = np.zeros(f2t.shape[1], dtype=bool)
+    for present in presence:
+        there = present[block]
+        gone = inner[~(there[f2t[0, inner]] & there[f2t[1, inner]])]
+        parts = _corner_labels(mesh, np.union1d(opened, gone))[:, there]
+        node, count = np.unique(
+            np.unique(np.stack([whole[:, there].ravel(), parts.ravel()]), axis=1)[0], return_counts=True
+        )
+        holds[node[count > 1]] = True
+        crossing[inner] |= there[f2t[0, inner]] != there[f2t[1, inner]]
+    crossing[opened] = False
+    facets = np.flatnonzero(crossing)
+    triangle = f2t[0, facets]
+    at_ends = (holds[whole[_place(mesh.mesh.t, node, triangle), triangle]] for node in mesh.mesh.facets[:, facets])
+    found: IntArray = facets[np.logical_or.reduce(list(at_ends))]
+    return found
 
 
 def _corner_labels(mesh: ContinuumMesh, opened: IntArray) -> IntArray:
@@ -138,7 +144,13 @@ def _corner_labels(mesh: ContinuumMesh, opened: IntArray) -> IntArray:
         for triangle in (sides[0], sides[1])
     )
     graph = sp.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(3 * count, 3 * count))
-    labels: IntArray = connected_components(graph, directed=False)[1].reshape(3, count).astype(np.int32)
+    label = connected_components(graph, directed=False)[1].reshape(3, count)
+    # In the order of the old vertices: facets run from the lower to the higher, so those of both sides run alike.
+    old = np.empty(label.max() + 1, dtype=np.int64)
+    old[label] = t
+    rank = np.empty_like(old)
+    rank[np.argsort(old, kind="stable")] = np.arange(len(old))
+    labels: IntArray = rank[label].astype(np.int32)
     return labels
 
 

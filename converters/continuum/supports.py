@@ -55,14 +55,16 @@ class HeldDisplacements:
     values: FloatArray
 
 
-def held_displacements(model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any]) -> HeldDisplacements:
+def held_displacements(
+    model: Model, mesh: ContinuumMesh, basis: Any, averages: tuple[Any, Any], present: BoolArray
+) -> HeldDisplacements:
     """Return the model's supports as constraints on the unknowns of `basis`.
 
     * On a boundary: every node of its edges. Where neighbouring edges of a `NormalRoller` turn by less than 30
       degrees (a curve) their common node takes the mean normal; at a sharper corner it is held across both.
     * `Fixed` blocks: every node of the block. Any other support of a block, which holds its centroid in one
       direction: the block's average displacement, by an equation that takes in all its nodes.
-    * At a point: the node there, else the interpolated displacement of that point.
+    * At a point: the nodes there, else the interpolated displacement of that point.
 
     Parameters
     ----------
@@ -74,6 +76,8 @@ def held_displacements(model: Model, mesh: ContinuumMesh, basis: Any, averages: 
         Of the vector-valued element.
     averages : pair of sparse (n_blocks, N)
         Give the blocks' average displacement in x and y.
+    present : (n,) bool
+        Which blocks are there; the others are not held.
 
     Raises
     ------
@@ -87,11 +91,11 @@ def held_displacements(model: Model, mesh: ContinuumMesh, basis: Any, averages: 
         if isinstance(support, Bars):
             raise ModelError("supports given as bars have no boundary or block that the continuum could hold")
         if support.boundary is not None:
-            nodal.extend(_boundary_rows(support, support.boundary, model.blocks, mesh))
+            nodal.extend(_boundary_rows(support, model.blocks, mesh, present))
         elif isinstance(support, Fixed) and support.blocks is not None:
-            nodal.extend(_rows_at(support, _nodes_of_blocks(mesh, support.blocks, len(node_dofs))))
+            nodal.extend(_rows_at(support, _nodes_of_blocks(mesh, _here(support.blocks, present), len(node_dofs))))
         elif support.blocks is not None:
-            ids = np.array(support.blocks)
+            ids = _here(support.blocks, present)
             (direction,), displacement = held_directions(support, np.zeros((len(ids), 2)))
             rows.append(sp.csr_matrix(direction[0, 0] * averages[0][ids] + direction[0, 1] * averages[1][ids]))
             values.append(np.full(len(ids), displacement))
@@ -100,7 +104,7 @@ def held_displacements(model: Model, mesh: ContinuumMesh, basis: Any, averages: 
             at = np.array(support.point)
             near = np.flatnonzero(np.hypot(*(mesh.mesh.p.T - at).T) <= SAME_POINT)
             if near.size:
-                nodal.extend(_rows_at(support, near[:1]))
+                nodal.extend(_rows_at(support, near))
                 continue
             probe = sp.csr_matrix(basis.probes(at[:, None]))
             directions, displacement = held_directions(support, np.zeros((1, 2)))
@@ -123,16 +127,23 @@ def _rows_at(support: GivenSupport, nodes: IntArray) -> list[Rows]:
     return [(nodes, direction, np.full(len(nodes), displacement)) for direction in directions]
 
 
-def _nodes_of_blocks(mesh: ContinuumMesh, blocks: tuple[int, ...], count: int) -> IntArray:
+def _here(blocks: tuple[int, ...], present: BoolArray) -> IntArray:
+    ids = np.array(blocks, dtype=np.int32)
+    return ids[present[ids]]
+
+
+def _nodes_of_blocks(mesh: ContinuumMesh, blocks: IntArray, count: int) -> IntArray:
     """Return all nodes of the triangles of some blocks."""
     chosen = np.isin(mesh.block, blocks)
     nodes = np.concatenate([mesh.mesh.t[:, chosen].ravel(), mesh.mesh.p.shape[1] + mesh.mesh.t2f[:, chosen].ravel()])
     return np.unique(nodes[nodes < count])
 
 
-def _boundary_rows(support: GivenSupport, boundary: str, blocks: Blocks, mesh: ContinuumMesh) -> list[Rows]:
+def _boundary_rows(support: GivenSupport, blocks: Blocks, mesh: ContinuumMesh, present: BoolArray) -> list[Rows]:
     """Return the rows of a boundary: both ends and the mid-side node of every piece of its edges."""
-    edges = blocks.boundary_edges(boundary)
+    assert support.boundary is not None
+    edges = blocks.boundary_edges(support.boundary)
+    edges = edges[present[blocks.owner[edges]]]
     facet, place = mesh.facets_of(edges)
     ends = mesh.mesh.facets[:, facet]
     along = blocks.edge_vectors[edges[place]]

@@ -1,4 +1,4 @@
-"""Solution of the continuum's equations under exact constraints."""
+"""The continuum's linear systems under exact constraints."""
 
 from __future__ import annotations
 
@@ -9,93 +9,128 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.supports import HeldDisplacements, nodal_unknowns
 from bsm_mesh.errors import ModelError, place
 
-SOLVED = 1e-6  # of the greatest force: a larger residual means a singular matrix, or constraints in contradiction
+SOLVED = 1e-6  # of the displacements: a larger misfit of the supports means that they contradict each other
 RANK = 1e-9  # of a part's greatest eigenvalue (a squared length): a smaller one is a motion that nothing holds
+PIVOT = 0.01  # of a column's greatest entry; friction makes a matrix unsymmetric, but rarely less than definite
 HINGED = "parts that touch at a single point are hinged there; hold them, or remove them"
 
 
-def solve_held(
-    K: Any, f: FloatArray, supports: HeldDisplacements, basis: Any, ties: IntArray | None = None
-) -> FloatArray:
-    """Return the displacements u (N,) of K u = f under the supports.
-
-    The held unknowns are condensed. Rows C u = w that take in many unknowns are met by multipliers: with
-    K' = K + s C^T C, positive definite and of the same solution, u = K'^-1 (f + s C^T w - C^T m) and
-    C K'^-1 C^T m = C K'^-1 (f + s C^T w) - w.
+class FreeUnknowns:
+    """What is left of the unknowns once those that supports hold are struck out.
 
     Parameters
     ----------
-    K : sparse (N, N)
-        Stiffness, in x and y components.
-    f : (N,) float64 [N/m]
-        Forces.
     supports : HeldDisplacements
         The constraints.
-    basis : skfem.CellBasis
-        What K and f were assembled on.
-    ties : (2, k) int, optional
-        Pairs of unknowns that hold two elements together besides the nodes that these share.
-
-    Raises
-    ------
-    ModelError
-        If the supports leave a part free to move, or contradict each other.
+    idle : (N,) bool
+        Unknowns of no triangle that is there.
     """
-    from skfem import condense
 
-    _refuse_free_motion(supports, basis, ties)
-    turn, C = supports.turn, supports.rows
-    turned = (K, f, C) if turn is None else (turn.T @ K @ turn, turn.T @ f, C @ turn)
-    held = np.flatnonzero(supports.held)
-    if len(held) == len(f):
-        return supports.given if turn is None else turn @ supports.given
-    A, b, w, free = condense(turned[0], turned[1], x=supports.given, D=held)
-    rows = turned[2][:, free]
-    values = supports.values - turned[2] @ np.where(supports.held, supports.given, 0.0)
-    strength = float(C.multiply(C).sum(axis=1).max()) if C.shape[0] else 1.0
-    scale = float(A.diagonal().max()) / strength
-    factors = _factorize(A + scale * (rows.T @ rows))
-    y = factors.solve(b + scale * (rows.T @ values))
-    if rows.shape[0]:
-        spread = factors.solve(rows.T.toarray())
-        multipliers = np.linalg.lstsq(rows @ spread, rows @ y - values, rcond=1e-10)[0]
-        y -= spread @ multipliers
-    else:
-        multipliers = np.zeros(0)
-    solution = w.copy()
-    solution[free] = y
-    _check_misfit(turned[2] @ solution - supports.values, solution)
-    _check_solved(A @ y + rows.T @ multipliers - b, b)
-    u: FloatArray = solution if turn is None else turn @ solution
-    return u
+    def __init__(self, supports: HeldDisplacements, idle: BoolArray) -> None:
+        self.supports = supports
+        self.turn = supports.turn
+        self.free = np.flatnonzero(~(supports.held | idle))
+        rows = supports.rows if self.turn is None else supports.rows @ self.turn
+        self.rows = sp.csr_matrix(rows)[:, self.free]
+        self.none = np.zeros(self.rows.shape[0])
+
+    def fulfilled(self, u: FloatArray) -> FloatArray:
+        """Return displacements (N,) with the held ones as given; `rows` are met by `solve`."""
+        held, given = self.supports.held, self.supports.given
+        if self.turn is None:
+            return np.where(held, given, u)
+        turned: FloatArray = self.turn @ np.where(held, given, self.turn.T @ u)
+        return turned
+
+    def reduced(self, forces: FloatArray, multipliers: FloatArray) -> FloatArray:
+        """Return forces (N,) on the free unknowns less those of the rows' multipliers."""
+        turned = forces if self.turn is None else self.turn.T @ forces
+        left: FloatArray = turned[self.free] - self.rows.T @ multipliers
+        return left
+
+    def solve(self, K: Any, forces: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the correction (N,) of displacements u under forces out of balance, and the rows' multipliers.
+
+        Rows C u = w that take in many unknowns are met by multipliers m: with K' = K + s C^T C and the misfit
+        d = w - C u, the correction is K'^-1 (f + s C^T d - C^T m) where C K'^-1 C^T m = C K'^-1 (f + s C^T d) - d.
+
+        Raises
+        ------
+        ModelError
+            If the matrix is singular.
+        """
+        A = K if self.turn is None else self.turn.T @ K @ self.turn
+        A = sp.csc_matrix(A)[self.free][:, self.free]
+        b = self.reduced(forces, self.none)
+        C, correction = self.rows, np.zeros(len(u))
+        if not C.shape[0]:
+            correction[self.free] = _factorize(A).solve(b) if self.free.size else 0.0
+            return self._back(correction), self.none
+        misfit = self.misfit(u)
+        whole = self.supports.rows
+        scale = float(A.diagonal().max()) / float(whole.multiply(whole).sum(axis=1).max())
+        factors = _factorize(A + scale * (C.T @ C))
+        y, spread = factors.solve(b - scale * (C.T @ misfit)), factors.solve(C.T.toarray())
+        multipliers = np.linalg.lstsq(C @ spread, C @ y + misfit, rcond=1e-10)[0]
+        correction[self.free] = y - spread @ multipliers
+        return self._back(correction), multipliers
+
+    def misfit(self, u: FloatArray) -> FloatArray:
+        """Return by how much displacements (N,) miss the rows, (m,) [m]."""
+        missed: FloatArray = self.supports.rows @ u - self.supports.values
+        return missed
+
+    def refuse_misfit(self, u: FloatArray) -> None:
+        """Raise if displacements that solve the equations do not meet the supports."""
+        misfit = self.misfit(u)
+        if misfit.size and not np.abs(misfit).max() <= SOLVED * np.abs(u).max():
+            raise ModelError(
+                "supports of blocks or points contradict others that hold the same nodes; remove one of them"
+            )
+
+    def _back(self, turned: FloatArray) -> FloatArray:
+        back: FloatArray = turned if self.turn is None else self.turn @ turned
+        return back
 
 
 def _factorize(A: Any) -> Any:
-    """Return SuperLU's factors of a positive definite matrix."""
+    """Return SuperLU's factors of a matrix that is definite, or nearly so."""
     try:
         return splu(
-            sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options={"SymmetricMode": True}
         )
     except RuntimeError:
         raise ModelError(f"the continuum's equations are singular: {HINGED}") from None
 
 
-def _refuse_free_motion(supports: HeldDisplacements, basis: Any, ties: IntArray | None) -> None:
-    """Raise if a connected part has a rigid motion that no support holds."""
+def refuse_free_motion(supports: HeldDisplacements, basis: Any, cells: IntArray, ties: IntArray) -> None:
+    """Raise if a connected part has a rigid motion that no support holds.
+
+    Parameters
+    ----------
+    supports : HeldDisplacements
+        The constraints.
+    basis : skfem.CellBasis
+        Of the whole mesh.
+    cells : (k,) int
+        The triangles that are there.
+    ties : (2, l) int
+        Pairs of unknowns that hold two triangles together besides the nodes that these share.
+    """
     node_dofs = nodal_unknowns(basis)
-    together = basis.element_dofs  # each triangle ties its first unknown to all its others
-    pairs = np.stack([np.tile(together[0], len(together)), together.ravel()])
-    pairs = pairs if ties is None else np.hstack([pairs, ties])
+    together = basis.element_dofs[:, cells]  # each triangle ties its first unknown to all its others
+    pairs = np.hstack([np.stack([np.tile(together[0], len(together)), together.ravel()]), ties])
     graph = sp.coo_matrix((np.ones(pairs.shape[1], np.int8), tuple(pairs)), shape=(basis.N, basis.N))
     count, part_of_dof = connected_components(graph, directed=False)
     part = part_of_dof[node_dofs[:, 0]]
     where = basis.doflocs[:, node_dofs[:, 0]].T
     centre = np.stack([np.bincount(part, x, minlength=count) for x in where.T], axis=1)
-    arm = where - (centre / np.bincount(part, minlength=count)[:, None])[part]
+    members = np.maximum(np.bincount(part, minlength=count), 1)
+    arm = where - (centre / members[:, None])[part]
     size = max(float(np.abs(arm).max()), 1e-300)
     motions = np.zeros((len(part_of_dof), 3))
     motions[node_dofs[:, 0], 0] = motions[node_dofs[:, 1], 1] = 1.0
@@ -109,7 +144,9 @@ def _refuse_free_motion(supports: HeldDisplacements, basis: Any, ties: IntArray 
     gram = np.zeros((count, 3, 3))
     np.add.at(gram, of_part, held[:, :, None] * held[:, None, :])
     strength = np.linalg.eigvalsh(gram)
-    loose = np.flatnonzero(strength[:, 0] <= RANK * np.maximum(strength[:, 2], 1e-300))
+    there = np.zeros(count, dtype=bool)
+    there[part_of_dof[together.ravel()]] = True
+    loose = np.flatnonzero(there & (strength[:, 0] <= RANK * np.maximum(strength[:, 2], 1e-300)))
     if loose.size:
         raise ModelError(
             [
@@ -118,17 +155,3 @@ def _refuse_free_motion(supports: HeldDisplacements, basis: Any, ties: IntArray 
                 for p in loose[:20]
             ]
         )
-
-
-def _check_solved(residual: FloatArray, forces: FloatArray) -> None:
-    off = float(np.abs(residual).max(initial=0.0))
-    scale = float(np.abs(forces).max(initial=0.0))
-    if not off <= SOLVED * scale:  # also true for NaN
-        raise ModelError(
-            f"the continuum's equations cannot be solved (residual {off:.2g} of {scale:.2g} N/m): {HINGED}"
-        )
-
-
-def _check_misfit(misfit: FloatArray, displacement: FloatArray) -> None:
-    if misfit.size and not np.abs(misfit).max() <= SOLVED * np.abs(displacement).max():
-        raise ModelError("supports of blocks or points contradict others that hold the same nodes; remove one of them")

@@ -81,39 +81,18 @@ def movement_of(model, results):
     return Movement(some_blocks(model.blocks, stage.present), stage.displacement[stage.present])
 
 
-def released(model):
-    """Return the rock after excavation under what the excavation changes: the stress taken off, the pressure put on.
-
-    For linear methods, in which the weights and the stress of the ground cancel.
-    """
-    (stage,), ground = model.stages, model.in_situ
-    keep = np.ones(model.blocks.count, dtype=bool)
-    keep[model.blocks.excavations["1"]] = False
-    blocks = some_blocks(model.blocks, keep)
-    for name, where in {
-        "crown": lambda x, y: (np.abs(y - CROWN) < NEAR) & (np.abs(x) <= RIGHT + NEAR),
-        "floor": lambda x, y: (np.abs(y - FLOOR) < NEAR) & (np.abs(x) <= RIGHT + NEAR),
-        "walls": lambda x, y: (np.abs(np.abs(x) - RIGHT) < NEAR) & (y <= CROWN + NEAR) & (y >= FLOOR - NEAR),
-    }.items():
-        blocks = blocks.with_boundary(name, where)
-    weight, k0 = model.rocks[0].unit_weight, ground.k0[1]
-    vertical = np.array([ground.surcharge + weight * TOP, 0.0, -weight])
-    loads = [
-        bsm.Pressure(boundary=name, pressure=tuple(np.array([stage.pressure, 0, 0]) - ratio * vertical))
-        for name, ratio in (("crown", 1.0), ("floor", 1.0), ("walls", k0))
-    ]
-    rocks = [replace(rock, unit_weight=0.0) for rock in model.rocks]
-    return model.replace(blocks=blocks, rocks=rocks, loads=loads, in_situ=None, stages=(), bolts=())
+def elastic(model):
+    """Return the model without bolts, and with joints that neither slip nor open."""
+    joints = [replace(joint, law=None, tensile_strength=0.0) for joint in model.joints]
+    return model.replace(joints=joints, bolts=())
 
 
 def continuum(model, joints):
-    """Return the movement by finite elements: elastic rock, its joints ignored or as elastic interface elements."""
-    change = released(model)
-    return Movement(change.blocks, solve_continuum(change, joints=joints).displacement)
+    """Return the movement by finite elements: elastic rock, its joints ignored or as elastic interfaces."""
+    stage = solve_continuum(elastic(model), joints=joints)
+    return Movement(some_blocks(model.blocks, stage.present), stage.displacement[stage.present])
 
 
 def linear_blocks(model):
     """Return the movement by the linear Block-Spring Model: joints and rock elastic, as in the continuum."""
-    change = released(model)
-    results = bsm.run(change, bsm.Options(scheme="linear"))
-    return Movement(change.blocks, results.stages[-1].displacement)
+    return movement_of(model, bsm.run(elastic(model), bsm.Options(scheme="linear")))

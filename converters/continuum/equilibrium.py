@@ -1,0 +1,239 @@
+"""Equilibrium of the continuum and its joints: Newton's method with the consistent tangent.
+
+Where many points of joints slip or part at once Newton is helped in two ways. A part of the joints' elastic stiffness
+is added to the tangent while corrections have to be shortened; the residual stays exact. If that leads nowhere,
+friction is frozen at the pressures reached, the convex problem that this leaves is solved, and Newton goes on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, JointState
+from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
+from bsm_mesh.errors import ModelError
+
+BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
+MAX_ITERATIONS = 150
+MAX_FROZEN = 25  # times that friction is frozen before the state counts as not found
+FROZEN_ITERATIONS = 25
+OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block without contacts makes no singular matrix
+SHORTENED = (1.0, 0.5, 0.25, 0.1)  # parts of a correction that are tried
+ENOUGH = 0.1  # of a part of a correction: by how much the residual has to fall for no shorter one to be tried
+FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
+MAX_REGULARIZATION = 0.1
+FROZEN_REGULARIZATION = 1e-5
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Equations:
+    """What has to be in balance.
+
+    Attributes
+    ----------
+    stiffness : sparse (N, N)
+        Of the rock that is there.
+    load : (N,) float64 [N/m]
+        Weight, loads and water, less the initial stress's forces and what is held back of an excavation.
+    free : FreeUnknowns
+        The unknowns left by the supports.
+    joints : JointPoints or None
+        The joints.
+    history : JointHistory or None
+        What they remember.
+    """
+
+    stiffness: Any
+    load: FloatArray
+    free: FreeUnknowns
+    joints: JointPoints | None
+    history: JointHistory | None
+
+    def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
+        """Return what is out of balance at displacements u (N,)."""
+        internal, state = self.stiffness @ u, None
+        if self.joints is not None and self.history is not None:
+            state = self.joints.evaluate(u, self.history, friction_at)
+            internal = internal + self.joints.forces(state, self.history)
+        residual = self.load - internal
+        return Iterate(
+            u=u,
+            multipliers=multipliers,
+            state=state,
+            residual=residual,
+            left=self.free.reduced(residual, multipliers),
+            scale=float(max(np.abs(self.load).max(initial=0.0), np.abs(internal).max(initial=0.0))),
+        )
+
+    def tangent(self, at: Iterate, regularization: float) -> Any:
+        """Return the derivative of the internal forces."""
+        if self.joints is None or self.history is None or at.state is None:
+            return self.stiffness
+        K = self.stiffness + self.joints.tangent(at.state, self.history, OPEN_STIFFNESS)
+        return K + regularization * self.elastic() if regularization else K
+
+    def elastic(self) -> Any:
+        """Return the stiffness with all joints closed and sticking."""
+        assert self.joints is not None
+        assert self.history is not None
+        return self.stiffness + self.joints.elastic_tangent(self.history)
+
+    @property
+    def are_linear(self) -> bool:
+        """Whether one correction solves them."""
+        return self.joints is None or self.joints.are_linear
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Iterate:
+    """A displacement, the state of the joints there, and what is out of balance.
+
+    Attributes
+    ----------
+    u : (N,) float64 [m]
+        Displacements.
+    multipliers : (m,) float64 [N/m]
+        Of constraints that take in many unknowns.
+    state : JointState or None
+        Of the joints.
+    residual : (N,) float64 [N/m]
+        Loads less internal forces, at all unknowns.
+    left : (free,) float64 [N/m]
+        The same at the free unknowns.
+    scale : float [N/m]
+        The greatest force.
+    """
+
+    u: FloatArray
+    multipliers: FloatArray
+    state: JointState | None
+    residual: FloatArray
+    left: FloatArray
+    scale: float
+
+    @property
+    def size(self) -> float:
+        """The residual over the greatest force."""
+        greatest = float(np.abs(self.left).max(initial=0.0))
+        return greatest / self.scale if self.scale else greatest
+
+    @property
+    def norm(self) -> float:
+        """Of the residual."""
+        return float(np.linalg.norm(self.left))
+
+
+def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool]:
+    """Return the state of equilibrium near displacements u (N,), else the last tried, and whether it is one.
+
+    Raises
+    ------
+    ModelError
+        If the equations are singular, or the supports contradict each other.
+    """
+    free = equations.free
+    at = equations.at(free.fulfilled(u), free.none)
+    if equations.are_linear:
+        solved = _shortened(equations, at, 0.0, (1.0,))[0]
+        at = replace(solved, scale=max(at.scale, solved.scale))  # a motion as a whole leaves no force to compare with
+    else:
+        at = _newton(equations, _tied(equations, at))
+    free.refuse_misfit(at.u)
+    return at, at.size <= BALANCED
+
+
+def _tied(equations: Equations, at: Iterate) -> Iterate:
+    """Return the solution with all joints closed and sticking where no point of a joint carries force yet."""
+    misses = np.abs(equations.free.misfit(at.u)).max(initial=0.0) > 0
+    if at.state is not None and at.state.closed.any() and not misses:
+        return at
+    correction, multipliers = equations.free.solve(equations.elastic(), at.residual, at.u)
+    return equations.at(at.u + correction, multipliers)
+
+
+def _newton(equations: Equations, at: Iterate) -> Iterate:
+    regularization, frozen = 0.0, 0
+    for _ in range(MAX_ITERATIONS):
+        if at.size <= BALANCED:
+            break
+        before = at.norm
+        new, part = _shortened(equations, at, regularization)
+        if new.norm < before * (1 - 1e-3):
+            regularization = _relieved(regularization, part)
+            at = new
+            continue
+        regularization = max(10 * regularization, FIRST_REGULARIZATION)
+        if regularization > MAX_REGULARIZATION:
+            if frozen == MAX_FROZEN:
+                break
+            frozen, regularization = frozen + 1, 0.0
+            at = _with_frozen_friction(equations, at)
+    return at
+
+
+def _relieved(regularization: float, part: float) -> float:
+    """Return the regularization after a correction of which a part was taken."""
+    if regularization <= 1e-7:
+        return FIRST_REGULARIZATION if part < 0.25 else 0.0
+    return regularization * (0.1 if part == 1 else 1.0 if part >= 0.25 else 3.0)
+
+
+def _shortened(
+    equations: Equations, at: Iterate, regularization: float, parts: tuple[float, ...] = SHORTENED
+) -> tuple[Iterate, float]:
+    """Return the state after a correction of which the best of some parts is taken, and that part."""
+    correction, multipliers = equations.free.solve(equations.tangent(at, regularization), at.residual, at.u)
+    best: tuple[Iterate, float] | None = None
+    for part in parts:
+        new = equations.at(at.u + part * correction, at.multipliers + part * (multipliers - at.multipliers))
+        if best is None or new.norm < best[0].norm:
+            best = new, part
+        if new.norm < (1 - ENOUGH * part) * at.norm:
+            break
+    assert best is not None
+    return best
+
+
+def _with_frozen_friction(equations: Equations, at: Iterate) -> Iterate:
+    """Return the equilibrium with shear strengths as at the pressures reached: the minimum of a convex energy."""
+    assert at.state is not None
+    pressure = at.state.pressure
+    free, now = equations.free, equations.at(at.u, at.multipliers, pressure)
+    for _ in range(FROZEN_ITERATIONS):
+        if now.size <= 0.1 * BALANCED:
+            break
+        K = equations.tangent(now, FROZEN_REGULARIZATION)
+        correction, multipliers = free.solve(K, now.residual, now.u)
+        now = _line_minimum(equations, now, correction, multipliers, pressure)
+    return equations.at(now.u, now.multipliers)
+
+
+def _line_minimum(
+    equations: Equations, now: Iterate, correction: FloatArray, multipliers: FloatArray, pressure: FloatArray
+) -> Iterate:
+    """Return the state along a correction at which the forces out of balance do no more work on it."""
+    free, none = equations.free, np.zeros_like(now.multipliers)
+    along = free.reduced(correction, none)
+    first = float(along @ now.left)
+    low, high, part = 0.0, np.inf, 1.0
+    new = now
+    for _ in range(8):
+        new = equations.at(now.u + part * correction, multipliers, pressure)
+        work = float(along @ new.left)
+        if abs(work) < 0.1 * abs(first):
+            break
+        low, high = (part, high) if work > 0 else (low, part)
+        part = 2 * part if np.isinf(high) else (low + high) / 2
+    return new
+
+
+def refuse_unsolved(at: Iterate) -> None:
+    """Raise if linear equations are not solved."""
+    if not at.size <= 1e-6:  # also true for NaN
+        raise ModelError(
+            f"the continuum's equations cannot be solved (residual {at.size:.2g} of the greatest force): {HINGED}"
+        )

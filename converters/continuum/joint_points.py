@@ -1,0 +1,282 @@
+"""Joints of the continuum at points of their own: opening, slip, and the forces of the model's own joint laws.
+
+An interface is integrated at its nodes. With first-order triangles these are its two ends, which are the blocks' own
+contact points (or the Gauss points, where the model has its contacts there); with second-order ones its middle besides.
+Each point stands for a length; its normal and shear force follow the joint's stiffness, its law and its tensile
+strength as a contact's of the Block-Spring Model do. Integration at the nodes keeps tractions free of oscillations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
+from bsm_mesh.converters.continuum.interfaces import Interfaces
+from bsm_mesh.converters.continuum.mesh import ContinuumMesh
+from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.model.model import Model
+
+Rule = tuple[FloatArray, FloatArray]
+"""Places and weights along a side of length 1."""
+
+ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
+GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
+SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
+TIED = 1e4  # of the rock's stiffness over the length of a point: stands for rock that is whole
+TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
+LINEAR = np.array([(2.0, 1.0), (1.0, 2.0)]) / 3  # forces at two ends, over half the length, of tractions given there
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class JointHistory:
+    """What the points remember, and what acts on them besides the rock.
+
+    Attributes
+    ----------
+    initial_pressure : (q,) float64 [N/m]
+        Normal force without relative displacement, compression positive.
+    slip, shear : (q,) float64 [m], [N/m]
+        At the end of the last state of equilibrium.
+    failed : (q,) bool
+        As the law has it.
+    present : (q,) bool
+        Whether the blocks of both sides are there.
+    water : (q,) float64 [N/m]
+        Pressure of the joint's own water beyond the water table's.
+    """
+
+    initial_pressure: FloatArray
+    slip: FloatArray
+    shear: FloatArray
+    failed: BoolArray
+    present: BoolArray
+    water: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class JointState:
+    """Forces of the points at a displacement, (q,) each; evaluating changes no history.
+
+    Attributes
+    ----------
+    opening, slip : (q,) float64 [m]
+        Displacement of the second side relative to the first, along its outward normal and its tangent.
+    pressure, shear : (q,) float64 [N/m]
+        Normal force, compression positive, and shear force.
+    by_pressure : (q,) float64
+        Derivative of the shear force by the pressure.
+    strength : (q,) float64 [N/m]
+        Greatest shear force.
+    closed, sticking, failed : (q,) bool
+        Whether a point carries force, whether it does not slip, and its new state.
+    """
+
+    opening: FloatArray
+    slip: FloatArray
+    pressure: FloatArray
+    shear: FloatArray
+    by_pressure: FloatArray
+    strength: FloatArray
+    closed: BoolArray
+    sticking: BoolArray
+    failed: BoolArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class JointPoints:
+    """The points of all joints.
+
+    Attributes
+    ----------
+    point, normal : (q, 2) float64
+        Where they are [m], and the unit normal out of the first side.
+    length : (q,) float64 [m]
+        That each stands for.
+    joint : (q,) int32
+        Number of the joint in ``model.joints``; their number where unjointed rock is tied.
+    block : (q, 2 sides) int32
+        The blocks on both sides.
+    normal_stiffness, shear_stiffness : (q,) float64 [Pa]
+        Per metre of thickness.
+    tension : (q,) float64 [N/m]
+        Tensile strength; infinite for joints without a law.
+    laws : tuple of JointLaw
+        Of every joint in the model, and of tied rock.
+    opening_rows, slip_rows : sparse (q, N)
+        Give opening and slip from the unknowns.
+    at_ends : bool
+        Whether tractions, linear along a side, are given at its two ends.
+    """
+
+    point: FloatArray
+    normal: FloatArray
+    length: FloatArray
+    joint: IntArray
+    block: IntArray
+    normal_stiffness: FloatArray
+    shear_stiffness: FloatArray
+    tension: FloatArray
+    laws: tuple[JointLaw, ...]
+    opening_rows: Any
+    slip_rows: Any
+    at_ends: bool
+
+    @property
+    def are_joints(self) -> BoolArray:
+        """Which points belong to joints of the model, (q,)."""
+        joints: BoolArray = self.joint < len(self.laws) - 1
+        return joints
+
+    @property
+    def are_linear(self) -> bool:
+        """Whether no joint in use has a law: none slips or opens."""
+        return bool(np.isinf(self.tension).all())
+
+    @property
+    def tangent_direction(self) -> FloatArray:
+        """The normal turned by +90 degrees, (q, 2)."""
+        tangent: FloatArray = self.normal[:, ::-1] * (-1.0, 1.0)
+        return tangent
+
+    def lumped(self, traction: FloatArray) -> FloatArray:
+        """Return the forces at the points that do the work of a traction given there, (q,) [N/m]."""
+        forces = (traction.reshape(-1, 2) @ LINEAR).ravel() if self.at_ends else traction
+        lumped: FloatArray = forces * self.length
+        return lumped
+
+    def unstressed(self) -> JointHistory:
+        """Return the history of the start without any force."""
+        zero = np.zeros(len(self.length))
+        none = np.zeros(len(zero), dtype=bool)
+        return JointHistory(initial_pressure=zero, slip=zero, shear=zero, failed=none, present=~none, water=zero)
+
+    def evaluate(self, u: FloatArray, history: JointHistory, friction_at: FloatArray | None = None) -> JointState:
+        """Return the state at a displacement u (N,).
+
+        With `friction_at` (q,) [N/m] shear strengths are those at these pressures: the forces are then the gradient of
+        a convex energy.
+        """
+        opening, slip = self.opening_rows @ u, self.slip_rows @ u
+        pressure = history.initial_pressure - self.normal_stiffness * opening
+        trial = history.shear + self.shear_stiffness * (slip - history.slip)
+        tension = np.where(history.failed, 0.0, self.tension)
+        closed = history.present & (pressure >= -tension) & ((pressure > 0) | (tension > 0))
+        parted = history.present & ~closed & (-pressure > TOUCHING * self.length * self.normal_stiffness)
+        pressure = np.where(closed, pressure, 0.0)
+        rubs = closed if friction_at is None else history.present & (friction_at > 0)
+        asked = np.where(rubs, pressure if friction_at is None else friction_at, 0.0)
+        answer = self._respond(asked, np.where(rubs, trial, 0.0), history.failed)
+        shear, by_pressure, strength, sticking, failed = answer
+        return JointState(
+            opening=opening,
+            slip=slip,
+            pressure=pressure,
+            shear=np.where(rubs, shear, 0.0),
+            by_pressure=by_pressure if friction_at is None else np.zeros_like(pressure),
+            strength=strength,
+            closed=closed,
+            sticking=sticking & rubs,
+            failed=failed | (parted & np.isfinite(self.tension)),
+        )
+
+    def _respond(self, pressure: FloatArray, trial: FloatArray, failed: BoolArray) -> tuple[Any, ...]:
+        names = ("shear", "by_pressure", "strength", "sticking", "failed")
+        found = tuple(np.zeros(len(pressure), dtype=bool if k > 2 else float) for k in range(5))
+        for number in np.unique(self.joint):
+            rows = self.joint == number
+            answer = self.laws[number].respond(pressure[rows], trial[rows], self.length[rows], failed[rows])
+            for values, name in zip(found, names, strict=True):
+                values[rows] = getattr(answer, name)
+        return found
+
+    def forces(self, state: JointState, history: JointHistory) -> FloatArray:
+        """Return the points' part of the internal forces, (N,) [N/m]."""
+        normal = state.pressure + history.water * history.present
+        forces: FloatArray = self.slip_rows.T @ state.shear - self.opening_rows.T @ normal
+        return forces
+
+    def tangent(self, state: JointState, history: JointHistory, part: float) -> Any:
+        """Return the derivative (N, N) of `forces`; a part of the stiffness is left to open and slipping points."""
+        least = part * history.present
+        normal = np.where(state.closed, 1.0, least) * self.normal_stiffness
+        shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness
+        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * self.normal_stiffness, 0.0)
+        Gn, Gs = self.opening_rows, self.slip_rows
+        return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs + sp.diags(cross) @ Gn)
+
+    def elastic_tangent(self, history: JointHistory) -> Any:
+        """Return the tangent with every point closed and sticking."""
+        normal, shear = history.present * self.normal_stiffness, history.present * self.shear_stiffness
+        Gn, Gs = self.opening_rows, self.slip_rows
+        return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs)
+
+
+def remember(history: JointHistory, state: JointState) -> JointHistory:
+    """Return the history after a state of equilibrium."""
+    return replace(history, slip=state.slip, shear=state.shear, failed=state.failed)
+
+
+def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
+    """Return the points of all interfaces of a mesh that is opened along its joints.
+
+    Parameters
+    ----------
+    model : Model
+        Its joints and their laws.
+    mesh : ContinuumMesh
+        As `open_joints` returns it.
+    interfaces : Interfaces
+        Of that mesh.
+    basis : skfem.CellBasis
+        Of the vector-valued element.
+    order : {1, 2}
+        Of the element.
+    """
+    import skfem
+
+    rule = SIMPSON if order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
+    first, second = (
+        skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
+    )
+    normal = np.broadcast_to(np.asarray(first.normals), (2, *first.dx.shape)).reshape(2, -1)
+    jump = [b - a for a, b in zip(_traces(first), _traces(second), strict=True)]
+    count = first.dx.shape[1]
+    joint = np.repeat(interfaces.joint, count)
+    length = first.dx.ravel()
+    of_joints = [given.contact_stiffness for given in model.joints]
+    stiffness = np.array([*of_joints, (0.0, 0.0)])[joint]
+    tied = joint == len(of_joints)
+    stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
+    tension = np.array([*(np.inf if given.law is None else given.tensile_strength for given in model.joints), np.inf])
+    return JointPoints(
+        point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
+        normal=normal.T.copy(),
+        length=length,
+        joint=joint,
+        block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
+        normal_stiffness=stiffness[:, 0] * length,
+        shear_stiffness=stiffness[:, 1] * length,
+        tension=tension[joint] * length,
+        laws=(*(given.law or Elastic() for given in model.joints), Elastic()),
+        opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),
+        slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
+        at_ends=rule is ENDS,
+    )
+
+
+def _traces(basis: Any) -> tuple[Any, Any]:
+    """Return the sparse matrices (q, N) that give the displacement in x and in y at the integration points."""
+    sides, points = basis.dx.shape
+    rows = np.tile(np.arange(sides * points), basis.Nbfun)
+    columns = np.concatenate([np.repeat(basis.element_dofs[j], points) for j in range(basis.Nbfun)])
+    x, y = (
+        np.concatenate([np.broadcast_to(basis.basis[j][0][axis], (sides, points)).ravel() for j in range(basis.Nbfun)])
+        for axis in (0, 1)
+    )
+    shape = (sides * points, basis.N)
+    return sp.csr_matrix((x, (rows, columns)), shape=shape), sp.csr_matrix((y, (rows, columns)), shape=shape)

@@ -1,0 +1,170 @@
+"""What comes out of a stage of the continuum: averages over blocks, and forces at the points of joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.continuum.equilibrium import Iterate
+from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_triangles
+from bsm_mesh.converters.continuum.ground import PoreWater
+from bsm_mesh.converters.continuum.joint_points import JointPoints, JointState
+from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
+from bsm_mesh.converters.continuum.supports import nodal_unknowns
+from bsm_mesh.results.records import ContactForces, ContactStatus
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters.continuum.stages import Continuum
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class StageEnd:
+    """The end of a stage in terms of unknowns.
+
+    Attributes
+    ----------
+    name : str
+        Of the stage.
+    converged : bool
+        Whether equilibrium was found.
+    present : (n,) bool
+        Which blocks are there.
+    u, origin : (N,) float64 [m]
+        Displacements, and those from which results count.
+    at : Iterate
+        Forces out of balance there, and the state of joints.
+    stiffness : (t, 3, 3) float64 [Pa]
+        Of the rock.
+    initial_stress : (3, t, i) float64 or None [Pa]
+        Effective in-situ stress: xx, yy, xy.
+    water : PoreWater or None
+        The water.
+    load : (N,) float64 [N/m]
+        Weights, loads and water.
+    unknowns : int
+        Number of displacement components that were solved for.
+    """
+
+    name: str
+    converged: bool
+    present: BoolArray
+    u: FloatArray
+    origin: FloatArray
+    at: Iterate
+    stiffness: FloatArray
+    initial_stress: FloatArray | None
+    water: PoreWater | None
+    load: FloatArray
+    unknowns: int
+
+
+def stage_solution(
+    of: Continuum, end: StageEnd, elasticity: ElasticityName, seconds: float, notes: tuple[str, ...]
+) -> ContinuumSolution:
+    """Return a stage averaged over the blocks."""
+    basis, block = of.basis, of.mesh.block
+    area, block_area = basis.dx.sum(axis=1), of.model.blocks.moments.area
+    gradient = mean_gradient(basis, end.u - end.origin)
+    spin = (gradient[:, 1, 0] - gradient[:, 0, 1]) / 2
+    stress = _total_stress(of, end)
+    triangles, points = vtk_triangles(basis)
+    node_dofs = nodal_unknowns(basis)
+    moved = end.u - end.origin
+    there = end.present[:, None]
+    displacement = np.column_stack(
+        [*(part @ moved for part in of.averages), over_blocks(spin, area, block, block_area)]
+    )
+    total_load = end.load[node_dofs].sum(axis=0)
+    return ContinuumSolution(
+        name=end.name,
+        converged=end.converged,
+        elasticity=elasticity,
+        present=end.present,
+        stress=over_blocks(stress, area, block, block_area),
+        displacement=displacement * there,
+        contacts=_contacts(of.joints, end),
+        points=points,
+        point_displacement=moved[node_dofs],
+        triangles=triangles,
+        triangle_block=block,
+        triangle_stress=stress,
+        total_load=total_load,
+        total_reaction=-end.at.residual[node_dofs].sum(axis=0),
+        unknowns=end.unknowns,
+        seconds=seconds,
+        notes=notes,
+    )
+
+
+def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
+    """Return the average total stress of every triangle, (t, 2, 2) [Pa]; zero where there is none."""
+    basis = of.basis
+    stress = stress_of(mean_gradient(basis, end.u), end.stiffness)
+    area = basis.dx.sum(axis=1)
+    if end.initial_stress is not None:
+        xx, yy, xy = (end.initial_stress * basis.dx).sum(axis=2) / area
+        stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
+    if end.water is not None:
+        stress = stress - ((end.water.pressure * basis.dx).sum(axis=1) / area)[:, None, None] * np.eye(2)
+    return stress * end.present[of.mesh.block][:, None, None]
+
+
+def _contacts(joints: JointPoints | None, end: StageEnd) -> ContactForces:
+    """Return the forces at the points of joints between blocks that are there, as the blocks' own contacts are given.
+
+    The first side, out of which the normal points, takes the place of the block with the edge.
+    """
+    state = end.at.state
+    if joints is None or state is None:
+        return _no_contacts()
+    on = np.flatnonzero(end.present[joints.block].all(axis=1) & joints.are_joints)
+    strength = state.strength
+    with np.errstate(divide="ignore", invalid="ignore"):
+        utilisation = np.where(np.isfinite(strength) & (strength > 0), np.abs(state.shear) / strength, 0.0)
+    water = np.zeros(len(joints.length)) if end.water is None else end.water.at_joints
+    return ContactForces(
+        block_a=joints.block[on, 1],
+        block_b=joints.block[on, 0],
+        point=joints.point[on],
+        normal=joints.normal[on],
+        length=joints.length[on],
+        normal_force=-state.pressure[on],
+        shear_force=state.shear[on],
+        opening=state.opening[on],
+        slip=state.slip[on],
+        status=_status(state)[on],
+        utilisation=utilisation[on],
+        joint=joints.joint[on],
+        water_pressure=water[on],
+    )
+
+
+def _status(state: JointState) -> IntArray:
+    status: IntArray = np.where(
+        ~state.closed,
+        int(ContactStatus.OPEN),
+        np.where(state.sticking, int(ContactStatus.STICKING), int(ContactStatus.SLIPPING)),
+    ).astype(np.int8)
+    return status
+
+
+def _no_contacts() -> ContactForces:
+    none, ids = np.zeros(0), np.zeros(0, dtype=np.int32)
+    return ContactForces(
+        block_a=ids,
+        block_b=ids,
+        point=np.zeros((0, 2)),
+        normal=np.zeros((0, 2)),
+        length=none,
+        normal_force=none,
+        shear_force=none,
+        opening=none,
+        slip=none,
+        status=np.zeros(0, dtype=np.int8),
+        utilisation=none,
+        joint=ids,
+        water_pressure=none,
+    )

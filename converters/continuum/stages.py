@@ -1,0 +1,251 @@
+"""The continuum through the stages of construction, as the Block-Spring Model goes through them.
+
+A stage takes triangles away and brings loads, a pressure on the new faces and water; the forces that the removed rock
+exerted on the rest are released by parts. Rock is elastic and displacements are small; joints keep their history.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.converters.continuum import departures
+from bsm_mesh.converters.continuum.elasticity import matched_stiffness, nominal_stiffness
+from bsm_mesh.converters.continuum.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
+from bsm_mesh.converters.continuum.fields import block_averages, rock_stiffness
+from bsm_mesh.converters.continuum.ground import (
+    PoreWater,
+    initial_history,
+    initial_stress,
+    pore_water,
+    seepage_forces,
+)
+from bsm_mesh.converters.continuum.interfaces import open_joints
+from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, remember
+from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
+from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
+from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
+from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
+from bsm_mesh.converters.continuum.supports import held_displacements
+from bsm_mesh.converters.continuum.system import FreeUnknowns, refuse_free_motion
+from bsm_mesh.errors import ModelError
+from bsm_mesh.model.loads import ActingLoad
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage, presence
+
+MAX_FAILURES = 50  # times that points of joints fail in one part of a stage and the others take over their load
+
+
+@dataclass(eq=False, slots=True)
+class _State:
+    """What changes from stage to stage."""
+
+    u: FloatArray
+    origin: FloatArray
+    history: JointHistory | None
+    loads: tuple[ActingLoad, ...]
+    water: PoreWater | None
+    pressures: FloatArray
+    unreleased: list[tuple[FloatArray, float]] = field(default_factory=list)  # forces; part released
+
+    def held_back(self, part: float) -> FloatArray:
+        """Return what is left of excavation forces once a part is released; forget what is released whole."""
+        self.unreleased = [(forces, max(released, part)) for forces, released in self.unreleased]
+        self.unreleased = [(forces, released) for forces, released in self.unreleased if released < 1]
+        return sum(((1 - released) * forces for forces, released in self.unreleased), np.zeros_like(self.u))
+
+
+class Continuum:
+    """A model's mesh and joints in scikit-fem, ready to be solved with different elastic constants.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    order : {1, 2}
+        Polynomial order of the displacements.
+    joints : bool
+        Whether joints are interfaces of zero thickness (`joint_points`); else they are ignored.
+    """
+
+    def __init__(self, model: Model, order: int = 2, joints: bool = False) -> None:
+        import skfem
+
+        if order not in (1, 2):
+            raise ModelError(f"order = {order!r} must be 1 or 2")
+        departures.refuse(model, joints)
+        began = time.perf_counter()
+        self.model = model
+        self.presence = presence(model.stages, model.blocks)
+        self.mesh = build_continuum_mesh(model.blocks)
+        interfaces = None
+        if joints:
+            self.mesh, interfaces = open_joints(model, self.mesh, self.presence)
+        element = skfem.ElementTriP2() if order == 2 else skfem.ElementTriP1()
+        self.basis = skfem.CellBasis(self.mesh.mesh, skfem.ElementVector(element))
+        self.averages = block_averages(self.basis, self.mesh.block, model.blocks.moments.area)
+        self.joints: JointPoints | None = None
+        self.facets = np.zeros((0, 2), dtype=np.int32)
+        self.ties = np.zeros((2, 0), dtype=np.int32)
+        if interfaces is not None and interfaces.joint.size:
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, order)
+            self.facets = interfaces.facet
+            self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
+        self.seconds = time.perf_counter() - began
+
+    def solve(self, elasticity: ElasticityName) -> tuple[ContinuumSolution, ...]:
+        """Return the stages with the named elastic constants, up to the first without equilibrium."""
+        if elasticity not in ("nominal", "matched"):
+            raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
+        began = time.perf_counter()
+        of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
+        notes = (*departures.notes(self.model, self.joints is not None), *notes)
+        run = _Run(self, of_block[self.mesh.block])
+        found: list[ContinuumSolution] = []
+        stages: tuple[Stage | None, ...] = (None, *self.model.stages)
+        for stage, (before, present) in zip(stages, pairwise([self.presence[0], *self.presence]), strict=True):
+            end = run.first(present) if stage is None else run.next(stage, before, present)
+            seconds = self.seconds + time.perf_counter() - began
+            found.append(stage_solution(self, end, elasticity, seconds, notes))
+            if not end.converged:
+                break
+        return tuple(found)
+
+
+class _Run:
+    """The stages of one continuum with one set of elastic constants (t, 3, 3) [Pa], one after the other."""
+
+    def __init__(self, continuum: Continuum, stiffness: FloatArray) -> None:
+        self.of, self.stiffness = continuum, stiffness
+        model, basis, joints = continuum.model, continuum.basis, continuum.joints
+        water = pore_water(model, model.water, basis, joints)
+        self.initial_stress = initial_stress(model, continuum.mesh, basis, water)
+        history = None if joints is None else initial_history(model, joints, water)
+        zero = np.zeros(basis.N)
+        self.state = _State(zero, zero, history, model.acting_loads, water, zero)
+        self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
+
+    def first(self, present: BoolArray) -> StageEnd:
+        """Return the state before the first stage."""
+        self._wet()
+        end = self._solved("initial", present, (1.0,))
+        if self.of.model.in_situ is not None:
+            self.state.origin = self.state.u
+        return end
+
+    def next(self, stage: Stage, before: BoolArray, present: BoolArray) -> StageEnd:
+        """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
+        state, of = self.state, self.of
+        equations = self.equations(present)
+        old = equations.at(state.u, equations.free.none)
+        excavation = old.residual - state.held_back(0.0) - self.reactions
+        state.unreleased.append((excavation, 0.0))
+        if stage.pressure:
+            leaves = before & ~present
+            state.pressures = state.pressures + pressure_on_new_faces(
+                of.mesh, of.basis, present & before, leaves, of.facets, stage.pressure
+            )
+        state.loads = (*state.loads, *of.model.worked_out(stage.loads))
+        if stage.water is not None:
+            state.water = pore_water(of.model, stage.water, of.basis, of.joints)
+            self._wet()
+        return self._solved(stage.name, present, stage.relaxation)
+
+    def _wet(self) -> None:
+        """Put the water's own pressure into the joints."""
+        state, joints = self.state, self.of.joints
+        if joints is not None and state.history is not None and state.water is not None:
+            state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
+
+    def _solved(self, name: str, present: BoolArray, parts: tuple[float, ...]) -> StageEnd:
+        state, of = self.state, self.of
+        cells = np.flatnonzero(present[of.mesh.block]).astype(np.int32)
+        here = np.zeros(of.basis.N, dtype=bool)
+        here[of.basis.element_dofs[:, cells]] = True
+        both = here[of.ties].all(axis=0)
+        equations = self.equations(present)
+        held = equations.free.supports
+        refuse_free_motion(held, of.basis, cells, of.ties[:, both])
+        for part in parts:
+            held_back = state.held_back(part)
+            equations, at, converged = self._settled(replace(equations, load=equations.load - held_back))
+            equations = replace(equations, load=equations.load + held_back)
+            state.u, state.history = at.u, equations.history
+            if not converged:
+                break
+        self.reactions = held.rows.T @ at.multipliers
+        return StageEnd(
+            name=name,
+            converged=converged,
+            present=present,
+            u=at.u,
+            origin=state.origin,
+            at=at,
+            stiffness=self.stiffness,
+            initial_stress=self.initial_stress,
+            water=state.water,
+            load=self._loads(present),
+            unknowns=equations.free.free.size,
+        )
+
+    def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+        """Return equilibrium once no more points of joints fail, and the equations with the history after it."""
+        for _ in range(MAX_FAILURES):
+            at, converged = find_equilibrium(equations, self.state.u)
+            if equations.are_linear:
+                refuse_unsolved(at)
+                converged = True
+            history = equations.history
+            if history is None or at.state is None or not converged:
+                break
+            if (at.state.failed == history.failed).all():
+                equations = replace(equations, history=remember(history, at.state))
+                break
+            self.state.u = at.u
+            equations = replace(equations, history=replace(history, failed=at.state.failed))
+        else:
+            converged = False
+        return equations, at, converged
+
+    def _loads(self, present: BoolArray) -> FloatArray:
+        """Return weights, loads and water on the rock that is there, (N,)."""
+        of, state = self.of, self.state
+        loads = load_vector(of.model, of.mesh, of.basis, state.loads, present) + state.pressures
+        return loads if state.water is None else loads + seepage_forces(state.water, present, of.mesh, of.basis)
+
+    def equations(self, present: BoolArray) -> Equations:
+        """Return what has to be in balance in the rock that is there."""
+        of, history = self.of, self.state.history
+        on = present[of.mesh.block]
+        stiffness = rock_stiffness(of.basis, self.stiffness * on[:, None, None])
+        load = self._loads(present)
+        if self.initial_stress is not None:
+            load = load - _forces_of_stress(of.basis, self.initial_stress * on[:, None])
+        held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
+        idle = np.ones(of.basis.N, dtype=bool)
+        idle[of.basis.element_dofs[:, on]] = False
+        if of.joints is not None and history is not None:
+            first, second = of.joints.block.T
+            history = replace(history, present=present[first] & present[second])
+        return Equations(
+            stiffness=stiffness, load=load, free=FreeUnknowns(held, idle), joints=of.joints, history=history
+        )
+
+
+def _forces_of_stress(basis: Any, stress: FloatArray) -> FloatArray:
+    """Return the internal forces (N,) [N/m] of a stress (3, t, i) [Pa]."""
+    import skfem
+    from skfem.helpers import sym_grad
+
+    @skfem.LinearForm
+    def form(v: Any, w: Any) -> Any:
+        e, (xx, yy, xy) = sym_grad(v), w["stress"]
+        return xx * e[0, 0] + yy * e[1, 1] + 2 * xy * e[0, 1]
+
+    forces: FloatArray = form.assemble(basis, stress=stress)
+    return forces

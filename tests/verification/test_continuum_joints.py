@@ -1,0 +1,265 @@
+"""The continuum with the model's own joints, by stages: closed forms, and rigid blocks as its limit.
+
+In the rigid limit rock of 1e13 Pa and more takes the place of rigid rock, and interfaces act at the blocks' own contact
+points: both methods then solve the same equations, one in three unknowns a block, the other in two a node.
+"""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.converters import solve_continuum
+from bsm_mesh.converters.continuum import solve_continuum_stages
+from tests.scenes.models import LINEAR
+from tests.scenes.shapes import rectangle, turned
+from tests.verification.test_kirsch import P, Q, block_averages, kirsch, plate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ELASTIC = {"young": 20e9, "poisson": 0.2}
+IN_SITU_FORCES, IN_SITU_DISPLACEMENTS = (
+    5e-3,
+    1e-2,
+)  # of the greatest; found 2e-3 and 7e-3 (brittle joints: which point breaks first)
+SAME_FORCES, SAME_DISPLACEMENTS = 5e-4, 2e-3  # found 1e-4 and 1.7e-3 (an arch turns by 1e-4: small displacements)
+
+
+def pair_forces(contacts, held, count):
+    """Return the sum of the contact forces between every pair of blocks, but held ones, as on the second."""
+    a, b = contacts.block_a, contacts.block_b
+    of_both = {}
+    for one, other, force in zip(a, b, contacts.force, strict=True):
+        if not (held[one] and held[other]):
+            key, sign = (min(one, other), max(one, other)), 1.0 if other > one else -1.0
+            of_both[key] = of_both.get(key, 0.0) + sign * force
+    return of_both
+
+
+def distances(blocks, continuum):
+    """Return how far displacements and joint forces of a stage lie apart, relative to the blocks' (L2)."""
+    held = np.zeros(len(blocks.displacement), dtype=bool)
+    held[blocks.supports.block] = True
+    ours, theirs = (pair_forces(stage.contacts, held, len(held)) for stage in (blocks, continuum))
+    force = np.array([[of.get(key, np.zeros(2)) for key in sorted(ours | theirs)] for of in (ours, theirs)])
+    moved = np.array([blocks.displacement[:, :2], continuum.displacement[:, :2]])
+    return tuple(np.linalg.norm(x[1] - x[0]) / max(np.linalg.norm(x[0]), 1e-30) for x in (moved, force))
+
+
+def both(name):
+    loaded = load_model_file(EXAMPLES / name, lambda _: None)
+    results = bsm.run(loaded.model, loaded.options)
+    assert results.status.is_stable
+    stages = solve_continuum_stages(loaded.model, order=1, joints=True)
+    assert all(stage.converged for stage in stages)
+    assert [stage.name for stage in stages] == [stage.name for stage in results.stages]
+    return zip(results.stages, stages, strict=True)
+
+
+@pytest.mark.parametrize("name", ["arch/model.toml", "tilted_wall/model.toml", "toppling_column/model.toml"])
+def test_rigid_limit_from_zero_stress(name):
+    for blocks, continuum in both(name):
+        displacement, force = distances(blocks, continuum)
+        assert displacement < SAME_DISPLACEMENTS
+        assert force < SAME_FORCES
+
+
+@pytest.mark.parametrize("name", ["staged_tunnel/full_face.toml", "staged_tunnel/model.toml"])
+def test_rigid_limit_of_a_jointed_tunnel_in_situ(name):
+    initial, *others = both(name)
+    assert_allclose(initial[1].displacement, 0, atol=1e-9)
+    assert distances(*initial)[1] < 1e-6
+    for blocks, continuum in others:
+        displacement, force = distances(blocks, continuum)
+        assert displacement < IN_SITU_DISPLACEMENTS
+        assert force < IN_SITU_FORCES
+        assert np.linalg.norm(continuum.stress - blocks.stress) < 1e-2 * np.linalg.norm(blocks.stress)
+
+
+def test_rigid_limit_under_a_falling_water_table():
+    for blocks, continuum in both("falling_table/slow.toml"):
+        displacement, force = distances(blocks, continuum)
+        assert displacement < 5e-3  # the table's bend within a triangle is integrated by points
+        assert force < 2e-3
+
+
+def on_a_slope(degrees, friction, fields):
+    """Return a flat block on a slope at an angle [degrees]."""
+    shapes = [turned(np.array(rectangle(*corners)), degrees) for corners in ((-2, -1, 3, 0), (0, 0, 1, 0.4))]
+    law = bsm.MohrCoulomb(friction=friction)
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=26e3, **fields)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law)],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+
+
+@pytest.mark.parametrize("fields", [{}, ELASTIC], ids=["rigid", "elastic"])
+@pytest.mark.parametrize("friction", [20.0, 35.0])
+def test_incline(friction, fields):
+    """A block slides at the angle of friction, to a hundredth of a degree."""
+
+    def moved(degrees):
+        stage = solve_continuum(on_a_slope(degrees, friction, fields), order=1, joints=True)
+        return np.hypot(*stage.displacement[1, :2]) if stage.converged else np.inf
+
+    assert moved(friction - 0.01) < 1e-3
+    assert moved(friction + 0.01) > 1.0
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("fields", [{}, ELASTIC], ids=["rigid", "elastic"])
+def test_submerged_block(fields, order):
+    """Archimedes: under water a joint bears the weight less the water's, and rock the total stress of both."""
+    water = bsm.Water(table=[(-5, 3.0), (5, 3.0)], unit_weight=10e3)
+    stage = solve_continuum(on_a_slope(0.0, 30.0, fields).replace(water=water), order=order, joints=True)
+    assert_allclose(stage.contacts.normal_force.sum(), -(26e3 - 10e3) * 0.4, rtol=1e-6)
+    assert_allclose(stage.total_reaction, [0, (26e3 - 10e3) * 5.4], rtol=1e-6, atol=1e-3)
+    assert_allclose(stage.stress[1, 1, 1], -10e3 * 2.6 - 26e3 * 0.2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("joint_pressure", [0.0, 3e3])
+def test_water_in_a_joint_lifts_a_dry_block(joint_pressure):
+    water = bsm.Water(joint_pressure={"J": joint_pressure})
+    stage = solve_continuum(on_a_slope(0.0, 30.0, {}).replace(water=water), order=1, joints=True)
+    assert_allclose(stage.contacts.normal_force.sum(), joint_pressure - 26e3 * 0.4, rtol=1e-6)
+    assert_allclose(stage.contacts.water_pressure, joint_pressure)
+
+
+def test_cohesion_and_tensile_strength():
+    """A block hangs under a ceiling by the tensile strength of its joint, until its weight is more."""
+    shapes = [rectangle(-2, 1, 3, 2), rectangle(0, 0, 1, 1)]
+
+    def hung(weight):
+        law = bsm.MohrCoulomb(friction=30.0, cohesion=50e3)
+        model = bsm.Model(
+            blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+            rocks=[bsm.Rock("rock", unit_weight=weight)],
+            joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law, tensile_strength=20e3)],
+            default_joint="J",
+            supports=[bsm.Fixed(blocks=[0])],
+        )
+        return solve_continuum(model, order=1, joints=True)
+
+    holds = hung(19.9e3)
+    assert holds.converged
+    assert_allclose(holds.displacement[1, 1], -19.9e3 / 1e9, rtol=1e-3)
+    broken = hung(20.1e3)
+    assert not broken.converged or broken.displacement[1, 1] < -1.0
+
+
+@pytest.mark.parametrize(("order", "limit"), [(1, 0.08), (2, 0.02)])
+def test_kirsch_by_stages(order, limit):
+    """A hole cut into rock under its in-situ stress: Kirsch's stresses near it, the far field where it was."""
+    corners = plate(24)
+    angle = np.linspace(0, np.pi / 2, 25)
+    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    rim[0, 1] = rim[-1, 0] = 0.0
+    hole = [np.array([(0.0, 0.0), one, other]) for one, other in pairwise(rim)]
+    count = len(corners)
+    blocks = (
+        bsm.Blocks.from_polygons([*corners, *hole], rock="rock")
+        .with_boundary("left", lambda x, y: x < 1e-9)
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("edge", lambda x, y: np.hypot(x, y) > 20 - 1e-6)
+    )
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=0, young=50e9, poisson=0.25)],
+        supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
+        loads=[bsm.InSituTraction(boundary="edge")],
+        in_situ=bsm.InSitu(stress={"xx": -Q, "yy": -P}),
+        stages=[bsm.Stage(name="hole", excavate=tuple(range(count, len(blocks.offsets) - 1)))],
+    )
+    initial, final = solve_continuum_stages(model, order=order)
+    assert_allclose(initial.stress, np.broadcast_to(np.diag([-Q, -P]), initial.stress.shape), atol=1.0)
+    assert_allclose(initial.displacement, 0, atol=1e-12)
+    assert_allclose(final.stress[count:], 0)
+    exact = block_averages(corners, kirsch)
+    at_wall = np.hypot(*corners.mean(axis=1).T) < 1.1
+    off = np.linalg.norm((final.stress[:count] - exact)[at_wall]) / np.linalg.norm(exact[at_wall])
+    assert off < limit
+
+
+def test_pressure_on_new_faces():
+    """A hole filled with the pressure that the rock had there: nothing moves, with joints around it and without."""
+    blocks = bsm.Blocks.from_polygons(
+        [np.array(rectangle(x, y, x + 1, y + 1)) for y in range(3) for x in range(3)], rock="rock"
+    ).with_boundary("all", lambda x, y: (x < 1e-9) | (x > 3 - 1e-9) | (y < 1e-9) | (y > 3 - 1e-9))
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=0, **ELASTIC)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
+        supports=[bsm.Fixed(boundary="all")],
+        in_situ=bsm.InSitu(stress={"xx": -2e6, "yy": -2e6}),
+        stages=[bsm.Stage(name="hole", excavate=(4,), pressure=2e6)],
+    )
+    for joint in (None, "J"):
+        _, final = solve_continuum_stages(model.replace(default_joint=joint), joints=True)
+        assert_allclose(final.displacement, 0, atol=1e-9)
+        _, final = solve_continuum_stages(
+            model.replace(default_joint=joint, stages=[bsm.Stage(name="hole", excavate=(4,))]), joints=True
+        )
+        assert np.abs(final.displacement).max() > 1e-5
+
+
+def test_what_is_not_released_is_held():
+    """With rock and joints elastic, half of the relaxation gives half of the displacement; the rest comes later."""
+    loaded = load_model_file(EXAMPLES / "staged_tunnel/full_face.toml", lambda _: None)
+    (stage,) = loaded.model.stages
+    joints = [bsm.Joint(j.name, normal_stiffness=1e9, shear_stiffness=1e9) for j in loaded.model.joints]
+    half = bsm.Stage(name="half", excavate=stage.excavate, relaxation=(0.5,))
+    model = loaded.model.replace(joints=joints, stages=[half, bsm.Stage(name="rest")])
+    initial, some, whole = solve_continuum_stages(model, order=1, joints=True)
+    assert_allclose(some.displacement, whole.displacement / 2, atol=1e-6 * np.abs(whole.displacement).max())
+    assert np.abs(whole.displacement).max() > 1e-5
+    assert_allclose(initial.displacement, 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_joint_that_ends_at_an_excavation(order):
+    """Two blocks side by side, their joint up to rock on top: with that gone they are apart to the tip.
+
+    As the same two blocks alone, under what the excavation takes off their tops.
+    """
+    shapes = [rectangle(0, 0, 2, 2), rectangle(2, 0, 4, 2), rectangle(0, 2, 4, 3)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(shapes, rock="rock")
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("top", lambda x, y: y > 3 - 1e-9)
+        .with_joint("J", lambda x, y: np.abs(x - 2) < 1e-9),
+        rocks=[bsm.Rock("rock", unit_weight=0, **ELASTIC)],
+        joints=[bsm.Joint("J", normal_stiffness=1e8, shear_stiffness=1e8)],
+        supports=[bsm.Fixed(boundary="bottom")],
+        loads=[bsm.InSituTraction(boundary="top")],
+        in_situ=bsm.InSitu(stress={"xx": 0.0, "yy": (-3e6, 1e6, 0.0)}),
+        stages=[bsm.Stage(name="top", excavate=(2,))],
+    )
+    _, staged = solve_continuum_stages(model, order=order, joints=True)
+    blocks = (
+        bsm.Blocks.from_polygons(shapes[:2], rock="rock")
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("top", lambda x, y: y > 2 - 1e-9)
+        .with_joint("J", lambda x, y: np.abs(x - 2) < 1e-9)
+    )
+    pull = bsm.Pressure(boundary="top", pressure=(-3e6, 1e6, 0.0))
+    alone = solve_continuum(
+        model.replace(blocks=blocks, in_situ=None, stages=(), loads=[pull]), order=order, joints=True
+    )
+    assert_allclose(staged.displacement[:2], alone.displacement, atol=1e-9 * np.abs(alone.displacement).max())
+
+
+def test_same_scheme_same_answer():
+    """Without strength limits the linear scheme is the rigid limit of elastic joints."""
+    loaded = load_model_file(EXAMPLES / "tilted_wall/model.toml", lambda _: None)
+    joints = [bsm.Joint(j.name, normal_stiffness=1e9, shear_stiffness=5e8) for j in loaded.model.joints]
+    model = loaded.model.replace(joints=joints)
+    ours = bsm.run(model, LINEAR).stages[-1]
+    displacement, force = distances(ours, solve_continuum(model, order=1, joints=True))
+    assert displacement < SAME_DISPLACEMENTS
+    assert force < SAME_FORCES
