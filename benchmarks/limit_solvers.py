@@ -49,7 +49,7 @@ def by_scipy(program: Program, limit: float) -> Cost:
     cost, balance, right, bounded, bound = program
     given = {"A_eq": balance, "b_eq": right, "A_ub": bounded, "b_ub": bound, "bounds": (None, None)}
     found = linprog(cost, **given, method="highs-ipm", options={"time_limit": limit})
-    return float(found.fun) if found.status == 0 else "no answer"
+    return float(found.fun) if found.status == 0 else found.message
 
 
 def by_highs(program: Program, limit: float, **options: str) -> Cost:
@@ -69,8 +69,9 @@ def by_highs(program: Program, limit: float, **options: str) -> Cost:
     problem.a_matrix_.value_ = matrix.data
     solver.passModel(problem)
     solver.run()
-    solved = solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
-    return float(solver.getInfo().objective_function_value) if solved else "no answer"
+    status = solver.getModelStatus()
+    solved = status == highspy.HighsModelStatus.kOptimal
+    return float(solver.getInfo().objective_function_value) if solved else solver.modelStatusToString(status)
 
 
 SOLVERS: dict[str, tuple[Callable[..., Cost], dict[str, str]]] = {
@@ -88,7 +89,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="N")
     parser.add_argument("--scene", nargs="+", choices=SCENES, default=list(SCENES))
-    parser.add_argument("--time-limit", type=float, default=200.0, metavar="SECONDS", help="a solver; as it keeps it")
+    parser.add_argument("--time-limit", type=float, default=200.0, metavar="SECONDS", help="a solver, of wall time")
     given = parser.parse_args()
     for name in given.scene:
         for n in given.sizes:
