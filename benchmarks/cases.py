@@ -14,7 +14,7 @@ from inspect import signature
 
 from benchmarks import linear, meshes
 from benchmarks.measure import PARTS
-from benchmarks.programs import Build, Row, run_bsm, run_command, run_highs, run_pymunk
+from benchmarks.programs import Build, Row, run_bsm, run_command, run_limit, run_pymunk
 from tests.scenes import large
 
 PEER = "peer"  # the entry of a command given by ``--peer``
@@ -70,7 +70,7 @@ def peers(build: Callable[..., large.Scene], *runs: Callable[[Build, int, Namesp
     return {run.__name__.removeprefix("run_"): entry(run) for run in runs}
 
 
-BOTH = (run_pymunk, run_highs)
+BOTH = (run_pymunk, run_limit)
 
 
 def from_both_starts(build: Callable[..., large.Scene]) -> dict:

@@ -129,8 +129,8 @@ def polygon_area(corners: np.ndarray) -> float:
     return float(abs((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2)
 
 
-def run_highs(build: Build, n: int, given: Namespace) -> Row:
-    """Ask the linear program (HiGHS) whether forces within strength exist in the given geometry; it says no more."""
+def run_limit(build: Build, n: int, given: Namespace) -> Row:
+    """Ask limit analysis whether forces within strength exist in the given geometry; it says no more."""
     model = build(n).model()
     began, work = time.perf_counter(), time.process_time()
     found = bsm.limit_analysis(model)

@@ -58,14 +58,13 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
             part, small = part_of(part, ~moves), small[~moves]
     except ModelError as error:
         return Limit(factor=math.inf, text=f"no bound by limit analysis: {error}")
-    if math.isinf(found.factor):
-        text = "limit analysis knows no bound: forces balance the loads without this strength"
-        return Limit(factor=math.inf, text=text)
+    if math.isinf(found.beyond):  # nothing is proved: no limit, or contacts that limit analysis leaves out
+        return Limit(factor=math.inf, text=f"no bound by limit analysis: {found}")
+    text = f"beyond {found.beyond:.5g} no forces within strength balance the loads where the blocks were given"
     if found.factor == 0:
         text = "whatever the strength, no forces balance the loads where the blocks were given: they must move"
-        return Limit(factor=0.0, text=text, proof=found.proof, mechanism=part.in_whole(found.mechanism))
-    text = f"beyond {found.factor:.5g} no forces within strength balance the loads where the blocks were given"
-    return Limit(factor=found.factor, text=text, proof=found.proof, mechanism=part.in_whole(found.mechanism))
+    mechanism = part.in_whole(found.mechanism)
+    return Limit(factor=found.factor and found.beyond, text=text, proof=found.proof, mechanism=mechanism)
 
 
 def _moving(model: Model, mechanism: FloatArray) -> BoolArray:

@@ -33,7 +33,8 @@ def test_nothing_is_proved_where_forces_exist():
     assert "which proves nothing" in found.text
 
 
-def test_in_a_large_model_the_part_that_comes_down_is_asked():
+def test_in_a_large_model_the_part_that_comes_down_is_asked(monkeypatch):
+    monkeypatch.setattr(proof, "MAX_BLOCKS", 300)
     others = [p + np.array([20.0, 0.0]) for p in grid(20, 20)]
     model = incline(25.0, *others, fixed=range(2, 402))
     found = prove(model, block(1))

@@ -173,3 +173,10 @@ def test_blocks_that_share_no_face_are_held_by_nothing():
     assert not found.admissible
     assert found.contacts.count == found.factor == 0
     assert_allclose(found.mechanism[1:], np.tile((0, -1, 0), (2, 1)), atol=1e-9)
+
+
+def test_a_bolt_within_one_block_bears_nothing():
+    bolt = bsm.Bolt(start=(0.5, 0.9), end=(0.5, 0.1), diameter=0.02, bond_strength=2e4)
+    model = on_base([square(0, 0)], 30.0).replace(bolts=(bolt,))
+    found = bsm.limit_analysis(model, [bsm.PointLoad(block=1, point=(0.0, 0.1), force=(1e3, 0.0))])
+    assert_allclose(found.factor, 25 * np.tan(np.radians(30.0)), rtol=LP)

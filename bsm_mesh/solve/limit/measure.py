@@ -79,6 +79,7 @@ class Measured:
         """Return rows (p, k) and (r, k) with bounds (r,), measured; a bound by the greatest force in its row."""
         entries, of_bound = bounded.tocoo(), np.zeros(len(bound))
         np.maximum.at(of_bound, entries.row, of_force[entries.col])
+        of_bound[of_bound == 0] = of_force.max(initial=1.0)  # of bolts that lie within one block
         return cls(
             balance=csr_array((balance * of_balance[:, None]) * of_force),
             bounded=csr_array((bounded * of_force) * (1 / of_bound)[:, None]),

@@ -31,7 +31,7 @@ from bsm_mesh.results.evidence import Proof, Witness, bar_rows, law_table
 from bsm_mesh.solve.algebra.loads import external_loads
 from bsm_mesh.solve.limit.program import LimitProgram
 
-MAX_BLOCKS = 300  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
+MAX_BLOCKS = 2000  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
 LAYERS = 2  # of neighbours that may move with the blocks that come down
 FEASIBLE = "no proof: forces within strength exist that balance the loads, which proves nothing"
 
