@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 Reporter = Callable[[str], None]
 Mesher: TypeAlias = "Callable[[MeshTable, dict[str, str], Path, Reach], tuple[Blocks, MeshReport]]"
+"""Returns the blocks of a mesh, and the report on it: `read_blocks`, or what keeps what that returned."""
 Made = TypeVar("Made")
 
 
@@ -127,21 +128,7 @@ def load_model_file(path: Path, report: Reporter = lambda text: None, *, scripts
 def build_model(
     file: ModelFile, path: Path, reach: Reach, report: Reporter = lambda text: None, mesher: Mesher = read_blocks
 ) -> LoadedModel:
-    """Return the model of a model file that was read, with its options and the notes on its mesh.
-
-    Parameters
-    ----------
-    file : ModelFile
-        What was read.
-    path : Path
-        Where it lies.
-    reach : Reach
-        What it may do.
-    report : callable, optional
-        Told what is being done.
-    mesher : callable
-        Returns the blocks of a mesh, and the report on it: `read_blocks`, or what keeps what that returned.
-    """
+    """Return the model of a model file that was read, with its options and the notes on its mesh, by a `Mesher`."""
     faults: list[str] = []
     rocks = _collect(faults, [partial(make_rock, name, table) for name, table in file.rock.items()])
     joints = _collect(faults, [partial(make_joint, name, table) for name, table in file.joint.items()])
@@ -193,15 +180,23 @@ def build_model(
         *_unused_excavations(blocks, stages),
         *unused_curves(mesh_report.bolts, file.bolt),
     )
+    return _loaded(file, path, reach, model, mesh_report, beside)
+
+
+def _loaded(
+    file: ModelFile, path: Path, reach: Reach, model: Model, report: MeshReport, beside: tuple[str, ...]
+) -> LoadedModel:
+    """Return a model with what was found in its mesh, and what is to be noted beside that."""
+    assert model.options is not None
     return LoadedModel(
         path=path,
         reach=reach,
         file=file,
         model=model,
-        options=options[0],
-        notes=(*(note.text for note in mesh_report.notes), *beside),
-        mesh_lines=(*mesh_report.lines()[1:], *(f"note: {text}" for text in beside)),
-        dangling=_dangling(mesh_report),
+        options=model.options,
+        notes=(*(note.text for note in report.notes), *beside),
+        mesh_lines=(*report.lines()[1:], *(f"note: {text}" for text in beside)),
+        dangling=_dangling(report),
     )
 
 
