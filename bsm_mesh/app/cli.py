@@ -143,6 +143,7 @@ def check(
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
 @click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
+@click.option("--tables", is_flag=True, help="Write contacts.csv, supports.csv and joints.csv too.")
 @no_scripts_option
 def run(
     model: Path,
@@ -153,6 +154,7 @@ def run(
     quiet: bool,
     verbose: bool,
     spread: bool,
+    tables: bool,
     no_scripts: bool,
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON.
@@ -174,6 +176,7 @@ def run(
             scripts=scripts,
             resume=resume,
             spread=spread,
+            tables=tables,
         )
     )
 
