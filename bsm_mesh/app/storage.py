@@ -291,6 +291,7 @@ def _load_stage(
     from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
     from bsm_mesh.converters.result_files import BOLTS, stage_file
 
+    saved.content(stage_file("joints", number))  # follows from the others; whoever opens it elsewhere trusts it
     blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
 
