@@ -15,10 +15,10 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.vtk_files import LINE, VERTEX, Grid, spatial
 from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.joint_sets import ROCK_FACE
 from bsm_mesh.results.movement import as_given, displacement_of
 from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult, SupportForces
 
-ROCK_FACE = "unjointed rock"
 STATUS_NAMES = tuple(status.name.lower() for status in ContactStatus)
 
 

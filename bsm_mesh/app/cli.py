@@ -122,6 +122,7 @@ def check(
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
 @click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
+@click.option("--tables", is_flag=True, help="Write contacts.csv, supports.csv and joints.csv too.")
 @no_scripts_option
 def run(
     model: Path,
@@ -132,6 +133,7 @@ def run(
     quiet: bool,
     verbose: bool,
     spread: bool,
+    tables: bool,
     no_scripts: bool,
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON.
@@ -153,6 +155,7 @@ def run(
             scripts=scripts,
             resume=resume,
             spread=spread,
+            tables=tables,
         )
     )
 

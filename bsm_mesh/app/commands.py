@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +16,12 @@ from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
 from bsm_mesh.app.tables import (
     FALL_HEADER,
+    JOINT_HEADER,
     SPREAD_HEADER,
     STAGE_HEADER,
     engineering,
     fall_rows,
+    joint_rows,
     print_table,
     result_rows,
     spread_rows,
@@ -27,6 +30,7 @@ from bsm_mesh.app.tables import (
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import whole_file
+from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.results.spread import spread_text
 from bsm_mesh.run import run
@@ -47,11 +51,21 @@ def run_model(
     scripts: bool = True,
     resume: bool = False,
     spread: bool = False,
+    tables: bool = False,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with told as progress:
-        step, report = progress.step, progress.report
-        done = run_file(path, None, step, report, output=output, scripts=scripts, resume=resume, spread=spread)
+        done = run_file(
+            path,
+            None,
+            progress.step,
+            progress.report,
+            output=output,
+            scripts=scripts,
+            resume=resume,
+            spread=spread,
+            tables=tables,
+        )
         results, notes, folder = done.results, done.notes, done.folder
         assert folder is not None
         drawn = []
@@ -61,7 +75,8 @@ def run_model(
             progress.report("pictures")
             drawn = draw_in_subprocess(folder)
     if as_json:
-        say_json({**summary(results), "notes": notes, "folder": str(folder)})
+        sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
+        say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})
     else:
         _print_results(results, notes, folder, drawn)
     return EXIT_CODES[results.status]
@@ -77,6 +92,8 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     if falls := fall_rows(results):
         print_table("What came down and was taken away", FALL_HEADER, falls, texts=2)
     print_table(title, ("", ""), result_rows(results))
+    if joints := joint_rows(results):
+        print_table("Joints", JOINT_HEADER, joints)
     for stage in results.stages:
         for remark in stage.notes:
             say(f"stage {stage.name}: {remark}")
@@ -87,6 +104,9 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         ", water.pvd" if (folder / "water.pvd").exists() else ""
     )
     series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
+    series += "".join(
+        f", {name}" for name in ("contacts.csv", "supports.csv", "joints.csv") if (folder / name).exists()
+    )
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")

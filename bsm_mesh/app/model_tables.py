@@ -370,6 +370,7 @@ class OutputTable(Table):
     snapshots: Literal["stages", "steps"] = Field(
         default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
     )
+    tables: bool = Field(default=False, description="contacts.csv, supports.csv and joints.csv too")
 
 
 class ModelFile(Table):

@@ -61,6 +61,7 @@ def run_file(
     noted: Callable[[str], None] = lambda text: None,
     resume: bool = False,
     spread: bool = False,
+    tables: bool = False,
 ) -> FileRun:
     """Solve a model file and write its results.
 
@@ -82,6 +83,8 @@ def run_file(
         Go on where an interrupted run was; where there was none, begin at the start.
     spread : bool
         Whether the model is solved by other routes too, and how far they lead apart is told.
+    tables : bool
+        Whether contacts, supports and joint sets are written as CSV, also where its ``[output]`` does not say so.
 
     Raises
     ------
@@ -90,6 +93,8 @@ def run_file(
         what was interrupted cannot be taken up, or was finished.
     """
     file = read_model_file(path)
+    if tables:
+        file = file.model_copy(update={"output": file.output.model_copy(update={"tables": True})})
     reach = Reach(folder=path.parent, scripts=scripts)
     folder = _folder(file, path, reach, output)
     if resume and folder is None:
@@ -104,7 +109,8 @@ def run_file(
                     given,
                     inputs=inputs_of(file, path),
                     steps=steps,
-                    again=_command(path, output, scripts=scripts),
+                    tables=file.output.tables,
+                    again=_command(path, output, scripts=scripts, tables=tables),
                     resumes=resume,
                 )
             )
@@ -152,9 +158,10 @@ def _resumption(writer: RunWriter, report: Reporter, *, resume: bool) -> Resumpt
     return Resumption(keep=writer.keep)
 
 
-def _command(path: Path, output: Output, *, scripts: bool) -> str:
+def _command(path: Path, output: Output, *, scripts: bool, tables: bool) -> str:
     """Return the command that goes on with a run."""
     words = ["bsm-mesh", "run", str(path), "--resume"]
+    words += ["--tables"] * tables
     words += [] if output is None else ["-o", str(output)]
     return shlex.join(words if scripts else [*words, "--no-scripts"])
 

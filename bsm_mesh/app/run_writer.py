@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from bsm_mesh.app.certificate import write_arrays, write_certificate
 from bsm_mesh.app.checkpoint_file import named_by_checkpoint
 from bsm_mesh.app.checkpoints import Checkpoints
+from bsm_mesh.app.csv_tables import write_tables
 from bsm_mesh.app.histories import write_histories
 from bsm_mesh.app.history import HISTORY, write_history
 from bsm_mesh.app.own_files import CHECKPOINT, HEADER, MARKER, SUMMARY, clear, is_lasting, own_files, run_number, tidy
@@ -49,6 +50,8 @@ class RunWriter:
         Files that the run reads. Those that lie in the folder stay there.
     steps : bool
         Write snapshots of the steps as well.
+    tables : bool
+        Write contacts, supports and joint sets as CSV as well.
     again : str
         The command that goes on with the run if it is interrupted.
     resumes : bool
@@ -67,12 +70,13 @@ class RunWriter:
         *,
         inputs: Iterable[Path] = (),
         steps: bool = False,
+        tables: bool = False,
         again: str = "",
         resumes: bool = False,
     ) -> None:
         self.folder = ResultsFolder(folder)
         self._given, self._inputs, self._steps = dict(given or {}), tuple(inputs), steps
-        self._again, self._resumes = again, resumes
+        self._tables, self._again, self._resumes = tables, again, resumes
         self.checkpoints = Checkpoints()
         self._snapshots = Snapshots()
         self._stages: tuple[StageResult, ...] = ()
@@ -250,6 +254,8 @@ class RunWriter:
         if results.stages[0].bolts.count:
             write_bolt_table(results, self._place / BOLT_TABLE)
             self._note([BOLT_TABLE])
+        if self._tables:
+            self._note(write_tables(results, self._place))
         return write_lists(results.stages, self._place, self._snapshots.instants if self._steps else None)
 
     def _write_summary(self, results: Results) -> None:

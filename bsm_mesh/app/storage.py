@@ -36,7 +36,7 @@ PATIENCE = 2.0  # s; new results take the place of the former ones in a thousand
 SEVERAL_TIMES = 5
 
 
-def save_results(results: Results, folder: Path, given: Given | None = None) -> Path:
+def save_results(results: Results, folder: Path, given: Given | None = None, *, tables: bool = False) -> Path:
     """Write all files of a run into `folder`, made if need be, in place of the former results.
 
     Parameters
@@ -48,6 +48,8 @@ def save_results(results: Results, folder: Path, given: Given | None = None) -> 
     given : mapping of str to callable, optional
         Files that say what was run: their names, and what writes each. By default the model as ``model.toml`` with its
         blocks as ``mesh.vtu``.
+    tables : bool
+        Whether contacts, supports and joint sets are written as CSV too.
 
     Warns
     -----
@@ -61,7 +63,7 @@ def save_results(results: Results, folder: Path, given: Given | None = None) -> 
     """
     if given is None:
         given = _what_was_run(results)
-    with RunWriter(folder, given) as writer:
+    with RunWriter(folder, given, tables=tables) as writer:
         return writer.finish(results)
 
 
@@ -289,6 +291,7 @@ def _load_stage(
     from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
     from bsm_mesh.converters.result_files import BOLTS, stage_file
 
+    saved.content(stage_file("joints", number))  # follows from the others; whoever opens it elsewhere trusts it
     blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
     cells, here = blocks.cell_data, blocks.cell_data["block_id"]
 

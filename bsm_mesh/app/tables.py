@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.errors import one_line
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.spread import RouteEnd
@@ -156,6 +157,41 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
         )
         for stage in results.stages
     ]
+
+
+JOINT_HEADER = ("joint", "length", "slips", "open", "mean pressure", "greatest slip")
+
+
+def joint_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of the joint sets that have a law, at the end: nothing where nothing can slip."""
+    if results.model is None or results.scheme == "linear":
+        return []
+    with_law = {joint.name for joint in results.model.joints if joint.law is not None}
+    return [
+        (
+            one.name,
+            engineering(one.length, "m"),
+            percent(one.slipping),
+            percent(one.open),
+            engineering(one.pressure, "Pa"),
+            engineering(one.greatest_slip, "m"),
+        )
+        for one in joint_sets(results, results.stages[-1])
+        if one.name in with_law
+    ]
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent; what is there is never shown as none, nor what lacks a little as all.
+
+    Examples
+    --------
+    >>> percent(0.0), percent(0.0001), percent(0.123), percent(1.0), percent(0.9999)
+    ('0 %', '< 1 %', '12 %', '100 %', '> 99 %')
+    """
+    if 0 < share < 0.01:
+        return "< 1 %"
+    return "> 99 %" if 0.99 < share < 1 - 1e-12 else f"{100 * share:.0f} %"
 
 
 SPREAD_HEADER = ("route", "verdict", "moved", "differs by", "at block")

@@ -11,6 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray, show_only
 from bsm_mesh.model.histories import History
 from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.joint_sets import joint_set
 from bsm_mesh.results.movement import displacement_of
 
 if TYPE_CHECKING:
@@ -150,13 +151,8 @@ def _of_block(stage: StageResult, block: int) -> list[float]:
 
 def _of_joint(results: Results, stage: StageResult, joint: int) -> list[float]:
     """Return mean slip and opening [m], share of the length at strength, and open, of a joint."""
-    faces = joint_faces(results, stage)
-    mine = faces.joint == joint
-    length = faces.length[mine]
-    if not length.sum() > 0:
-        return [np.nan] * 4
-    columns = (np.abs(faces.slip), faces.opening, faces.slipping, faces.open)
-    return [float((values[mine] * length).sum() / length.sum()) for values in columns]
+    found = joint_set("", joint_faces(results, stage), joint)
+    return [np.nan] * 4 if found is None else [found.slip, found.opening, found.slipping, found.open]
 
 
 def _of_bolt(stage: StageResult, bolt: str) -> float:

@@ -71,8 +71,8 @@ class JointFaces:
 def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     """Return the faces of a stage: those with contacts, then the parts of given faces that have none left.
 
-    A face that slides loses length, one that rocks a half: that part counts as open, and so does a whole face whose
-    blocks have moved apart.
+    A corner that is near an edge, open and alone, is none. A face that slides loses length, one that rocks a half: that
+    part counts as open, and so does a whole face whose blocks have moved apart.
     """
     blocks, contacts = results.blocks, stage.contacts
     moved = np.zeros_like(stage.origin) if results.scheme == "linear" else stage.displacement + stage.origin
@@ -81,7 +81,9 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     normal = turned(contacts.normal, -moved[contacts.block_a, 2])
     shares = shares_of_contacts(blocks, contacts, point, normal, in_rows=results.scheme == "linear")
     cover = cover_of(blocks, given, contacts, shares)
-    touching = _touching(blocks, stage, moved, shares, joined_shares(contacts, shares, cover.face))
+    one, other = joined_shares(contacts, shares, cover.face)
+    is_face = (cover.face[one] >= 0) | (contacts.status[one] != ContactStatus.OPEN) | (other >= 0)
+    touching = _touching(blocks, stage, moved, shares, (one[is_face], other[is_face]))
     apart = _apart(results, stage, given, cover)
     names = [field.name for field in fields(JointFaces)]
     return JointFaces(**{name: np.concatenate([getattr(part, name) for part in (touching, apart)]) for name in names})
@@ -116,7 +118,7 @@ def _touching(
         length=length,
         slip=mean(c.slip),
         opening=mean(c.opening),
-        pressure=-mean(c.normal_force / c.length),
+        pressure=mean(-c.normal_force / c.length) + 0.0,  # no negative zeros
         shear_traction=mean(c.shear_force / c.length),
         utilisation=c.utilisation[rows].max(axis=0),
         slipping=mean(is_slipping.astype(float)),

@@ -361,9 +361,10 @@ class Results:
 
         return check_results(self)
 
-    def save(self, folder: str | os.PathLike[str]) -> Path:
+    def save(self, folder: str | os.PathLike[str], *, tables: bool = False) -> Path:
         """Write the results into `folder` and return it: VTU, PVD, CSV and JSON files, the model as ``model.toml``.
 
+        With `tables` contacts, supports and joint sets as CSV too (``contacts.csv``, ``supports.csv``, ``joints.csv``).
         The folder may be new, empty, or one of former results, which are replaced as a whole. Where the model cannot be
         written a `ResultsWarning` says what is missing.
 
@@ -374,7 +375,7 @@ class Results:
         """
         from bsm_mesh.app.storage import save_results
 
-        return save_results(self, as_path("Results.save: folder", folder))
+        return save_results(self, as_path("Results.save: folder", folder), tables=tables)
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Results:

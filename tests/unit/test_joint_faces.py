@@ -113,6 +113,19 @@ def test_a_block_that_rocks_leaves_half_of_its_face(slid: Results) -> None:
     np.testing.assert_allclose(ends, [0.5, 1.0, 1.0, 1.5], atol=1e-3)
 
 
+def test_a_corner_that_is_only_near_an_edge_is_no_face(slid: Results) -> None:
+    """A contact that is open and alone, between blocks that never had a face in common, is left out."""
+    (stage,) = slid.stages
+    contacts = stage.contacts
+    on = np.flatnonzero(np.minimum(contacts.block_a, contacts.block_b) == 1)
+    kept = np.setdiff1d(np.arange(len(contacts.length)), on[:1])
+    fewer = replace(contacts, **{name: getattr(contacts, name)[kept] for name in contacts.__slots__})
+    assert len(rows_between(replace(slid, stages=(replace(stage, contacts=fewer),)), 1, 2)) == 1
+    still = np.where(np.minimum(fewer.block_a, fewer.block_b) == 1, 2, fewer.status).astype(np.int8)
+    alone = replace(stage, contacts=replace(fewer, status=still))
+    assert len(rows_between(replace(slid, stages=(alone,)), 1, 2)) == 0
+
+
 def test_blocks_that_are_held_have_no_open_joint(slid: Results) -> None:
     """The wall stands on the base, and both are held: there is no contact, and nothing opened."""
     (row,) = rows_between(slid, 0, 2)

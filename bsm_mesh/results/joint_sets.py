@@ -1,0 +1,68 @@
+"""What happened in every joint set: how much of its length slips and is open, and under which pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bsm_mesh.results.joint_faces import JointFaces, joint_faces
+from bsm_mesh.results.records import Results, StageResult
+
+ROCK_FACE = "unjointed rock"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointSet:
+    """A joint set at the end of a stage: all faces of one joint, weighed by their length.
+
+    Attributes
+    ----------
+    name : str
+        Of the joint; "unjointed rock" of faces without one.
+    length : float [m]
+        Of all its faces between blocks that are there.
+    slipping, open : float
+        Share of the length that slips, and that is open.
+    pressure : float [Pa]
+        Mean over the length, compression positive; effective where there is water.
+    slip, opening : float [m]
+        Means: of the slip without its sign, of the opening.
+    greatest_slip, greatest_opening : float [m]
+        Of a face.
+    """
+
+    name: str
+    length: float
+    slipping: float
+    open: float
+    pressure: float
+    slip: float
+    opening: float
+    greatest_slip: float
+    greatest_opening: float
+
+
+def joint_sets(results: Results, stage: StageResult) -> tuple[JointSet, ...]:
+    """Return the joint sets that have faces in a stage, in the order of the joints; unjointed rock is the last."""
+    faces = joint_faces(results, stage)
+    numbers = [*range(len(results.joint_names)), -1]
+    found = (joint_set(name, faces, n) for n, name in zip(numbers, (*results.joint_names, ROCK_FACE), strict=True))
+    return tuple(one for one in found if one is not None)
+
+
+def joint_set(name: str, faces: JointFaces, number: int) -> JointSet | None:
+    """Return what happened in the joint of a number; None where it has no face."""
+    mine = faces.joint == number
+    length = faces.length[mine]
+    total = float(length.sum())
+    if not total > 0:
+        return None
+    slip = abs(faces.slip)
+    columns = {"slipping": faces.slipping, "open": faces.open, "pressure": faces.pressure, "slip": slip}
+    columns["opening"] = faces.opening
+    return JointSet(
+        name=name,
+        length=total,
+        **{quantity: float((values[mine] * length).sum()) / total for quantity, values in columns.items()},
+        greatest_slip=float(slip[mine].max()),
+        greatest_opening=float(faces.opening[mine].max()),
+    )
