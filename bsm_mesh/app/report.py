@@ -22,7 +22,7 @@ from bsm_mesh.app.verify import grounds_in
 from bsm_mesh.errors import counted, listing, place
 from bsm_mesh.files import write_text
 from bsm_mesh.results.bolts import BoltStatus
-from bsm_mesh.results.joint_states import joint_states
+from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Results, StageResult
 
 REPORT, TEMPLATE = "report.html", "report.html.j2"
@@ -128,12 +128,13 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         "rows": rows,
         "joints": [
             (
-                each.joint,
+                each.name,
                 f"{each.length:.4g}",
-                f"{100 * each.slipping / each.length:.3g}",
-                f"{100 * each.opened / each.length:.3g}",
+                f"{100 * each.slipping:.3g}",
+                f"{100 * each.open:.3g}",
+                engineering(each.pressure, "Pa"),
             )
-            for each in joint_states(results, stage)
+            for each in joint_sets(results, stage)
         ],
         "notes": stage.notes,
     }

@@ -28,10 +28,7 @@ def answer_rows(answer: Safety) -> list[tuple[str, str]]:
         what = f"block {listing(fails.blocks, 6)}: {engineering(fails.area, 'm2')}, {100 * fails.part:.3g} % of all"
         rows.append(("what fails", f"{what}, around {at} m"))
         rows += [
-            (
-                f"just before, of {each.joint}",
-                f"{_part(each.slipping, each.length)} slips, {_part(each.opened, each.length)} open",
-            )
+            (f"just before, of {each.name}", f"{100 * each.slipping:.3g} % slips, {100 * each.open:.3g} % open")
             for each in fails.joints
         ]
     failed = next((trial for trial in answer.trials if trial.value == answer.unstable), None)
@@ -48,10 +45,6 @@ def answer_rows(answer: Safety) -> list[tuple[str, str]]:
 def spread_rows(answer: Safety) -> list[tuple[str, ...]]:
     """Return what the command prints of the other starts."""
     return [(text, _value(each.stable), _value(each.unstable)) for text, each in answer.spread]
-
-
-def _part(length: float, whole: float) -> str:
-    return f"{100 * length / whole:.3g} %" if whole else "0 %"
 
 
 def told_of(answer: Safety) -> dict[str, Any]:
@@ -80,7 +73,7 @@ def told_of(answer: Safety) -> dict[str, Any]:
             "part": fails.part,
             "centre": list(fails.centre),
             "joints": {
-                each.joint: {"length": each.length, "slipping": each.slipping, "open": each.opened}
+                each.name: {"length": each.length, "slipping": each.slipping, "open": each.open}
                 for each in fails.joints
             },
         },

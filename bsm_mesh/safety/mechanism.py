@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
-from bsm_mesh.results.joint_states import JointState, joint_states
+from bsm_mesh.results.joint_sets import JointSet, joint_sets
 from bsm_mesh.safety.driver import Found
 
 
@@ -27,7 +27,7 @@ class Mechanism:
         Their part of the area of all blocks.
     centre : (float, float) [m]
         Their common centroid, where they were given.
-    joints : tuple of JointState
+    joints : tuple of JointSet
         How the joints are used just before, at the last stable value; none where no value was stable.
     """
 
@@ -36,7 +36,7 @@ class Mechanism:
     area: float
     part: float
     centre: tuple[float, float]
-    joints: tuple[JointState, ...]
+    joints: tuple[JointSet, ...]
 
 
 def mechanism_of(found: Found) -> Mechanism | None:
@@ -55,5 +55,5 @@ def mechanism_of(found: Found) -> Mechanism | None:
         area=float(area.sum()),
         part=float(area.sum() / moments.area[stage.present].sum()),
         centre=(float(centre[0]), float(centre[1])),
-        joints=() if last is None else joint_states(last, last.stages[-1]),
+        joints=() if last is None else joint_sets(last, last.stages[-1]),
     )

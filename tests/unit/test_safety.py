@@ -115,8 +115,8 @@ def test_factor_of_an_incline_with_all_that_is_told():
     assert fails.blocks.tolist() == [1]
     assert fails.area == pytest.approx(1.0)
     (joint,) = fails.joints
-    assert (joint.joint, joint.length) == ("J", pytest.approx(2.0))
-    assert joint.slipping == pytest.approx(2.0, abs=1.01)
+    assert (joint.name, joint.length) == ("J", pytest.approx(2.0))
+    assert 0 < joint.slipping <= 1
     assert (found.stage, found.reference, found.changed) == ("initial", 1.0, "all joints, rock faces")
     assert str(found) == f"factor of safety {found.stable:.4g}: stable there, unstable at {found.unstable:.4g}"
     assert heard[0] == "limit analysis"
