@@ -162,23 +162,40 @@ def run(
 
 @cli.command()
 @model_argument
-@click.option("-o", "--output", type=PATH, help="Folder for compare.vtu; the model's by default.")
-@click.option("--order", type=click.IntRange(1, 2), default=2, show_default=True, help="Order of the finite elements.")
-@click.option("--joints", is_flag=True, help="Joints as elastic interface elements; else they are ignored.")
+@click.option("-o", "--output", type=PATH, help="Folder for the VTU files; the model's by default.")
+@click.option(
+    "--order",
+    type=click.IntRange(1, 2),
+    help="Order of the elements; by default 1 with joints, which then act at the blocks' contact points, else 2.",
+)
+@click.option(
+    "--joints/--no-joints",
+    default=None,
+    help="Joints as interfaces that slip and part as the model's do (the default), or ignored.",
+)
 @json_option
 @quiet_option
 @no_scripts_option
 def compare(
-    model: Path, output: Path | None, order: int, joints: bool, as_json: bool, quiet: bool, no_scripts: bool
+    model: Path,
+    output: Path | None,
+    order: int | None,
+    joints: bool | None,
+    as_json: bool,
+    quiet: bool,
+    no_scripts: bool,
 ) -> None:
-    """Set MODEL beside a continuum (scikit-fem).
+    """Set MODEL beside a continuum (scikit-fem), stage by stage.
 
-    Same mesh, same loads: a table, and a VTU file of both and of the difference.
+    Same mesh, loads, stress, water and joints. Says of every stage whether it is comparable, with interfaces at the
+    joints, or not comparable and why; then how far both differ, in a sentence, a table and a VTU file.
+
+    Exit code 0 where every stage was compared, 3 where one could not be.
     """
-    from bsm_mesh.app.commands import compare_model
+    from bsm_mesh.app.comparing import compare_model
 
     scripts = not no_scripts
-    compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet, scripts=scripts)
+    sys.exit(compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet, scripts=scripts))
 
 
 @cli.command(cls=SeveralNames)

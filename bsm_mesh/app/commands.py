@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
@@ -19,7 +16,6 @@ from bsm_mesh.app.tables import (
     JOINT_HEADER,
     SPREAD_HEADER,
     STAGE_HEADER,
-    engineering,
     fall_rows,
     joint_rows,
     print_table,
@@ -28,15 +24,11 @@ from bsm_mesh.app.tables import (
     stage_rows,
 )
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.results.spread import spread_text
-from bsm_mesh.run import run
-
-if TYPE_CHECKING:
-    from bsm_mesh.converters import Comparison
 
 EXIT_CODES = {Status.STABLE: 0, Status.STABLE_AFTER_FALLS: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
 
@@ -170,56 +162,3 @@ def print_cases(case: str | None) -> None:
         [(name, "required" if p.required else str(p.default), p.summary) for name, p in parameters.items()],
         texts=3,
     )
-
-
-def compare_model(
-    path: Path,
-    output: Path | None,
-    *,
-    order: int,
-    joints: bool,
-    as_json: bool,
-    quiet: bool,
-    scripts: bool = True,
-) -> None:
-    """Solve a model as blocks and as a continuum; print both, and write both and their difference as VTU."""
-    from bsm_mesh.converters import compare
-    from bsm_mesh.converters.continuum.files import write_comparison
-
-    with Progress(quiet=quiet or as_json) as progress:
-        loaded = load_model_file(path, progress.report, scripts=scripts)
-        added = AddedFiles(output or loaded.output_folder)
-        with placed(path.name):
-            results = run(loaded.model, loaded.options, progress.step, progress.report)
-        progress.report("continuum (scikit-fem)")
-        comparison = compare(loaded.model, results, order=order, joints=joints)
-        with added.file("compare.vtu") as draft:
-            write_comparison(comparison, loaded.model.blocks, draft)
-        file = added.folder.path / "compare.vtu"
-    if as_json:
-        table = [row._asdict() for row in comparison.table()]
-        notes = [*loaded.notes, *results.stages[0].notes, *comparison.notes]
-        say_json({"rows": table, "notes": notes, "file": str(file)})
-        return
-    _print_comparison(loaded.model.title or str(path), comparison)
-    for note in (*loaded.notes, *results.stages[0].notes, *comparison.notes):
-        say(f"note: {note}")
-    say(f"written: {file}")
-
-
-def _print_comparison(title: str, comparison: Comparison) -> None:
-    rows = [
-        (
-            error.name,
-            engineering(error.rms_bsm, error.unit),
-            engineering(error.rms_fem, error.unit),
-            f"{100 * error.l2:.2f} %",
-            f"{100 * error.largest:.2f} %",
-            str(error.worst_block),
-        )
-        for error in (*comparison.stress_errors, *comparison.displacement_errors)
-    ]
-    header = ("", "blocks, r.m.s.", "continuum", "L2 diff.", "greatest", "in block")
-    print_table(title, header, rows)
-    blocks, fem = comparison.bsm_seconds, comparison.fem_seconds
-    say(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")

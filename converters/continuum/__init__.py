@@ -1,6 +1,9 @@
 """The continuum beside the blocks: scikit-fem's plane-strain solution of a model, and the comparison with a run."""
 
-from bsm_mesh.converters.continuum.comparison import Comparison, Difference, Row, compare
+from bsm_mesh.converters.continuum.comparability import Comparability
+from bsm_mesh.converters.continuum.compared_stages import ComparedStage, compare, compare_stages
+from bsm_mesh.converters.continuum.comparison import Comparison, Row
+from bsm_mesh.converters.continuum.differences import Difference
 from bsm_mesh.converters.continuum.elasticity import (
     Elasticity,
     affine_stiffness,
@@ -11,6 +14,8 @@ from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum, solve_continuum_stages
 
 __all__ = [
+    "Comparability",
+    "ComparedStage",
     "Comparison",
     "ContinuumSolution",
     "Difference",
@@ -20,6 +25,7 @@ __all__ = [
     "affine_stiffness",
     "blocks_on_line",
     "compare",
+    "compare_stages",
     "matched_elasticity",
     "nominal_elasticity",
     "solve_continuum",

@@ -12,6 +12,12 @@ from bsm_mesh.model.loads import PointLoad
 from bsm_mesh.model.model import Model
 
 
+def is_all_rigid(model: Model) -> bool:
+    """Whether no rock in use has an elasticity of its own."""
+    used = rocks_in_use(model)
+    return all(rock.is_rigid for rock in model.rocks if rock.name in used)
+
+
 def missing(model: Model) -> list[str]:
     """Return what the model has and the continuum has not, a sentence each."""
     found = []

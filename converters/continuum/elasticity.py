@@ -16,9 +16,7 @@ from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
 
 RIGID = 1e13  # Pa: a hundred times the stiffest rock
-BESIDE_JOINTS = (
-    1e4  # of a joint's normal stiffness times a block's size: rock so stiff moves results by less than .01 %
-)
+BESIDE_JOINTS = 1e3  # of a joint's stiffness times a block's size: rock so stiff moves results by .1 % at most
 
 CellKind = Literal["triangle", "quad", "polygon"]
 

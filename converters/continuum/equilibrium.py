@@ -18,8 +18,9 @@ from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
 from bsm_mesh.errors import ModelError
 
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
+ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement
 MAX_ITERATIONS = 150
-MAX_FROZEN = 25  # times that friction is frozen before the state counts as not found
+MAX_FROZEN = 4  # times that friction is frozen before the state counts as not found
 FROZEN_ITERATIONS = 25
 OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block without contacts makes no singular matrix
 SHORTENED = (1.0, 0.5, 0.25, 0.1)  # parts of a correction that are tried
@@ -66,6 +67,7 @@ class Equations:
             state=state,
             residual=residual,
             left=self.free.reduced(residual, multipliers),
+            rounding=ROUNDING * float(self.stiffness.diagonal().max() * np.abs(u).max(initial=0.0)),
             scale=float(max(np.abs(self.load).max(initial=0.0), np.abs(internal).max(initial=0.0))),
         )
 
@@ -106,6 +108,8 @@ class Iterate:
         The same at the free unknowns.
     scale : float [N/m]
         The greatest force.
+    rounding : float [N/m]
+        What rounding leaves of the residual where rock is very stiff.
     """
 
     u: FloatArray
@@ -114,6 +118,12 @@ class Iterate:
     residual: FloatArray
     left: FloatArray
     scale: float
+    rounding: float
+
+    @property
+    def is_balanced(self) -> bool:
+        """Whether this counts as equilibrium."""
+        return bool(np.abs(self.left).max(initial=0.0) <= BALANCED * self.scale + self.rounding)
 
     @property
     def size(self) -> float:
@@ -143,7 +153,7 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
     else:
         at = _newton(equations, _tied(equations, at))
     free.refuse_misfit(at.u)
-    return at, at.size <= BALANCED
+    return at, at.is_balanced
 
 
 def _tied(equations: Equations, at: Iterate) -> Iterate:
@@ -158,7 +168,7 @@ def _tied(equations: Equations, at: Iterate) -> Iterate:
 def _newton(equations: Equations, at: Iterate) -> Iterate:
     regularization, frozen = 0.0, 0
     for _ in range(MAX_ITERATIONS):
-        if at.size <= BALANCED:
+        if at.is_balanced:
             break
         before = at.norm
         new, part = _shortened(equations, at, regularization)

@@ -159,9 +159,16 @@ def test_check_tells_what_is_in_the_model(case: Case) -> None:
 
 
 def test_compare_with_joints_says_so(case: Case) -> None:
-    told = json.loads(case.run("compare", "model.toml", "--joints", "--json").out)
-    assert any("neither slip nor open" in note for note in told["notes"])
+    told = json.loads(case.run("compare", "model.toml", "--json").out)
+    assert any("are interfaces of zero thickness" in note for note in told["notes"])
     assert not any("are ignored" in note for note in told["notes"])
+    (stage,) = told["stages"]
+    assert stage["class"] == "with interfaces"
+    assert "with the same joints differ by" in stage["sentence"]
+    assert any(row["label"].startswith("joint forces") for row in stage["rows"])
+    ignored = json.loads(case.run("compare", "model.toml", "--json", "--no-joints").out)
+    assert any("are ignored" in note for note in ignored["notes"])
+    assert ignored["stages"][0]["class"] == "comparable"
 
 
 def test_compare_writes_both_and_their_difference(case: Case) -> None:

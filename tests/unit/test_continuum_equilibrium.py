@@ -79,7 +79,7 @@ def test_equilibrium_at_every_free_node(order):
     _, eq = equations(stack(bsm.MohrCoulomb(friction=30.0)), order)
     at, found = find_equilibrium(eq, np.zeros(len(eq.load)))
     assert found
-    assert np.abs(at.left).max() <= BALANCED * at.scale
+    assert np.abs(at.left).max() <= 2 * BALANCED * at.scale
 
 
 def test_what_slides_for_ever_is_not_converged_or_far():

@@ -1,0 +1,121 @@
+"""The command ``compare``: a model as blocks and as a continuum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.tables import engineering, print_table
+from bsm_mesh.app.terminal import say, say_json
+from bsm_mesh.errors import placed
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.run import run
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters.continuum import ComparedStage, Comparison
+
+NOT_COMPARED = 3  # exit code where a stage could not be compared
+ERROR_HEADER = ("", "blocks, r.m.s.", "continuum", "L2 diff.", "greatest", "where")
+
+
+def compare_model(
+    path: Path,
+    output: Path | None,
+    *,
+    order: int | None,
+    joints: bool | None,
+    as_json: bool,
+    quiet: bool,
+    scripts: bool = True,
+) -> int:
+    """Solve a model as blocks and as a continuum; print both, write both and their difference as VTU.
+
+    Returns the exit code: 0 where every stage was compared.
+    """
+    from bsm_mesh.converters.continuum import compare_stages
+
+    with Progress(quiet=quiet or as_json) as progress:
+        loaded = load_model_file(path, progress.report, scripts=scripts)
+        added = AddedFiles(output or loaded.output_folder)
+        with placed(path.name):
+            results = run(loaded.model, loaded.options, progress.step, progress.report)
+        progress.report("continuum (scikit-fem)")
+        stages = compare_stages(loaded.model, results, order=order, joints=joints)
+        files = _written(stages, loaded.model.blocks, added)
+    compared = [stage.comparison for stage in stages if stage.comparison is not None]
+    notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
+    if as_json:
+        say_json({"stages": [_told(stage) for stage in stages], "notes": notes, "files": files})
+    else:
+        _print(loaded.model.title or str(path), stages)
+        for note in notes:
+            say(f"note: {note}")
+        for file in files:
+            say(f"written: {file}")
+    return 0 if len(compared) == len(stages) else NOT_COMPARED
+
+
+def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles) -> list[str]:
+    """Write a VTU file a compared stage, and of several the series; return their paths."""
+    from bsm_mesh.converters.continuum.files import write_comparison
+    from bsm_mesh.converters.vtk_files import write_pvd
+
+    several = len(stages) > 1
+    names: list[tuple[float, str]] = []
+    for number, stage in enumerate(stages):
+        if stage.comparison is None:
+            continue
+        name = f"compare_{number:04d}.vtu" if several else "compare.vtu"
+        with added.file(name) as draft:
+            write_comparison(stage.comparison, blocks, draft)
+        names.append((float(number), name))
+    if several and names:
+        with added.file("compare.pvd") as draft:
+            write_pvd(draft, names)
+        names.append((0.0, "compare.pvd"))
+    return [str(added.folder.path / name) for _, name in names]
+
+
+def _told(stage: ComparedStage) -> dict[str, object]:
+    """Return a stage for ``--json``."""
+    rows = [] if stage.comparison is None else [row._asdict() for row in stage.comparison.table()]
+    return {"name": stage.name, "class": stage.kind.value, "sentence": stage.sentence, "rows": rows}
+
+
+def _print(title: str, stages: Sequence[ComparedStage]) -> None:
+    for stage in stages:
+        named = f"{title}: stage {stage.name}" if len(stages) > 1 else title
+        if stage.comparison is None:
+            say(f"{named}: {stage.sentence}")
+            continue
+        print_table(f"{named} ({stage.kind.value})", ERROR_HEADER, _rows(stage.comparison))
+        say(stage.sentence)
+        blocks, fem = stage.comparison.bsm_seconds, stage.comparison.fem_seconds
+        say(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")
+
+
+def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return what is printed of a stage."""
+    rows: list[tuple[str, ...]] = []
+    for error in comparison.errors:
+        where = f"block {error.worst_block}"
+        if error is comparison.force_error and comparison.worst_pair is not None:
+            where = "blocks {}, {}".format(*comparison.worst_pair)
+        rows.append(
+            (
+                error.name,
+                engineering(error.rms_bsm, error.unit),
+                engineering(error.rms_fem, error.unit),
+                f"{100 * error.l2:.2f} %",
+                f"{100 * error.largest:.2f} %",
+                where,
+            )
+        )
+    if comparison.force_error is not None:
+        blocks, fem = comparison.slipping
+        rows.append(("joints slipping or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
+    return rows
