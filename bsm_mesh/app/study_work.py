@@ -76,7 +76,7 @@ class StudyWork:
 
     def _factor(self, model: Model, options: Options) -> dict[str, Any]:
         """Return the factor of safety; without a run of the model itself it says the verdict too."""
-        from bsm_mesh.safety import factor_of_safety  # type: ignore[import-not-found,unused-ignore]
+        from bsm_mesh.safety import factor_of_safety
 
         asked = self.safety
         joints = None if asked.joints is None else self._with_classes(asked.joints, model)
