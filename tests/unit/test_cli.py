@@ -28,7 +28,7 @@ STAGE_KEYS += " total_load total_reaction seconds"
 def test_run_writes_the_whole_folder(case: Case) -> None:
     outcome = case.run("run", "model.toml")
     assert outcome.code == 0
-    series = ("blocks", "contacts", "supports")
+    series = ("blocks", "contacts", "supports", "joints")
     files = {*(f"{kind}.pvd" for kind in series), *(f"{kind}_0000.vtu" for kind in series)}
     files |= {"history.csv", "summary.json", "model.toml", ".bsm-mesh-results"}
     files |= {"certificate.json", "certificate_0000.npz"}
@@ -49,7 +49,7 @@ def test_json_is_all_there_is_on_stdout(case: Case) -> None:
     assert outcome.err == ""
     assert (told["status"], told["folder"], told["notes"]) == ("stable", "out/model", [])
     assert json.loads(case.run("check", "model.toml", "--json").out)["blocks"] == 4
-    assert json.loads(case.run("compare", "model.toml", "--json").out)["rows"]
+    assert json.loads(case.run("compare", "model.toml", "--json").out)["stages"]
 
 
 LOAD = 4 * 26e3 + 2 * 1e6  # weights and the pressure on top [N/m]
