@@ -40,7 +40,7 @@ def test_usage(case: Case, arguments: list[str], words: list[str]) -> None:
 @pytest.mark.parametrize("command", ["run", "compare"])
 def test_output_folders_that_cannot_be(case: Case, command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Told before the solution, not after it."""
-    for solver in ("commands.run", "run_file.solve"):
+    for solver in ("comparing.run", "run_file.solve"):
         monkeypatch.setattr(f"bsm_mesh.app.{solver}", lambda *_: pytest.fail("was solved first"))
     case.refuses(command, "model.toml", "-o", "mesh.msh", says=["cannot write results to mesh.msh", "not a folder"])
     case.refuses(command, "model.toml", "-o", "mesh.msh/out", says=["mesh.msh is not a folder"])
@@ -144,11 +144,13 @@ def test_pardiso_where_it_is_not_installed(case: Case, monkeypatch: pytest.Monke
     case.refuses("run", "model.toml", says=["needs the package mkl", "pip install", "choose 'superlu'"])
 
 
-def test_no_continuum_of_rigid_rock(case: Case) -> None:
+def test_no_continuum_of_rigid_rock_without_joints(case: Case) -> None:
     case.change("young", "stiffness = 'rigid'\nyoung")
     case.change(FILE, FILE + 'default_joint = "J1"\n')
     assert case.run("check", "model.toml").code == 0
-    case.refuses("compare", "model.toml", says=["rock 'gneiss': a continuum solution needs an elastic rock"])
+    case.refuses(
+        "compare", "model.toml", "--no-joints", says=["rock 'gneiss': a continuum solution needs an elastic rock"]
+    )
 
 
 @pytest.mark.parametrize(

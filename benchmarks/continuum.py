@@ -1,0 +1,98 @@
+"""Set finite elements beside every example and starter: ``python -m benchmarks.continuum``.
+
+A table of every stage: its class and the sentence of ``bsm-mesh compare``. With ``--into PAGE`` it takes the place of
+what stands between that page's marks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from bsm_mesh.files import write_text
+
+ROOT = Path(__file__).parents[1]
+BEGIN, END = (
+    "<!-- made by python -m benchmarks.continuum: begin -->",
+    "<!-- made by python -m benchmarks.continuum: end -->",
+)
+HEADER = ("model", "stage", "class", "what compare says", "blocks s", "elements s")
+LONGEST = 900  # s for one model
+Line = tuple[str, ...]
+
+
+def all_models() -> list[Path]:
+    """Return the model files of examples and starters."""
+    return sorted((ROOT / "examples").glob("*/*.toml")) + sorted((ROOT / "bsm_mesh/app/starters").glob("*/*.toml"))
+
+
+def lines_of(model: Path, place: Path) -> list[Line]:
+    """Return a line a stage of a model, as ``compare --json`` tells it; one if it tells nothing."""
+    name = f"{model.parent.name}/{model.stem}"
+    out = place / f"{model.parent.name}-{model.stem}"
+    command = [sys.executable, "-m", "bsm_mesh", "compare", str(model), "-o", str(out), "--json"]
+    try:
+        done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=LONGEST)
+    except subprocess.TimeoutExpired:
+        return [(name, "-", "-", f"no answer within {LONGEST} s", "-", "-")]
+    if done.returncode not in (0, 3):
+        return [(name, "-", "-", f"refused: {done.stderr.strip()}", "-", "-")]
+    return [line(name, stage) for stage in json.loads(done.stdout)["stages"]]
+
+
+def line(name: str, stage: dict[str, object]) -> Line:
+    """Return the line of a stage."""
+    rows = stage["rows"]
+    assert isinstance(rows, list)
+    times = next((row for row in rows if row["label"] == "wall time"), None)
+    seconds = ("-", "-") if times is None else (f"{times['bsm']:.2g}", f"{times['fem']:.2g}")
+    return name, str(stage["name"]), str(stage["class"]), str(stage["sentence"]), *seconds
+
+
+def table(lines: list[Line]) -> str:
+    """Return the table in Markdown, and how many models are of each class by their last stage."""
+    last = {found[0]: found[2] for found in lines}
+    compared = {found[0] for found in lines if found[2] in ("comparable", "with interfaces")}
+    counts = ", ".join(f"{count} {kind}" for kind, count in sorted(Counter(last.values()).items()))
+    rows = [HEADER, tuple("---" for _ in HEADER), *lines]
+    body = "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    told = f"{len(last)} models, {len(compared)} of them compared in one stage at least. By their last stage: {counts}."
+    return f"{told}\n\n{body}\n"
+
+
+def put(page: Path, text: str) -> None:
+    """Replace what stands between a page's marks."""
+    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise SystemExit(f"{page} has not both marks: {BEGIN} and {END}")
+    write_text(page, f"{before}{BEGIN}\n{text}{END}{after}")
+
+
+def main() -> int:
+    """Compare what is asked for, and print the table or put it into a page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("models", nargs="*", type=Path, help="model files; all examples and starters by default")
+    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    given = parser.parse_args()
+    lines: list[Line] = []
+    with TemporaryDirectory() as place:
+        for model in given.models or all_models():
+            began = time.perf_counter()
+            lines += lines_of(model.resolve(), Path(place))
+            print(f"{lines[-1][0]}: {lines[-1][2]}, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
+    if given.into:
+        put(given.into, table(lines))
+    else:
+        print(table(lines))
+    return int(any(found[2] == "-" for found in lines))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

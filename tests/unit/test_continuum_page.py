@@ -1,0 +1,43 @@
+"""benchmarks.continuum: every example beside finite elements, as a table between the marks of a page."""
+
+import pytest
+
+from tests.unit.test_benchmarks import ROOT, module
+
+PAGE = ROOT / "docs/continuum.md"
+continuum = module("continuum")
+
+
+def test_a_model_is_told_stage_by_stage(tmp_path):
+    (model,) = (path for path in continuum.all_models() if path.match("falling_table/rapid.toml"))
+    first, second = continuum.lines_of(model, tmp_path)
+    assert first[:3] == ("falling_table/rapid", "initial", "with interfaces")
+    assert "with the same joints differ by" in first[3]
+    assert second[:3] == ("falling_table/rapid", "drawdown", "not comparable")
+    assert second[4:] == ("-", "-")
+    text = continuum.table([first, second])
+    assert text.startswith("1 models, 1 of them compared in one stage at least. By their last stage: 1 not comparable.")
+
+
+def test_what_stands_between_the_marks_is_replaced(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{continuum.BEGIN}\nold\n{continuum.END}\nafter\n")
+    continuum.put(page, "new\n")
+    assert page.read_text() == f"before\n{continuum.BEGIN}\nnew\n{continuum.END}\nafter\n"
+    page.write_text("no marks\n")
+    with pytest.raises(SystemExit, match="has not both marks"):
+        continuum.put(page, "new\n")
+
+
+def test_the_page_names_every_model():
+    text = PAGE.read_text(encoding="utf-8")
+    for path in continuum.all_models():
+        assert f"| {path.parent.name}/{path.stem} |" in text
+
+
+def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
+    rows = [row.split(" | ") for row in PAGE.read_text(encoding="utf-8").splitlines() if row.startswith("| ")]
+    refused = [row for row in rows if row[2] == "not comparable"]
+    assert refused
+    assert not any("differ" in row[3] for row in refused)
+    assert all("differ by" in row[3] for row in rows if row[2] in ("comparable", "with interfaces"))
