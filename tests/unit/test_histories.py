@@ -62,6 +62,10 @@ def test_an_extensometer_measures_the_growth_of_its_length(recorded: Results) ->
     assert gap.recorded.quantities == ("extension_1", "extension_2")
     assert gap["extension_1"][-1] == pytest.approx(np.hypot(1.5, 0.8) - np.hypot(1.0, 0.8), abs=1e-3)
     np.testing.assert_allclose(gap["extension_2"], 0, atol=1e-9)
+    back = bsm.History(name="back", line=[(1.2, 0.6), (0.8, 0.4), (0.2, -0.2)])  # the head moves, with the first anchor
+    series = bsm.run(pushed().replace(histories=[back]), MOVING).histories["back"]
+    np.testing.assert_allclose(series["extension_1"], 0, atol=1e-9)
+    np.testing.assert_allclose(series["extension_2"], gap["extension_1"], atol=1e-12)
 
 
 def test_a_joint_set(recorded: Results) -> None:
