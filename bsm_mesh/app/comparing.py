@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bsm_mesh.converters.continuum import ComparedStage, Comparison
 
 NOT_COMPARED = 3  # exit code where a stage could not be compared
-ERROR_HEADER = ("", "blocks, r.m.s.", "continuum", "L2 diff.", "greatest", "where")
+ERROR_HEADER = ("r.m.s. of", "blocks", "continuum", "L2", "greatest", "where")
 
 
 def compare_model(
@@ -117,5 +117,5 @@ def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
         )
     if comparison.force_error is not None:
         blocks, fem = comparison.slipping
-        rows.append(("joints slipping or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
+        rows.append(("slip or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
     return rows
