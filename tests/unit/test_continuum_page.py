@@ -8,9 +8,9 @@ PAGE = ROOT / "docs/continuum.md"
 continuum = module("continuum")
 
 
-def test_a_model_is_told_stage_by_stage(tmp_path):
+def test_a_model_is_told_stage_by_stage():
     (model,) = (path for path in continuum.all_models() if path.match("falling_table/rapid.toml"))
-    first, second = continuum.lines_of(model, tmp_path)
+    first, second = continuum.lines_of(model)
     assert first[:3] == ("falling_table/rapid", "initial", "with interfaces")
     assert "with the same joints differ by" in first[3]
     assert second[:3] == ("falling_table/rapid", "drawdown", "not comparable")
