@@ -31,9 +31,15 @@ def all_models() -> list[Path]:
     return sorted((ROOT / "examples").glob("*/*.toml")) + sorted((ROOT / "bsm_mesh/app/starters").glob("*/*.toml"))
 
 
+def name_of(model: Path) -> str:
+    """Return what a model file is called in the table."""
+    starter = "starter " if "starters" in model.parts else ""
+    return f"{starter}{model.parent.name}/{model.stem}"
+
+
 def lines_of(model: Path) -> list[Line]:
     """Return a line a stage of a model; one if it is refused."""
-    name = f"{model.parent.name}/{model.stem}"
+    name = name_of(model)
     try:
         loaded = load_model_file(model, lambda _: None)
         stages = compare_stages(loaded.model, bsm.run(loaded.model, loaded.options))

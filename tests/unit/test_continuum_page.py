@@ -32,7 +32,7 @@ def test_what_stands_between_the_marks_is_replaced(tmp_path):
 def test_the_page_names_every_model():
     text = PAGE.read_text(encoding="utf-8")
     for path in continuum.all_models():
-        assert f"| {path.parent.name}/{path.stem} |" in text
+        assert f"| {continuum.name_of(path)} |" in text
 
 
 def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
