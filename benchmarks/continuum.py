@@ -7,14 +7,14 @@ what stands between that page's marks.
 from __future__ import annotations
 
 import argparse
-import json
-import subprocess
 import sys
 import time
 from collections import Counter
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
+import bsm_mesh as bsm
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.converters.continuum import ComparedStage, compare_stages
 from bsm_mesh.files import write_text
 
 ROOT = Path(__file__).parents[1]
@@ -23,7 +23,6 @@ BEGIN, END = (
     "<!-- made by python -m benchmarks.continuum: end -->",
 )
 HEADER = ("model", "stage", "class", "what compare says", "blocks s", "elements s")
-LONGEST = 900  # s for one model
 Line = tuple[str, ...]
 
 
@@ -32,27 +31,28 @@ def all_models() -> list[Path]:
     return sorted((ROOT / "examples").glob("*/*.toml")) + sorted((ROOT / "bsm_mesh/app/starters").glob("*/*.toml"))
 
 
-def lines_of(model: Path, place: Path) -> list[Line]:
-    """Return a line a stage of a model, as ``compare --json`` tells it; one if it tells nothing."""
-    name = f"{model.parent.name}/{model.stem}"
-    out = place / f"{model.parent.name}-{model.stem}"
-    command = [sys.executable, "-m", "bsm_mesh", "compare", str(model), "-o", str(out), "--json"]
+def name_of(model: Path) -> str:
+    """Return what a model file is called in the table."""
+    starter = "starter " if "starters" in model.parts else ""
+    return f"{starter}{model.parent.name}/{model.stem}"
+
+
+def lines_of(model: Path) -> list[Line]:
+    """Return a line a stage of a model; one if it is refused."""
+    name = name_of(model)
     try:
-        done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=LONGEST)
-    except subprocess.TimeoutExpired:
-        return [(name, "-", "-", f"no answer within {LONGEST} s", "-", "-")]
-    if done.returncode not in (0, 3):
-        return [(name, "-", "-", f"refused: {done.stderr.strip()}", "-", "-")]
-    return [line(name, stage) for stage in json.loads(done.stdout)["stages"]]
+        loaded = load_model_file(model, lambda _: None)
+        stages = compare_stages(loaded.model, bsm.run(loaded.model, loaded.options))
+    except bsm.ModelError as error:
+        return [(name, "-", "-", f"refused: {'; '.join(error.faults)}", "-", "-")]
+    return [line(name, stage) for stage in stages]
 
 
-def line(name: str, stage: dict[str, object]) -> Line:
+def line(name: str, stage: ComparedStage) -> Line:
     """Return the line of a stage."""
-    rows = stage["rows"]
-    assert isinstance(rows, list)
-    times = next((row for row in rows if row["label"] == "wall time"), None)
-    seconds = ("-", "-") if times is None else (f"{times['bsm']:.2g}", f"{times['fem']:.2g}")
-    return name, str(stage["name"]), str(stage["class"]), str(stage["sentence"]), *seconds
+    compared = stage.comparison
+    seconds = ("-", "-") if compared is None else (f"{compared.bsm_seconds:.2g}", f"{compared.fem_seconds:.2g}")
+    return name, stage.name, stage.kind.value, stage.sentence, *seconds
 
 
 def table(lines: list[Line]) -> str:
@@ -82,11 +82,10 @@ def main() -> int:
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
     lines: list[Line] = []
-    with TemporaryDirectory() as place:
-        for model in given.models or all_models():
-            began = time.perf_counter()
-            lines += lines_of(model.resolve(), Path(place))
-            print(f"{lines[-1][0]}: {lines[-1][2]}, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
+    for model in given.models or all_models():
+        began = time.perf_counter()
+        lines += lines_of(model.resolve())
+        print(f"{lines[-1][0]}: {lines[-1][2]}, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
     if given.into:
         put(given.into, table(lines))
     else:

@@ -8,9 +8,9 @@ PAGE = ROOT / "docs/continuum.md"
 continuum = module("continuum")
 
 
-def test_a_model_is_told_stage_by_stage(tmp_path):
+def test_a_model_is_told_stage_by_stage():
     (model,) = (path for path in continuum.all_models() if path.match("falling_table/rapid.toml"))
-    first, second = continuum.lines_of(model, tmp_path)
+    first, second = continuum.lines_of(model)
     assert first[:3] == ("falling_table/rapid", "initial", "with interfaces")
     assert "with the same joints differ by" in first[3]
     assert second[:3] == ("falling_table/rapid", "drawdown", "not comparable")
@@ -32,7 +32,7 @@ def test_what_stands_between_the_marks_is_replaced(tmp_path):
 def test_the_page_names_every_model():
     text = PAGE.read_text(encoding="utf-8")
     for path in continuum.all_models():
-        assert f"| {path.parent.name}/{path.stem} |" in text
+        assert f"| {continuum.name_of(path)} |" in text
 
 
 def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
