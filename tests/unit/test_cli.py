@@ -49,7 +49,7 @@ def test_json_is_all_there_is_on_stdout(case: Case) -> None:
     assert outcome.err == ""
     assert (told["status"], told["folder"], told["notes"]) == ("stable", "out/model", [])
     assert json.loads(case.run("check", "model.toml", "--json").out)["blocks"] == 4
-    assert json.loads(case.run("compare", "model.toml", "--json").out)["rows"]
+    assert json.loads(case.run("compare", "model.toml", "--json").out)["stages"]
 
 
 LOAD = 4 * 26e3 + 2 * 1e6  # weights and the pressure on top [N/m]
