@@ -25,6 +25,7 @@ IN_SITU_FORCES, IN_SITU_DISPLACEMENTS = (
     5e-3,
     1e-2,
 )  # of the greatest; found 2e-3 and 7e-3 (brittle joints: which point breaks first)
+KIRSCH = 1e-2  # of the stress at the wall, 24 blocks along a quarter of it; found 4e-3 with both orders
 SAME_FORCES, SAME_DISPLACEMENTS = 5e-4, 2e-3  # found 1e-4 and 1.7e-3 (an arch turns by 1e-4: small displacements)
 
 
@@ -153,8 +154,8 @@ def test_cohesion_and_tensile_strength():
     assert not broken.converged or broken.displacement[1, 1] < -1.0
 
 
-@pytest.mark.parametrize(("order", "limit"), [(1, 0.08), (2, 0.02)])
-def test_kirsch_by_stages(order, limit):
+@pytest.mark.parametrize("order", [1, 2])
+def test_kirsch_by_stages(order):
     """A hole cut into rock under its in-situ stress: Kirsch's stresses near it, the far field where it was."""
     corners = plate(24)
     angle = np.linspace(0, np.pi / 2, 25)
@@ -183,7 +184,7 @@ def test_kirsch_by_stages(order, limit):
     exact = block_averages(corners, kirsch)
     at_wall = np.hypot(*corners.mean(axis=1).T) < 1.1
     off = np.linalg.norm((final.stress[:count] - exact)[at_wall]) / np.linalg.norm(exact[at_wall])
-    assert off < limit
+    assert off < KIRSCH
 
 
 def test_pressure_on_new_faces():
