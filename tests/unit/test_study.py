@@ -179,13 +179,18 @@ def test_a_driver_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> No
     assert (out / RUNS).read_text().startswith(before)
 
 
+def heed() -> None:
+    """Take Ctrl-C, also where the tests run in the background, which ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_says_how_to_go_on(study: Case) -> None:
     """Of so many runs that a fast machine is not done before it is interrupted."""
-    many = 3000
+    many = 300
     study.write("study.toml", STUDY.replace(f"runs = {RUNS_OF_STUDY}", f"runs = {many}"))
     out = study.folder / "out/study"
     words = command("study", "study.toml", "--processes", "2", "-q")
-    with subprocess.Popen(words, env=environment(), stderr=subprocess.PIPE, text=True) as driver:
+    with subprocess.Popen(words, env=environment(), stderr=subprocess.PIPE, text=True, preexec_fn=heed) as driver:
         wait_for(lambda: finished(out) >= 2)
         children = psutil.Process(driver.pid).children()
         driver.send_signal(signal.SIGINT)
