@@ -22,6 +22,7 @@ from bsm_mesh.run import run, spread
 if TYPE_CHECKING:
     from bsm_mesh.app.study import StudyResults
     from bsm_mesh.model import (
+        BartonBandis,
         Blocks,
         Bolt,
         EdgeTractions,
@@ -136,6 +137,7 @@ def study(
 
 
 __all__ = [
+    "BartonBandis",
     "Blocks",
     "Bolt",
     "EdgeTractions",

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
@@ -54,6 +54,8 @@ class JointCatalogue:
         Of the joints and of every pair of rocks, different ones.
     smooth : (n_laws,) bool
         Laws that carry no shear at any pressure.
+    wears : bool
+        Whether slip wears the strength of any law off.
     """
 
     def __init__(self, model: Model) -> None:
@@ -75,6 +77,7 @@ class JointCatalogue:
                 tension.append(min(_rock_tension(one), _rock_tension(other)))
         self.laws, self._law = _different(laws)
         self._tension = np.array(tension)
+        self.wears = any(wear_length_of(law) is not None for law in self.laws)
         self.smooth = np.array([_is_smooth(law) for law in self.laws], dtype=bool)
 
     def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:

@@ -13,6 +13,7 @@ from bsm_mesh.model.quantities import (
     COHESION,
     FRICTION,
     POISSON,
+    SLIP,
     STIFFNESS,
     TENSILE_STRENGTH,
     THICKNESS,
@@ -86,6 +87,8 @@ class Rock:
         every mesh elastically homogeneous (with no Poisson effect); the pair calibrated for triangles; rigid.
     residual_friction, residual_cohesion : float or None [degrees, Pa]
         What is left of those faces' strength, as `MohrCoulomb` takes it; None: slip takes nothing away.
+    softening_slip : float or None [m]
+        Slip over which strength falls to what is left; None: at the first slip.
     """
 
     name: str
@@ -98,6 +101,7 @@ class Rock:
     stiffness: RockStiffness = "wang"
     residual_friction: Annotated[float, FRICTION] | None = None
     residual_cohesion: Annotated[float, COHESION] | None = None
+    softening_slip: Annotated[float, SLIP] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("rock", self.name)
@@ -131,6 +135,7 @@ class Rock:
             cohesion=self.cohesion or 0.0,
             residual_friction=self.residual_friction,
             residual_cohesion=self.residual_cohesion,
+            softening_slip=self.softening_slip,
         )
 
     @property
@@ -163,7 +168,8 @@ class Joint:
     filling : Filling or None
         A thick filling, instead of the two stiffnesses.
     law : JointLaw or None
-        Strength: `Patton`, `MohrCoulomb`, or a law of your own (`bsm_mesh.model.joint_laws`); None: elastic.
+        Strength: `Patton`, `MohrCoulomb`, `BartonBandis`, or a law of your own (`bsm_mesh.model.joint_laws`); None:
+        elastic.
     tensile_strength : float [Pa]
         Tension the joint bears until it breaks; belongs to a law.
     """

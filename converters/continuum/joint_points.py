@@ -18,7 +18,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
 from bsm_mesh.converters.continuum.interfaces import Interfaces
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, ask, wear_length_of
 from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]
@@ -42,6 +42,8 @@ class JointHistory:
         Normal force without relative displacement, compression positive.
     slip, shear : (q,) float64 [m], [N/m]
         At the end of the last state of equilibrium.
+    slip_path : (q,) float64 [m]
+        How far the points have slid so far, elastic part apart.
     failed : (q,) bool
         As the law has it.
     present : (q,) bool
@@ -53,6 +55,7 @@ class JointHistory:
     initial_pressure: FloatArray
     slip: FloatArray
     shear: FloatArray
+    slip_path: FloatArray
     failed: BoolArray
     present: BoolArray
     water: FloatArray
@@ -138,6 +141,13 @@ class JointPoints:
         return bool(np.isinf(self.tension).all())
 
     @property
+    def wear_length(self) -> FloatArray:
+        """Slip over which strength changes markedly, (q,) [m]; infinite: it does not."""
+        of_laws = [wear_length_of(law) for law in self.laws]
+        length: FloatArray = np.array([np.inf if one is None else one for one in of_laws])[self.joint]
+        return length
+
+    @property
     def tangent_direction(self) -> FloatArray:
         """The normal turned by +90 degrees, (q, 2)."""
         tangent: FloatArray = self.normal[:, ::-1] * (-1.0, 1.0)
@@ -153,7 +163,15 @@ class JointPoints:
         """Return the history of the start without any force."""
         zero = np.zeros(len(self.length))
         none = np.zeros(len(zero), dtype=bool)
-        return JointHistory(initial_pressure=zero, slip=zero, shear=zero, failed=none, present=~none, water=zero)
+        return JointHistory(
+            initial_pressure=zero,
+            slip=zero,
+            shear=zero,
+            slip_path=zero,
+            failed=none,
+            present=~none,
+            water=zero,
+        )
 
     def evaluate(self, u: FloatArray, history: JointHistory, friction_at: FloatArray | None = None) -> JointState:
         """Return the state at a displacement u (N,).
@@ -170,7 +188,7 @@ class JointPoints:
         pressure = np.where(closed, pressure, 0.0)
         rubs = closed if friction_at is None else history.present & (friction_at > 0)
         asked = np.where(rubs, pressure if friction_at is None else friction_at, 0.0)
-        answer = self._respond(asked, np.where(rubs, trial, 0.0), history.failed)
+        answer = self._respond(asked, np.where(rubs, trial, 0.0), history)
         shear, by_pressure, strength, sticking, failed = answer
         return JointState(
             opening=opening,
@@ -184,12 +202,13 @@ class JointPoints:
             failed=failed | (parted & np.isfinite(self.tension)),
         )
 
-    def _respond(self, pressure: FloatArray, trial: FloatArray, failed: BoolArray) -> tuple[Any, ...]:
+    def _respond(self, pressure: FloatArray, trial: FloatArray, history: JointHistory) -> tuple[Any, ...]:
         names = ("shear", "by_pressure", "strength", "sticking", "failed")
         found = tuple(np.zeros(len(pressure), dtype=bool if k > 2 else float) for k in range(5))
         for number in np.unique(self.joint):
             rows = self.joint == number
-            answer = self.laws[number].respond(pressure[rows], trial[rows], self.length[rows], failed[rows])
+            memory = self.length[rows], history.failed[rows], history.slip_path[rows]
+            answer = ask(self.laws[number], pressure[rows], trial[rows], *memory)
             for values, name in zip(found, names, strict=True):
                 values[rows] = getattr(answer, name)
         return found
@@ -216,9 +235,18 @@ class JointPoints:
         return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs)
 
 
-def remember(history: JointHistory, state: JointState) -> JointHistory:
-    """Return the history after a state of equilibrium."""
-    return replace(history, slip=state.slip, shear=state.shear, failed=state.failed)
+def slip_path_after(points: JointPoints, history: JointHistory, state: JointState) -> FloatArray:
+    """Return how far points have slid so far, (q,) [m]: what of their slip is not elastic counts."""
+    slides = state.closed & ~state.sticking & (points.shear_stiffness > 0)
+    elastic = (state.shear - history.shear)[slides] / points.shear_stiffness[slides]
+    path = history.slip_path.copy()
+    path[slides] += np.abs((state.slip - history.slip)[slides] - elastic)
+    return path
+
+
+def remember(history: JointHistory, state: JointState, path: FloatArray) -> JointHistory:
+    """Return the history after a state of equilibrium, with how far points have slid then, (q,) [m]."""
+    return replace(history, slip=state.slip, shear=state.shear, slip_path=path, failed=state.failed)
 
 
 def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:

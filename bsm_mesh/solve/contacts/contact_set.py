@@ -44,8 +44,9 @@ def gather_contacts(
     meeting = ~known & _meet_at_a_node(blocks, found, near)
     within_tolerance &= ~meeting
     fresh = ~known & within_tolerance
-    shear, failed = np.zeros(len(source)), np.full(len(source), not first)
+    shear, slip_path, failed = np.zeros(len(source)), np.zeros(len(source)), np.full(len(source), not first)
     shear[known], failed[known] = history.shear[source[known]], history.failed[source[known]]
+    slip_path[known] = history.slip_path[source[known]]
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset[known] = history.offset[source[known]]
     # in situ, contacts are closed at gap 0, and with a large gap too
@@ -67,6 +68,7 @@ def gather_contacts(
         old_tangential=old_tangential,
         first_tangential=first_tangential,
         failed=failed,
+        slip_path=slip_path,
         edge_overhang=np.where(within_tolerance, band, 0.0),
         within_tolerance=within_tolerance,
         opposing=np.flatnonzero(found.opposing_candidate >= 0),

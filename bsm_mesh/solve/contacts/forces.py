@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import JointLaw, JointResponse
+from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
@@ -41,6 +41,7 @@ class ContactSet:
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
     first_tangential: FloatArray  # nan: not closed yet
     failed: BoolArray
+    slip_path: FloatArray  # how far the contact has slid so far, elastic part apart
     edge_overhang: FloatArray  # (m,) how far beyond the edge's ends the contact may still be closed in this step
     within_tolerance: BoolArray
     opposing: IntArray  # (k,) corner-corner candidates that have an opposing one
@@ -174,20 +175,25 @@ def _answer(
     in_friction: BoolArray | None,
 ) -> JointResponse:
     """Return the response of the rows k by a law; other arguments as in `respond`."""
-    length, failed = contacts.candidates.length[k], contacts.failed[k]
+    memory = contacts.candidates.length[k], contacts.failed[k], contacts.slip_path[k]
     if in_friction is None:
-        return _asked(law, pressure[k], trial[k], length, failed)
+        return _asked(law, pressure[k], trial[k], *memory)
     active = in_friction[k]
-    answer = _asked(law, np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), length, failed)
+    answer = _asked(law, np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), *memory)
     return replace(answer, strength=np.where(active, answer.strength, 0.0), sticking=answer.sticking & active)
 
 
 def _asked(
-    law: JointLaw, pressure: FloatArray, trial: FloatArray, length: FloatArray, failed: BoolArray
+    law: JointLaw,
+    pressure: FloatArray,
+    trial: FloatArray,
+    length: FloatArray,
+    failed: BoolArray,
+    slip_path: FloatArray,
 ) -> JointResponse:
     """Return a law's response; raise a `ModelError` where a law of the user's own fails."""
     try:
-        return law.respond(pressure, trial, length, failed)
+        return ask(law, pressure, trial, length, failed, slip_path)
     except Exception as error:
         raise ModelError(
             f"the law {law_name(law)}: respond failed at pressures of {pressure.min(initial=0.0):.3g} to "

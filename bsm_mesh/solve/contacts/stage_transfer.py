@@ -66,7 +66,7 @@ def with_filled_blocks(
         key=key,
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
-    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed")
+    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed", "slip_path")
     concatenate = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
     return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
 
@@ -127,6 +127,7 @@ def _history(
         offset=at.gap[kept] - normal[kept] / found.normal_stiffness[kept],  # to the last digit no residual
         length=c.length[kept],
         failed=found.failed[kept],
+        slip_path=found.slip_path[kept],
     )
 
 
@@ -173,4 +174,5 @@ def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> 
         offset=history.offset[chosen],
         length=history.length[chosen],
         failed=history.failed[chosen],
+        slip_path=history.slip_path[chosen],
     )

@@ -20,6 +20,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         laws=law_table(system.catalogue.laws),
         law=table.law[kept],
         failed=table.failed[kept],
+        slip_path=table.slip_path[kept],
         tension=table.tension[kept],
         normal_stiffness=table.normal_stiffness[kept],
         shear_stiffness=table.shear_stiffness[kept],

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.model.joint_laws import JointLaw, wear_length_of
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
@@ -152,7 +152,7 @@ class ExplicitMotion:
             share,
             self._strips,
             cycles,
-            self._settings.window * self.system.d,
+            self._window(),
             supports=(supports.block, projectors(supports, self._masses.mass), self._prescribed_in(cycles)),
             bolts=bolt_arrays(self.system, self.residual.position),
             loads=(self._acting(), self._ramped_load, self._unramped_fraction(cycles)),
@@ -165,6 +165,19 @@ class ExplicitMotion:
             return
         self._keep(self.residual.position + moved, share)
         self._rows, self._frame, self._spring = self._near()
+
+    def _window(self) -> float:
+        """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
+        whole, contacts, at = self._settings.window * self.system.d, self.contacts, self.residual.at
+        if not self.system.catalogue.wears:
+            return whole
+        for law, rows in contacts.by_law:
+            wear_length = wear_length_of(self.system.catalogue.laws[law])
+            if wear_length is not None:
+                slides = at.closed[rows] & ~at.failed[rows]
+                room = 0.5 * wear_length + 0.25 * contacts.slip_path[rows][slides]
+                whole = min(whole, float(room.min(initial=whole)))
+        return whole
 
     def _weighed(self) -> Weighed:
         candidates, rows = self.contacts.candidates, self._rows
@@ -242,12 +255,17 @@ class ExplicitMotion:
         touched[rows] |= (events & CONTACTED) > 0
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
         at = step.system.evaluate(here, position)
+        path = contacts.slip_path.copy()
+        stays = at.closed & before.closed & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
+        elastic = (shear - contacts.old_shear)[stays] / contacts.shear_stiffness[stays]
+        path[stays] += np.abs((along - contacts.old_tangential)[stays] - elastic)
         # What is open has no shear to come back to, and is anchored where it closes.
         contacts = replace(
             here,
             old_shear=np.where(at.closed, shear, 0.0),
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
+            slip_path=path,
             tension=np.where(failed, 0.0, contacts.tension),
         )
         bolts = self.system.bolts
