@@ -136,6 +136,10 @@ class JointTable(Table):
         default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
     )
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
+    max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(
+        default=None,
+        description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",
+    )
 
 
 class SupportTable(Table):

@@ -68,6 +68,8 @@ class JointCatalogue:
         rocks = [next(rock for rock in model.rocks if rock.name == name) for name in blocks.rock_names]
         self._moduli = np.array([rock.contact_moduli for rock in rocks])
         self._joint_stiffness = np.array([joint.contact_stiffness for joint in model.joints]).reshape(-1, 2)
+        closure = [(joint.max_closure or np.inf, joint.contact_stiffness[0]) for joint in model.joints]
+        self._closure = np.array([*closure, (np.inf, np.inf)])  # the last: rock
         self._floor = least_depth(blocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
@@ -86,6 +88,16 @@ class JointCatalogue:
         between = len(self._joint_stiffness) + rock[block_a] * n_rocks + rock[block_b]
         kind = np.where(joint >= 0, joint, between)
         return self._law[kind], self._tension[kind]
+
+    def closure_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return closure limit [m], infinite where there is none, and normal stiffness [Pa/m] of joints (m,), -1: rock.
+
+        Of a model without a limit they are empty.
+        """
+        if np.isinf(self._closure[:, 0]).all():
+            return np.zeros(0), np.zeros(0)
+        limit, stiffness = self._closure[joint].T
+        return limit, stiffness
 
     def look_up(
         self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray

@@ -10,6 +10,7 @@ from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
 from bsm_mesh.model.law_faults import law_faults
 from bsm_mesh.model.quantities import (
+    CLOSURE,
     COHESION,
     FRICTION,
     POISSON,
@@ -172,6 +173,9 @@ class Joint:
         elastic.
     tensile_strength : float [Pa]
         Tension the joint bears until it breaks; belongs to a law.
+    max_closure : float or None [m]
+        Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
+        `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
     """
 
     name: str
@@ -180,6 +184,7 @@ class Joint:
     filling: Filling | None = None
     law: JointLaw | None = None
     tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    max_closure: Annotated[float, CLOSURE] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)
@@ -193,6 +198,11 @@ class Joint:
             rules.faults.append(
                 f"{rules.thing}: needs normal_stiffness and shear_stiffness [Pa/m], or filling = "
                 "{thickness, young, poisson}"
+            )
+        if self.filling is not None and self.max_closure is not None:
+            rules.faults.append(
+                f"{rules.thing}: max_closure is that of bare walls, and a filling keeps them apart; give "
+                "normal_stiffness and shear_stiffness instead of filling, or leave max_closure out"
             )
         tension = is_number(self.tensile_strength) and bool(self.tensile_strength > 0)
         if self.law is not None:

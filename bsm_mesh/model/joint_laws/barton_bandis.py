@@ -23,7 +23,7 @@ STEEPEST = 70.0  # degrees: greatest angle of strength that Barton and Choubey t
 SAMPLE = 0.1  # m: length of the samples that JRC and JCS are measured on
 WORN = np.array([(1.0, 1.0), (2.0, 0.85), (4.0, 0.70), (10.0, 0.50), (100.0, 0.0)])
 """Displacement over that at the peak, and the part of JRC that is left behind it (Barton, Bandis and Bakhtar 1985)."""
-LEAST = 1e-6  # of JCS: stress below which strength is bounded by the steepest line and one tangent alone
+LEAST = 1e-5  # of JCS: stress below which strength is bounded by the steepest line and one tangent alone
 TANGENTS = 16  # straight lines for limit analysis
 
 
@@ -111,7 +111,7 @@ class BartonBandis:
         rough = self.roughness_after(slip_path) if wears and slip_path is not None else self.roughness
         rough = np.where(failed, 0.0, rough)
         stress = np.maximum(pressing / length, np.finfo(float).tiny)
-        above = rough * np.maximum(np.log10(self.wall_strength / stress), 0.0)
+        above = rough * np.maximum(np.log10(self.wall_strength) - np.log10(stress), 0.0)
         curved = (above > 0.0) & (above < STEEPEST - self.residual_friction)
         angle = np.radians(np.minimum(self.residual_friction + above, STEEPEST))
         slope = np.tan(angle) - np.where(curved, np.radians(rough) / math.log(10.0) / np.cos(angle) ** 2, 0.0)

@@ -12,6 +12,7 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
@@ -74,6 +75,9 @@ def gather_contacts(
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
+        hyperbolic=Hyperbolic.among(
+            *catalogue.closure_of(properties.joint), found.length, properties.normal_stiffness * found.length
+        ),
         by_law=rows_by_law(properties.law),
     )
 

@@ -13,6 +13,7 @@ from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
 from bsm_mesh.model.strength import law_name
+from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
     fill_tangent,
@@ -47,6 +48,7 @@ class ContactSet:
     opposing: IntArray  # (k,) corner-corner candidates that have an opposing one
     entering: IntArray  # (l,) candidates whose corner has an edge that enters the other block
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
+    hyperbolic: Hyperbolic
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
@@ -78,6 +80,7 @@ class Evaluation:
     tangential: FloatArray
     pressure: FloatArray
     shear: FloatArray
+    normal_stiffness: FloatArray  # derivative of the pressure by the closure
     closed: BoolArray
     sticking: BoolArray
     strength: FloatArray
@@ -122,6 +125,8 @@ def evaluate(
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
         pressure[~closed] = 0.0
+    overlap = contacts.offset - gap if len(contacts.hyperbolic.rows) else gap
+    pressure, stiffness = contacts.hyperbolic.pressures(overlap, pressure, contacts.normal_stiffness)
     answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, answer.shear, forces)
@@ -131,6 +136,7 @@ def evaluate(
         tangential=tangential,
         pressure=pressure,
         shear=answer.shear,
+        normal_stiffness=stiffness,
         closed=closed,
         sticking=answer.sticking & ~np.isnan(contacts.old_tangential),
         strength=answer.strength,
@@ -274,10 +280,10 @@ def tangent_stiffness(
     contacts, and corrections have to be shortened.
     """
     anchored = ~np.isnan(contacts.old_tangential)
-    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * contacts.normal_stiffness
+    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * at.normal_stiffness
     may_slip = (at.closed | contacts.within_tolerance) & anchored
     shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
-    by_gap = -at.dshear_dpressure * contacts.normal_stiffness * at.closed
+    by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
     frames = contacts.frames(at.position)
     data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear)
     return data

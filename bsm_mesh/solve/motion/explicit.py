@@ -200,8 +200,11 @@ class ExplicitMotion:
         candidates = contacts.candidates
         frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
         pressure = np.where(at.closed, at.pressure, 0.0)
+        stiffening, share = contacts.hyperbolic.stiffening(pressure, at.normal_stiffness)
         columns = {
-            "normal_stiffness": contacts.normal_stiffness,
+            "normal_stiffness": at.normal_stiffness,
+            "stiffening": stiffening,
+            "rock_share": share,
             "shear_stiffness": contacts.shear_stiffness,
             "trial_pressure": np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
             "pressure": pressure,
