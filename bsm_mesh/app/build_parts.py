@@ -36,8 +36,8 @@ from bsm_mesh.solve.stages.falls import Falls
 
 NEEDS_LAW = (
     'a joint with {} needs the key \'law\': "mohr_coulomb" (cohesion carries shear from the start), "patton" (cohesion '
-    'is that of its second line: asperities that shear off, with dilation) or "barton_bandis" (jrc, jcs and '
-    "residual_friction)"
+    'is that of its second line: asperities that shear off, with dilation), "barton_bandis" (jrc, jcs, '
+    'residual_friction) or "ladanyi_archambault" (friction, dilation, jcs)'
 )
 REASONS = {("patton", "residual_cohesion"): ": what shears off is its cohesion"}
 

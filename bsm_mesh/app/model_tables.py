@@ -110,7 +110,7 @@ class JointTable(Table):
     normal_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     shear_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     filling: FillingTable | None = None
-    law: Literal["patton", "mohr_coulomb", "barton_bandis"] | None = Field(
+    law: Literal["patton", "mohr_coulomb", "barton_bandis", "ladanyi_archambault"] | None = Field(
         default=None, description="patton where friction is given without it"
     )
     friction: Annotated[float, In(q.FRICTION)] | None = None
@@ -127,7 +127,7 @@ class JointTable(Table):
         default=None, description="barton_bandis: joint roughness coefficient of a sample 0.1 m long"
     )
     jcs: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
-        default=None, description="barton_bandis: joint wall compressive strength of such a sample"
+        default=None, description="joint wall compressive strength; barton_bandis: of such a sample"
     )
     joint_length: Annotated[float, In(q.JOINT_LENGTH)] | None = Field(
         default=None, description="barton_bandis: length of the joint, or of the blocks along it; default: 0.1 m"

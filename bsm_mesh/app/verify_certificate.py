@@ -27,6 +27,7 @@ OVERLAP = 1.3e-3  # of a block's area, beyond the closure of contacts: what touc
 NEUTRAL = 1e-3  # negative eigenvalue of the stiffness over the mass that counts as none, over the block size
 LINEAR = 1e-9  # tolerance of the linear scheme: rounding
 ENORMOUS = 1e6  # times all loads together: forces that no rock bears
+CURVED = ("barton_bandis", "ladanyi_archambault")
 MAX_DENSE, MAX_PAIRED = 1200, 20_000  # blocks whose stability, and whose overlap, is checked here
 
 
@@ -84,7 +85,7 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
 
 def is_curved(law: dict[str, Any]) -> bool:
     """Return whether straight lines can only bound a law's strength."""
-    return is_curved(law["law"]) if law["kind"] == "reduced" else law["kind"] == "barton_bandis"
+    return is_curved(law["law"]) if law["kind"] == "reduced" else law["kind"] in CURVED
 
 
 def own_laws(stage: dict[str, Any], a: Arrays) -> str:
@@ -169,6 +170,8 @@ def strength_of(law: dict[str, Any], pressure: Any, length: Any, failed: Any, sl
         return strength_of(law["law"], pressure, length, failed, slid) / law["factor"]
     if law["kind"] == "barton_bandis":
         return barton_bandis(law, pressure, length, failed, slid)
+    if law["kind"] == "ladanyi_archambault":
+        return ladanyi_archambault(law, pressure, length, failed)
     if law["kind"] == "elastic":
         return np.full(len(pressure), np.inf)
     if law["kind"] == "own":
@@ -196,6 +199,17 @@ def barton_bandis(law: dict[str, Any], pressure: Any, length: Any, failed: Any, 
     left = np.where(failed, 0.0, left)
     decades = np.log10(np.maximum(wall * length, pressure) / np.maximum(pressure, 1e-300))
     return pressure * np.tan(np.radians(np.minimum(law["residual_friction"] + left * rough * decades, 70.0)))
+
+
+def ladanyi_archambault(law: dict[str, Any], pressure: Any, length: Any, failed: Any) -> Any:
+    """Return Ladanyi and Archambault's shear strength (m,) [N/m] (1970), with Fairhurst's strength of rock."""
+    wall, smooth = law["jcs"] * length, np.tan(np.radians(law["friction"]))
+    x = pressure / wall
+    climbs = np.maximum(1 - x, 0.0) ** 1.5
+    rate = np.maximum(1 - x, 0.0) ** 4 * np.tan(np.radians(law["dilation"]))
+    rock = (np.sqrt(11.0) - 1) / 10 * np.sqrt(1 + 10 * x)
+    found = (x * climbs * (rate + smooth) + (1 - climbs) * rock) / (1 - climbs * rate * smooth)
+    return np.where(failed, smooth * pressure, wall * found)
 
 
 def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:

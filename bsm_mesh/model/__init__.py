@@ -4,7 +4,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import BartonBandis, JointResponse, MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import BartonBandis, JointResponse, LadanyiArchambault, MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
@@ -24,6 +24,7 @@ __all__ = [
     "InSituTraction",
     "Joint",
     "JointResponse",
+    "LadanyiArchambault",
     "Model",
     "MohrCoulomb",
     "NormalRoller",

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
-from bsm_mesh.model.joint_laws import BartonBandis, Elastic, JointLaw, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.joint_laws import BartonBandis, Elastic, JointLaw, LadanyiArchambault, MohrCoulomb, Patton, Weaker
 from bsm_mesh.model.strength import Reduced, law_name
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
@@ -15,6 +15,7 @@ from bsm_mesh.model.supports import Bars
 KINDS = {
     BartonBandis: "barton_bandis",
     Elastic: "elastic",
+    LadanyiArchambault: "ladanyi_archambault",
     MohrCoulomb: "mohr_coulomb",
     Patton: "patton",
     Weaker: "weaker",

@@ -4,6 +4,7 @@ from typing import Any
 
 from bsm_mesh.model.joint_laws.barton_bandis import BartonBandis
 from bsm_mesh.model.joint_laws.elastic import Elastic
+from bsm_mesh.model.joint_laws.ladanyi_archambault import LadanyiArchambault
 from bsm_mesh.model.joint_laws.law import (
     JointLaw,
     JointResponse,
@@ -22,6 +23,7 @@ LAWS: dict[str, type[Any]] = {
     "patton": Patton,
     "mohr_coulomb": MohrCoulomb,
     "barton_bandis": BartonBandis,
+    "ladanyi_archambault": LadanyiArchambault,
 }
 """Laws by the names that a model file gives them; the fields of each are its keys there."""
 
@@ -31,6 +33,7 @@ __all__ = [
     "Elastic",
     "JointLaw",
     "JointResponse",
+    "LadanyiArchambault",
     "MohrCoulomb",
     "Patton",
     "ReducibleLaw",
