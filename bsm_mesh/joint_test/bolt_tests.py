@@ -79,7 +79,7 @@ def _tested(what: str, bolt: Bolt, displacement: float, inclination: float, step
     for moved in np.linspace(0.0, displacement, steps + 1).tolist():
         at = bolts.evaluate(position_of(*((moved, 0.0) if axis == 0 else (0.0, moved))))
         force = -at.forces[1, axis] * bolt.spacing
-        shear = np.abs(at.dowels.shear).max(initial=0.0)
+        shear = np.abs(at.dowels.force).max(initial=0.0)
         rows.append((moved, force, at.tension.max(initial=0.0), shear))
         bolts = bolts.commit(at)
     names = ("displacement", "force", "tension", "shear")

@@ -40,7 +40,7 @@ def factors() -> str:
         found = bsm.factor_of_safety(model)
         status = bsm.run(model, model.options).status
         exact = strength / (STRESS * math.tan(DIP))
-        rows.append((name, words, f"{exact:.3f}", f"{found.low:.3f} to {found.high:.3f}", str(status)))
+        rows.append((name, words, f"{exact:.3f}", f"{found.stable:.3f} to {found.unstable:.3f}", str(status)))
     return markdown(("file", "strength of the joint", "factor by formula", "found between", "verdict"), rows)
 
 

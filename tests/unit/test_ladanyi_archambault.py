@@ -91,7 +91,7 @@ def test_bad_values(keys, words):
         bsm.LadanyiArchambault(**({"friction": 30, "dilation": 10, "jcs": 40e6} | keys))
 
 
-FLAT = bsm.LadanyiArchambault(friction=15, dilation=5, jcs=40e6)
+FLAT = bsm.LadanyiArchambault(friction=20, dilation=8, jcs=40e6)
 
 
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])
@@ -100,13 +100,13 @@ def test_a_slab_slides_at_its_strength(scheme, beyond, stable):
     angle = 30.0
     for _ in range(200):
         stress = 25e3 * 0.5 * np.cos(np.radians(angle))
-        angle = np.degrees(np.arctan(published(stress, 15, 5, 40e6) / stress))
+        angle = np.degrees(np.arctan(published(stress, 20, 8, 40e6) / stress))
     options = bsm.Options(scheme=scheme, sliding_stiffness=0.01 if scheme == "wang" else 1.0)
     assert (bsm.run(slab(FLAT, angle + beyond), options).status == "stable") == stable
 
 
 def test_limit_analysis_bounds_the_pull_from_above():
     pulled = bsm.PointLoad(block=1, point=(5.0, 0.25), force=(1e3, 0.0))
-    strength = 10.0 * published(12.5e3, 15, 5, 40e6)
+    strength = 10.0 * published(12.5e3, 20, 8, 40e6)
     found = bsm.limit_analysis(slab(FLAT, 0.0), [pulled]).factor * 1e3
-    assert strength * (1 - 1e-9) <= found <= 1.01 * strength
+    assert strength * (1 - 1e-9) <= found <= 1.02 * strength

@@ -83,9 +83,9 @@ def held(law, push, bolt_stiffness):
 @pytest.mark.parametrize("part", [0.3, 0.8, 3.0])
 @pytest.mark.parametrize("scheme", ["continuation", "wang"])
 def test_what_softens_comes_to_rest_where_the_rest_takes_over(part, scheme):
-    """T = strength(s) + k u with u = s + strength(s) / ks: the slip s is a part of the softening slip, or beyond it."""
+    """T = strength(s) + k u, u = s + strength(s) / ks, where the bolt is stiffer than the strength falls."""
     law = MohrCoulomb(friction=40, cohesion=2e4, residual_friction=25, softening_slip=2e-3)
-    weight, k, ks = 25e3 * 2, 2e7, 2e9
+    weight, k, ks = 25e3 * 2, 6e7, 2e9
     peak, left = 2 * 2e4 + weight * PEAK, weight * np.tan(np.radians(25))
     strength = peak + min(part, 1.0) * (left - peak)
     slip = part * 2e-3
