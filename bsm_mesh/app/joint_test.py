@@ -17,6 +17,7 @@ from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.units import convert
 from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.files import whole_file
 from bsm_mesh.joint_test import BoltCurve, JointCurve, closure_test, direct_shear_test, pull_bolt, shear_bolt
 from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
@@ -147,7 +148,7 @@ def _number(name: str, text: str, quantity: Quantity) -> float:
 
 def _write(added: AddedFiles, name: str, curves: Mapping[Any, Any]) -> None:
     """Write curves (dataclasses of columns) below each other, a row a step; their stresses are the first column."""
-    with added.file(name) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+    with added.file(name) as path, whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         first = next(iter(curves.values()))
         columns = [field.name for field in fields(first)]

@@ -12,6 +12,7 @@ from bsm_mesh.app.canvas import WIDTH
 from bsm_mesh.app.history_pictures import COLOURS
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.files import whole_file
 from bsm_mesh.joint_test import BoltCurve, JointCurve
 
 HEIGHT = 5.5  # inches
@@ -85,4 +86,5 @@ def _save(draw: Callable[[Any], None], title: str, path: Path) -> None:
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
     axes.set_title(title, loc="left", parse_math=False)  # a $ is a $
-    figure.savefig(path, format="png")
+    with whole_file(path) as draft:
+        figure.savefig(draft, format="png")

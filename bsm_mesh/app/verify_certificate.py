@@ -91,7 +91,6 @@ def is_curved(law: dict[str, Any]) -> bool:
 def own_laws(stage: dict[str, Any], a: Arrays) -> str:
     """Say of which laws no numbers tell the strength."""
     used = [stage["laws"][number] for number in np.unique(a["law"])]
-    used = [law["law"] if law["kind"] == "reduced" else law for law in used]
     names = sorted({law["name"] for law in used if law["kind"] == "own"})
     told = f"; the strength of laws of the user's own cannot be checked by numbers alone: {', '.join(names)}"
     return told if names else ""

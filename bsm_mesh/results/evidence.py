@@ -196,7 +196,8 @@ def law_table(laws: tuple[JointLaw, ...]) -> LawTable:
 def _described(law: JointLaw) -> Mapping[str, Any]:
     kind = KINDS.get(type(law))
     if isinstance(law, Reduced):
-        return {"kind": "reduced", "factor": law.factor, "law": _described(law.law)}
+        inner = _described(law.law)
+        return inner if inner["kind"] == "own" else {"kind": "reduced", "factor": law.factor, "law": inner}
     if isinstance(law, Weaker):
         return {"kind": kind, "laws": [_described(law.one), _described(law.other)]}
     if kind is None:

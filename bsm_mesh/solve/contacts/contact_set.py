@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
@@ -75,11 +75,15 @@ def gather_contacts(
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
-        hyperbolic=Hyperbolic.among(
-            *catalogue.closure_of(properties.joint), found.length, properties.normal_stiffness * found.length
-        ),
+        hyperbolic=_hyperbolic(catalogue, properties, found.length),
         by_law=rows_by_law(properties.law),
     )
+
+
+def _hyperbolic(catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray) -> Hyperbolic:
+    """Return the contacts, of lengths (m,) [m], whose joints have a closure limit."""
+    joints = catalogue.closure_of(properties.joint)
+    return Hyperbolic.among(*joints, length, properties.normal_stiffness * length)
 
 
 def _lengths(history: History, found: Candidates) -> FloatArray:
