@@ -1,6 +1,7 @@
 """Barton and Bandis's law: the published formula, scale, wear of roughness, straight lines, and every scheme."""
 
 import json
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.app import verify_certificate
 from bsm_mesh.app.verify_certificate import strength_of
 from bsm_mesh.model.joint_laws import ask
-from bsm_mesh.model.strength import reduced_law
+from bsm_mesh.model.strength import reduced_law, with_strength
 from bsm_mesh.results.evidence import law_table
 from tests.scenes.shapes import rectangle, turned
 
@@ -181,3 +183,19 @@ def test_limit_analysis_bounds_the_pull_from_above():
     strength = 10.0 * barton(stress, FLAT.roughness, FLAT.wall_strength, 25)
     found = bsm.limit_analysis(slab(FLAT, 0.0), [pulled]).factor * 1e3
     assert strength * (1 - 1e-9) <= found <= 1.01 * strength
+
+
+@pytest.mark.parametrize("reduction", [1.0, 1.3])
+@pytest.mark.parametrize("law", [FLAT, replace(FLAT, roughness_wears=True)])
+@pytest.mark.parametrize("beyond", [-1.0, 1.0])
+def test_verdicts_bear_out_by_their_certificates_alone(tmp_path, law, reduction, beyond):
+    """Stable by the formula of the strength; unstable by a mechanism whose lines lie above it."""
+    angle = np.degrees(np.arctan(np.tan(np.radians(steepest(law))) / reduction))
+    model = with_strength(slab(law, angle + beyond), {"J": 1 / reduction})
+    results = bsm.run(model)
+    assert results.status == ("stable" if beyond < 0 else "unstable")
+    assert beyond < 0 or results.stages[0].proof.witness is not None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", bsm.ResultsWarning)  # a reduced law has no form in a model file
+        results.save(tmp_path / "out")
+    assert verify_certificate.main(tmp_path / "out") == 0
