@@ -370,7 +370,12 @@ class OutputTable(Table):
     snapshots: Literal["stages", "steps"] = Field(
         default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
     )
-    tables: bool = Field(default=False, description="contacts.csv, supports.csv and joints.csv too")
+    tables: bool | Literal["csv", "parquet"] = Field(
+        default=False, description="blocks, contacts, supports and joints as tables too: as CSV (true) or Parquet"
+    )
+    compression: Literal["zlib", "lz4"] = Field(
+        default="zlib", description="of the VTU files: zlib is read by everything, lz4 is quicker and read by VTK only"
+    )
 
 
 class ModelFile(Table):

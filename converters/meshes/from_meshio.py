@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.converters.meshio_library import NAMES as LIBRARY
+from bsm_mesh.converters.meshio_library import load_meshio
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
 
-LIBRARY = ("meshio",)
 Sets = dict[str, list[npt.NDArray[Any] | None]]
 
 
@@ -27,8 +28,7 @@ def read_by_meshio(path: Path) -> MeshCells:
     ModelError
         If meshio cannot read the file.
     """
-    import meshio
-
+    meshio = load_meshio()
     said = io.StringIO()
     try:
         # meshio prints its errors and then leaves the program.
@@ -89,9 +89,7 @@ def _reason(path: Path, said: str, problem: BaseException) -> str:
     if path.suffix == ".geo":
         return "a script of Gmsh, no mesh; make one: gmsh -2 -format msh41 " + path.name
     if "Could not deduce file format" in str(problem):
-        from meshio import extension_to_filetypes
-
-        known = ", ".join(sorted({*extension_to_filetypes, ".vtp"}))
+        known = ", ".join(sorted({*load_meshio().extension_to_filetypes, ".vtp"}))
         return f"no mesh format has the ending '{path.suffix}' (known: {known}); save the mesh as .msh or .vtu"
     if isinstance(problem, UnicodeDecodeError):
         problem = ValueError("it holds bytes that are no text")

@@ -301,7 +301,7 @@ def test_blocks_written_for_paraview_are_read_back_as_a_mesh(tmp_path: Path) -> 
         offsets=blocks.offsets,
         cell_type=POLYGON,
         cell_data={"rock": blocks.rock},
-        field_data={"rock_names": blocks.rock_names},
+        names={"rock:schist": 0, "rock:gneiss": 1},
     )
     write_vtu(tmp_path / "a.vtu", grid)
     again, _ = read_mesh(tmp_path / "a.vtu")
