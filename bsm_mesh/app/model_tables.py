@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidato
 
 from bsm_mesh.app.units import (
     Force,
+    LINES_SCHEMA,
     In,
     Level,
     LinearStress,
@@ -16,6 +17,7 @@ from bsm_mesh.app.units import (
     Point,
     Region,
     convert,
+    lines_of,
     schema_of,
 )
 from bsm_mesh.model import quantities as q
@@ -101,8 +103,45 @@ class FillingTable(Table):
     poisson: Annotated[float, In(q.POISSON)]
 
 
+class LineFile(Table):
+    """A file of lines: CSV, DXF, GeoJSON, shapefile or GeoPackage."""
+
+    file: PathText = Field(description="relative to the model file")
+    set: str | None = Field(default=None, description="the set, or layer, of these lines; left out: all")
+    scale: Annotated[float, In(q.UNIT_OF_LENGTH)] = Field(default=1.0, description="the file's unit of length in m")
+
+
+def _along(value: object) -> object:
+    if isinstance(value, str):
+        value = {"file": value}
+    return LineFile.model_validate(value) if isinstance(value, dict) else lines_of(value)
+
+
+Along = Annotated[
+    Any,
+    PlainValidator(_along),
+    WithJsonSchema({"anyOf": [{"type": "string"}, LineFile.model_json_schema(), LINES_SCHEMA]}),
+]
+Border = Annotated[tuple[str, str], Field(min_length=2, max_length=2)]
+
+
+class BoundaryTable(Table):
+    """A boundary by place: edges of the rim both of whose ends are where all that is given holds."""
+
+    below: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="greatest y")
+    above: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="least y")
+    left_of: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="greatest x")
+    right_of: Annotated[float, In(q.COORDINATE)] | None = Field(default=None, description="least x")
+    along: list[Point] | None = Field(default=None, description="a line along which they lie")
+
+
 class JointTable(Table):
     """A joint or joint set."""
+
+    along: Along | None = Field(default=None, description="lines over the mesh, or a file of them: elements are cut")
+    between: str | Border | None = Field(
+        default=None, description='two rocks or groups of the mesh; "rocks": any two; or an array of whole numbers'
+    )
 
     normal_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     shear_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
@@ -386,6 +425,7 @@ class ModelFile(Table):
     groups: dict[str, str] = Field(default_factory=dict, description='mesh group = "kind:name"; "*": all others')
     rock: dict[str, RockTable] = Field(min_length=1)
     joint: dict[str, JointTable] = Field(default_factory=dict)
+    boundary: dict[str, BoundaryTable] = Field(default_factory=dict, description="boundaries by place")
     support: list[SupportTable] = Field(default_factory=list)
     load: list[LoadTable] = Field(default_factory=list)
     bolt: list[BoltTable] = Field(default_factory=list)

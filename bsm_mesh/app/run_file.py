@@ -196,6 +196,9 @@ def _as_run(file: ModelFile, path: Path, folder: Path, options: Options | None) 
     for bolt in content["bolt"]:
         if "table" in bolt:
             bolt["table"] = _from_folder(path.parent / bolt["table"], folder)
+    for joint in content["joint"].values():
+        if isinstance(joint.get("along"), dict):
+            joint["along"]["file"] = _from_folder(path.parent / joint["along"]["file"], folder)
     if options is not None:
         content |= tables_of(options)
     content["output"]["folder"] = "."

@@ -18,7 +18,8 @@ SELF_CONTAINED = {
 def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """Return the elements and groups of a mesh file.
 
-    MSH 4.1 is read here, VTU, VTP and VTK by VTK, everything else by meshio; both in a process of their own.
+    MSH 4.1 and Abaqus input are read here, VTU, VTP and VTK by VTK, everything else by meshio; these two in
+    a process of their own.
 
     Parameters
     ----------
@@ -41,6 +42,10 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
 
     if file.suffix.lower() in SUFFIXES:
         return read_apart(read_vtk, file)
+    if file.suffix.lower() == ".inp":
+        from bsm_mesh.converters.meshes.from_inp import read_inp
+
+        return read_inp(file)
     from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 
     return read_apart(read_by_meshio, file)
