@@ -25,8 +25,9 @@ from bsm_mesh.app.build_parts import (
     make_supports,
     make_water,
 )
+from bsm_mesh.app.mesh_tables import LineFile
 from bsm_mesh.app.model_file import read_model_file
-from bsm_mesh.app.model_tables import LineFile, ModelFile
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks

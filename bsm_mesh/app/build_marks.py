@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.build_mesh import geometry_faults
-from bsm_mesh.app.model_tables import LineFile, ModelFile
+from bsm_mesh.app.mesh_tables import LineFile
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, raise_faults

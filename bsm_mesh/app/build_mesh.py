@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.app.interruption import heed_again
-from bsm_mesh.app.model_tables import MeshTable, ModelFile
+from bsm_mesh.app.mesh_tables import MeshTable
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.units import convert
@@ -61,9 +62,15 @@ def _read(
         scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
     except ValueError as error:
         raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
-    given = {"groups": groups, "merge_tolerance": mesh.merge_tolerance, "unit_scale": scale, "marks": marks}
     with placed(model_file) if marks is not None else nullcontext():
-        return read_mesh(path, blocks=mesh.blocks, **given)
+        return read_mesh(
+            path,
+            groups=groups,
+            merge_tolerance=mesh.merge_tolerance,
+            unit_scale=scale,
+            blocks=mesh.blocks,
+            marks=marks,
+        )
 
 
 def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:

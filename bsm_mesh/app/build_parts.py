@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import (
     FallsTable,
     HistoryTable,
@@ -17,7 +18,6 @@ from bsm_mesh.app.model_tables import (
     SolverTable,
     StageTable,
     SupportTable,
-    Table,
     WaterTable,
 )
 from bsm_mesh.errors import ModelError, placed, raise_faults

@@ -16,8 +16,9 @@ import numpy as np
 from bsm_mesh.app.build import LoadedModel, build_model
 from bsm_mesh.app.build_marks import places_in
 from bsm_mesh.app.build_mesh import geometry_faults, read_blocks
+from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_file import read_toml, validated
-from bsm_mesh.app.model_tables import ModelFile, Table
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.units import In
 from bsm_mesh.errors import ModelError, nearest, raise_faults

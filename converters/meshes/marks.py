@@ -63,6 +63,11 @@ class Marks:
     borders: Mapping[str, str | tuple[str, str]] = field(default_factory=dict)
     boundaries: Mapping[str, Place] = field(default_factory=dict)
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Names of rocks and groups that joints lie between."""
+        return tuple(name for border in self.borders.values() if not isinstance(border, str) for name in border)
+
 
 def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) -> tuple[Blocks, tuple[Note, ...]]:
     """Return blocks with the joints and boundaries of `marks` added to their own, which stay.
