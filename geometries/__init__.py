@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
     from bsm_mesh.geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from bsm_mesh.geometries.short_sides import close_short_sides
-    from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal
+    from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal, PowerLaw
     from bsm_mesh.geometries.traces import read_scan_line, read_traces
 
 __all__ = [
@@ -57,6 +57,7 @@ __all__ = [
     "Normal",
     "Opening",
     "Parameter",
+    "PowerLaw",
     "Region",
     "RockMass",
     "Voronoi",
@@ -121,6 +122,7 @@ _HOME = {
     "JointSet": "bsm_mesh.geometries.joint_sets",
     "Lognormal": "bsm_mesh.geometries.spacings",
     "Normal": "bsm_mesh.geometries.spacings",
+    "PowerLaw": "bsm_mesh.geometries.spacings",
     "Opening": "bsm_mesh.geometries.rock_mass",
     "Region": "bsm_mesh.geometries.rock_mass",
     "RockMass": "bsm_mesh.geometries.rock_mass",
