@@ -16,6 +16,7 @@ from bsm_mesh.geometries.reading import refuse_special
 
 STRAIGHT = ("LINE", "LWPOLYLINE", "POLYLINE")
 CURVES = ("ARC", "CIRCLE", "ELLIPSE", "SPLINE", "HELIX")  # and polylines with bulges
+ARC_PARTS = 8  # cubic curves a quarter of an arc at least: within 1e-9 of its radius
 SAMPLED = 1e-3  # of the drawing's size: how far a chord may be off its curve where no tolerance is given
 
 
@@ -67,7 +68,7 @@ def _lines(drawing: Any, tolerance: float | None) -> tuple[dict[str, list[FloatA
         ):
             left_out[kind] += 1
             continue
-        path = make_path(entity)
+        path = make_path(entity, segments=ARC_PARTS)
         for part in path.sub_paths():
             if len(part):
                 paths.append((layer, part))

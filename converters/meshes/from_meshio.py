@@ -82,7 +82,7 @@ def _reason(path: Path, said: str, problem: BaseException) -> str:
     if path.suffix == ".geo":
         return "a script of Gmsh, no mesh; make one: gmsh -2 -format msh41 " + path.name
     if "Could not deduce file format" in str(problem):
-        known = ", ".join(sorted({*load_meshio().extension_to_filetypes, ".vtp"}))
+        known = ", ".join(sorted({*load_meshio().extension_to_filetypes, ".vtp", ".unv"}))
         return f"no mesh format has the ending '{path.suffix}' (known: {known}); save the mesh as .msh or .vtu"
     if isinstance(problem, UnicodeDecodeError):
         problem = ValueError("it holds bytes that are no text")

@@ -215,6 +215,19 @@ def test_other_formats_of_meshio(tmp_path: Path, ending: str) -> None:
     assert blocks.nodes.max() + 1 == 5
 
 
+def test_universal_files_are_read_by_gmsh(model: Any, tmp_path: Path) -> None:
+    """Groups of elements keep their names; what is no such file is told."""
+    gmsh.option.setNumber("Mesh.SaveGroupsOfElements", 1)
+    gmsh.write(str(tmp_path / "a.unv"))
+    expected, _ = read_mesh(write(tmp_path / "a.msh", 4.1))
+    found, _ = read_mesh(tmp_path / "a.unv")
+    assert (found.count, found.rock_names) == (expected.count, expected.rock_names)
+    assert found.boundaries.keys() == expected.boundaries.keys()
+    (tmp_path / "b.unv").write_text("hello")
+    with pytest.raises(ModelError, match=r"b\.unv: Gmsh finds no plane mesh in it"):
+        read_mesh(tmp_path / "b.unv")
+
+
 def test_families_of_med_are_groups() -> None:
     mesh = meshio.Mesh(POINTS, [CELLS[2], CELLS[3]], cell_data={"cell_tags": [np.array([-1]), np.array([-2])]})
     mesh.cell_tags = {-1: ["rock:a", "excavation:1"], -2: ["rock:b"]}
