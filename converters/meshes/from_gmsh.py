@@ -38,7 +38,9 @@ def read_by_gmsh(path: Path) -> MeshCells:
             gmsh.write(str(folder / "mesh.msh"))
             cells = read_msh41(folder / "mesh.msh")
     except ModelError:
-        raise ModelError(f"{path}: Gmsh finds no plane mesh in it; it is damaged, or not what its ending says") from None
+        raise ModelError(
+            f"{path}: Gmsh finds no plane mesh in it; it is damaged, or not what its ending says"
+        ) from None
     except Exception as error:  # Gmsh raises nothing more special
         raise ModelError(f"{path}: Gmsh cannot read it ({error}); it is damaged, or holds no mesh") from None
     finally:
