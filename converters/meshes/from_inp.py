@@ -56,7 +56,7 @@ def read_inp(path: Path) -> MeshCells:
         first = sum(len(body.points) for body in bodies)
         bodies.append(_Body.of(parts[part], assembly, shift, first, path))
     if not bodies:
-        raise ModelError(f"{path}: has no *NODE block; it is no mesh, or cut off")
+        raise ModelError(f"{path}: no *NODE block: cannot read it as Abaqus input; it is damaged, or cut off")
     named = {kind: dict.fromkeys(n for part in parts.values() for n in part.sets[kind]) for kind in ("node", "element")}
     surfaces = dict.fromkeys(name for part in parts.values() for name in part.sides)
     return gather_cells(
