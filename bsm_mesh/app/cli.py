@@ -168,6 +168,23 @@ def run(
 
 @cli.command()
 @model_argument
+@click.option("--to", "program", required=True, type=click.Choice(["abaqus", "compas_dem", "lmgc90", "udec"]))
+@click.option("-o", "--output", type=PATH, help="The file to write; by default NAME_PROGRAM in the current folder.")
+@json_option
+@no_scripts_option
+def export(model: Path, program: str, output: Path | None, as_json: bool, no_scripts: bool) -> None:
+    """Write MODEL for another program, and list what that cannot be told.
+
+    Abaqus input (blocks of elements, joints as cohesive elements); Python scripts that run it in compas_dem or LMGC90;
+    a data file of UDEC.
+    """
+    from bsm_mesh.app.exporting import export_model
+
+    export_model(model, program, output, as_json=as_json, scripts=not no_scripts)
+
+
+@cli.command()
+@model_argument
 @click.option("-o", "--output", type=PATH, help="Folder for the VTU files; the model's by default.")
 @click.option(
     "--order",

@@ -156,7 +156,7 @@ def gather_cells(
     surface[element_cell] = True
     pieces = np.concatenate([np.empty((0, 2), np.int64), *(data[k][1][:, :2] for k in lines)])
     groups = [_group(name, _members(members, kept, start), position, surface) for name, members in sets.items()]
-    added = set_pieces(corners, offsets, node_sets or {}, sides or {})
+    added = set_pieces(array, corners, offsets, node_sets or {}, sides or {})
     return MeshCells(
         source=source,
         points=array,

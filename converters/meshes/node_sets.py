@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import next_corner
 
@@ -35,6 +35,11 @@ class Sides:
         )
         return cls(ends=ends.reshape(-1, 2), at_rim=uses == 1)
 
+    def longer_than_zero(self, points: FloatArray) -> Sides:
+        """Return the sides without those of no length, as interface elements of no thickness have them."""
+        long = np.any(points[self.ends[:, 0]] != points[self.ends[:, 1]], axis=1)
+        return Sides(ends=self.ends[long], at_rim=self.at_rim[long])
+
     def between(self, nodes: LongArray) -> LongArray:
         """Return the sides between two of the nodes: those at the rim if there are any, else those inside."""
         both: BoolArray = np.isin(self.ends[:, 0], nodes) & np.isin(self.ends[:, 1], nodes)
@@ -57,13 +62,17 @@ def _rows_in(rows: LongArray, wanted: LongArray) -> BoolArray:
 
 
 def set_pieces(
-    corners: LongArray, offsets: IntArray, node_sets: Mapping[str, LongArray], sides: Mapping[str, LongArray]
+    points: FloatArray,
+    corners: LongArray,
+    offsets: IntArray,
+    node_sets: Mapping[str, LongArray],
+    sides: Mapping[str, LongArray],
 ) -> dict[str, LongArray]:
     """Return the ends of the line elements that stand for node sets and surfaces; none for those without a side.
 
     Parameters
     ----------
-    corners, offsets : array
+    points, corners, offsets : array
         As in `MeshCells`.
     node_sets : mapping of str to (k,) int64
         Nodes of each set.
@@ -72,7 +81,7 @@ def set_pieces(
     """
     if not node_sets and not sides:
         return {}
-    every = Sides.of(corners, offsets)
+    every = Sides.of(corners, offsets).longer_than_zero(points)
     found = {name: every.between(nodes) for name, nodes in node_sets.items()}
     for name, ends in sides.items():
         found[name] = np.concatenate([found.get(name, np.empty((0, 2), np.int64)), every.among(ends)])
