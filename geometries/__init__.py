@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
     from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
     from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.gmsh_joints import find_curves, fragment_by_joints
     from bsm_mesh.geometries.joint_sets import Fault, JointSet, bedding
     from bsm_mesh.geometries.orientations import (
         apparent_dip,
@@ -75,6 +76,8 @@ __all__ = [
     "dam",
     "draw_stereonet",
     "find_case",
+    "find_curves",
+    "fragment_by_joints",
     "gmsh_session",
     "horseshoe",
     "joint_set_in_section",
@@ -108,6 +111,8 @@ _HOME = {
     "band": "bsm_mesh.geometries.shapes",
     "circle": "bsm_mesh.geometries.shapes",
     "dam": "bsm_mesh.geometries.shapes",
+    "find_curves": "bsm_mesh.geometries.gmsh_joints",
+    "fragment_by_joints": "bsm_mesh.geometries.gmsh_joints",
     "horseshoe": "bsm_mesh.geometries.shapes",
     "rectangle": "bsm_mesh.geometries.shapes",
     "slope": "bsm_mesh.geometries.shapes",

@@ -20,6 +20,7 @@ from bsm_mesh.files import write_text
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed
 
+OF_THEIR_PACKAGES = ("compas", "compas_dem", "compas_cra", "compas_lmgc90")
 UNLIMITED = 10.0  # coefficient of friction where a model gives none: no slip short of 84 degrees
 
 
@@ -33,6 +34,8 @@ def write_script(model: Model, path: Path, script: str, *, loads: bool = True) -
     """
     if path.suffix != ".py":
         raise ModelError(f"{path}: a Python script is written; give a name that ends in .py")
+    if path.stem in OF_THEIR_PACKAGES:
+        raise ModelError(f"{path}: a script of that name would stand for the package of that name; give another one")
     _refuse_concave(model)
     remarks = left_out(model, ("laws",))
     blocks = model.blocks
