@@ -8,7 +8,7 @@ from pathlib import Path
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.converters.meshes.from_msh import read_msh41
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import scratch_folder
+from bsm_mesh.files import scratch_folder, whole_file
 
 SUFFIXES = (".unv",)
 LIBRARY = ("gmsh",)
@@ -35,7 +35,8 @@ def read_by_gmsh(path: Path) -> MeshCells:
         gmsh.option.setNumber("Mesh.SaveAll", 1)
         gmsh.merge(str(path))
         with scratch_folder() as folder:
-            gmsh.write(str(folder / "mesh.msh"))
+            with whole_file(folder / "mesh.msh") as draft:
+                gmsh.write(str(draft))
             cells = read_msh41(folder / "mesh.msh")
     except ModelError:
         raise ModelError(

@@ -41,7 +41,7 @@ def test_the_blocks_are_those_of_our_cutter(tmp_path: Path) -> None:
     blocks, _ = read_mesh(tmp_path / "a.msh", blocks="regions")
     cut = cut_blocks(RockMass(regions=[Region(outline=rectangle(-6, -5, 6, 5), rock="gneiss")], joints=SETS))
     assert blocks.count == cut.count == len(pieces)
-    np.testing.assert_allclose(np.sort(blocks.moments.area), np.sort(areas(cut)), atol=1e-6)  # as OpenCASCADE crosses lines
+    np.testing.assert_allclose(np.sort(blocks.moments.area), np.sort(areas(cut)), atol=1e-6)
     edges = blocks.boundaries["bottom"]
     assert np.hypot(*blocks.edge_vectors[edges].T).sum() == pytest.approx(12)
 
