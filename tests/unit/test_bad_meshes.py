@@ -79,7 +79,7 @@ def test_junk_with_the_ending_of_a_mesh(case: Case, ending: str) -> None:
 )
 def test_mesh_files_that_are_none(case: Case, name: str, words: list[str]) -> None:
     os.symlink("loop.msh", case.folder / "loop.msh")
-    for ending in ("unv", "geo", "py"):
+    for ending in ("xyz", "geo", "py"):
         case.write(f"mesh.{ending}", "nothing")
     case.change("mesh.msh", name)
     case.refuses("run", "model.toml", says=words)
