@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import (
     FallsTable,
     HistoryTable,
@@ -18,7 +19,6 @@ from bsm_mesh.app.model_tables import (
     SolverTable,
     StageTable,
     SupportTable,
-    Table,
     WaterTable,
 )
 from bsm_mesh.errors import ModelError, placed, raise_faults
