@@ -244,6 +244,31 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
     analyse_limit(model, output, as_json=as_json, scripts=not no_scripts, **asked)
 
 
+@cli.command("joint-test")
+@model_argument
+@click.option("--joint", required=True, metavar="NAME", help="The joint to test.")
+@click.option("--normal-stress", multiple=True, metavar="STRESS", help='Constant, such as "1 MPa"; repeatable.')
+@click.option("--displacement", default="10 mm", show_default=True, help="Greatest shear displacement, or opening.")
+@click.option(
+    "--cycles", type=int, default=0, show_default=True, help="Shear cycles to both sides; 0: to one side once."
+)
+@click.option("--bolt", metavar="NAME", help="A bolt to be pulled out and sheared across the joint.")
+@click.option("--inclination", type=float, default=0.0, help="Of the bolt to the joint's normal [degrees].")
+@click.option("--laboratory", multiple=True, type=PATH, help="CSV file of a measured curve to lay over; repeatable.")
+@click.option("-o", "--output", type=PATH, help="Folder for tables and pictures; the model's by default.")
+@json_option
+@no_scripts_option
+def joint_test(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
+    """Test a joint of MODEL as a laboratory does.
+
+    Direct shear under constant normal stresses, once or to and fro; closure and unloading; a bolt pulled out and
+    sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
+    """
+    from bsm_mesh.app.joint_test import run_joint_test
+
+    run_joint_test(model, output, as_json=as_json, scripts=not no_scripts, **asked)
+
+
 @cli.command()
 def schema() -> None:
     """Print the JSON Schema of the model file."""

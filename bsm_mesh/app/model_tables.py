@@ -54,6 +54,9 @@ class RockTable(Table):
     residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
         default=None, description="with it, or with residual_friction, faces fall to both at their first slip"
     )
+    softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
+        default=None, description="slip over which strength falls to the residual values"
+    )
 
 
 class FillingTable(Table):
@@ -75,7 +78,7 @@ class JointTable(Table):
     normal_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     shear_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     filling: FillingTable | None = None
-    law: Literal["patton", "mohr_coulomb"] | None = Field(
+    law: Literal["patton", "mohr_coulomb", "barton_bandis", "ladanyi_archambault"] | None = Field(
         default=None, description="patton where friction is given without it"
     )
     friction: Annotated[float, In(q.FRICTION)] | None = None
@@ -85,7 +88,26 @@ class JointTable(Table):
     residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
         default=None, description="mohr_coulomb: with it, or with residual_friction, joints fall to both at first slip"
     )
+    softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
+        default=None, description="mohr_coulomb: slip over which strength falls to the residual values"
+    )
+    jrc: Annotated[float, In(q.JRC)] | None = Field(
+        default=None, description="barton_bandis: joint roughness coefficient of a sample 0.1 m long"
+    )
+    jcs: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
+        default=None, description="joint wall compressive strength; barton_bandis: of such a sample"
+    )
+    joint_length: Annotated[float, In(q.JOINT_LENGTH)] | None = Field(
+        default=None, description="barton_bandis: length of the joint, or of the blocks along it; default: 0.1 m"
+    )
+    roughness_wears: bool | None = Field(
+        default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
+    )
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
+    max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(
+        default=None,
+        description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",
+    )
 
 
 class SupportTable(Table):
