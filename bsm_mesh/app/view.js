@@ -1,0 +1,301 @@
+// Shows a state of the results. Bokeh calls this for every change of a widget, every click and every size of the plot.
+//
+// Given by view_page.py: `data` (numbers), `parts` (what is drawn of each kind), `memory` (a Map that stays between
+// calls), `plot`, `down`, `chosen` (marks), the widgets `frame`, `stage`, `factor`, `shown`, `told`, and `falls_source`.
+// Dictionaries of Python are Maps here, arrays are typed arrays.
+"use strict"
+
+const frames = data.get("frames")
+const state = frames[Math.round(frame.value)]
+const [x0, y0] = data.get("middle")
+const times = Number(factor.value)
+const LINES = ["joints", "bolts", "water"].filter((kind) => parts.has(kind))
+const CLICKED = ["bolts", "joints", "blocks"].filter((kind) => parts.has(kind)) // what lies above comes first
+const MARGIN = 1.06 // of the model, round it
+const NEAR = 12 // sizes of a block that are seen when it is looked for
+const PREFIXES = [[1e9, 1e9, "G"], [1e6, 1e6, "M"], [1e3, 1e3, "k"], [1, 1, ""], [1e-6, 1e-3, "m"], [0, 1e-6, "u"]]
+
+// ------------------------------------------------------------------------------------------------------- texts
+
+function escaped(text) {
+  return String(text).replace(/[&<>"']/g, (c) => `&#${c.charCodeAt(0)};`)
+}
+
+function prefix(value, unit) {
+  const [, by, letter] = unit === "" || value === 0 ? [1, 1, ""] : PREFIXES.find(([least]) => Math.abs(value) >= least)
+  return [by, `${letter}${unit}`]
+}
+
+function engineering(value, unit) {
+  const [by, prefixed] = prefix(value, unit)
+  return `${Number((value / by).toPrecision(4))} ${prefixed}`.trim()
+}
+
+function value_text(kind, name, value) {
+  const names = data.get("names").get(kind)?.get(name)
+  return names === undefined ? engineering(value, data.get("units").get(kind).get(name)) : names[value]
+}
+
+// ------------------------------------------------------------------------------------------------------ colours
+
+// The scale of colours of an array is one for all states. Blocks that come down are kept out of it, outliers too.
+function scale_of(kind, name) {
+  const key = `${kind} ${name}`
+  if (!memory.has(key)) {
+    memory.set(key, name === "none" ? plain(kind) : data.get("names").get(kind)?.has(name) ? named(kind, name) : ranged(kind, name))
+  }
+  return memory.get(key)
+}
+
+function plain(kind) {
+  return {palette: [kind === "blocks" ? data.get("paper") : "#333333"], low: 0, high: 1, by: 1, title: "", names: []}
+}
+
+function named(kind, name) {
+  const names = data.get("names").get(kind).get(name)
+  const colours = data.get(name === "status" ? "states" : "colours")
+  const palette = names.map((_, k) => (name === "unstable" ? ["#efeae0", "#d9776b"][k] : colours[k % colours.length]))
+  return {palette, low: -0.5, high: names.length - 0.5, by: 1, title: name, names}
+}
+
+function ranged(kind, name) {
+  const all = []
+  for (const one of frames) {
+    const values = one.get(kind)?.get("arrays").get(name) ?? []
+    const out = new Set(kind === "blocks" ? one.get("unstable") : [])
+    values.forEach((value, k) => { if (Number.isFinite(value) && !out.has(k)) { all.push(value) } })
+  }
+  const sorted = Float64Array.from(all).sort()
+  const at = (part) => (sorted.length ? sorted[Math.round(part * (sorted.length - 1))] : 0)
+  let [low, high] = [at(0), at(1)]
+  let title = name
+  if (high - low > 2 * (at(0.99) - at(0.01)) && at(0.99) > at(0.01)) {
+    [low, high] = [at(0.01), at(0.99)]
+    title += " (1st to 99th percentile)"
+  }
+  const [by, unit] = prefix(Math.max(Math.abs(low), Math.abs(high)), data.get("units").get(kind).get(name))
+  const least = Math.max(Math.abs(low) * 1e-6, 1e-300)
+  const palette = data.get("palettes").get(kind)
+  return {palette, low: low / by, high: Math.max(high, low + least) / by, by, title: unit ? `${title}, ${unit}` : title, names: []}
+}
+
+function colours_of(kind, count) {
+  const part = parts.get(kind)
+  const name = part.get("by").value
+  const scale = scale_of(kind, name)
+  if (part.get("painted") !== name) {
+    const [numbers, fixed] = part.get("tickers")
+    const bar = part.get("bar")
+    fixed.ticks = scale.names.map((_, k) => k)
+    part.get("mapper").setv({palette: scale.palette, low: scale.low, high: scale.high})
+    bar.setv({
+      title: scale.title,
+      ticker: scale.names.length ? fixed : numbers,
+      major_label_overrides: new Map(scale.names.map((text, k) => [k, text])),
+    })
+    part.set("painted", name)
+  }
+  const values = state.get(kind)?.get("arrays").get(name)
+  return Float64Array.from({length: count}, (_, k) => (values === undefined ? 0 : values[k] / scale.by))
+}
+
+// ------------------------------------------------------------------------------------------------------- shapes
+
+// Corners of a block where it is, its movement from where it was given taken `times`; nothing where it is not there.
+function outline(block, motion) {
+  const [first, last] = [data.get("offsets")[block], data.get("offsets")[block + 1]]
+  const [u, v, turn] = motion.map((values) => values[block])
+  if (!Number.isFinite(u)) { return [new Float64Array(0), new Float64Array(0)] }
+  const [versed, sine] = [-2 * Math.sin(turn / 2) ** 2, Math.sin(turn)]
+  const [cx, cy] = [data.get("centroid_x")[block], data.get("centroid_y")[block]]
+  const [xs, ys] = [new Float64Array(last - first), new Float64Array(last - first)]
+  for (let k = first; k < last; k++) {
+    const [x, y] = [data.get("x")[k], data.get("y")[k]]
+    const [dx, dy] = [x - cx, y - cy]
+    xs[k - first] = x0 + x + times * (u + versed * dx - sine * dy)
+    ys[k - first] = y0 + y + times * (v + sine * dx + versed * dy)
+  }
+  return [xs, ys]
+}
+
+function motion_of(one) {
+  return ["displacement x", "displacement y", "rotation"].map((name) => one.get("blocks").get("arrays").get(name))
+}
+
+function draw_blocks() {
+  const count = data.get("area").length
+  const motion = motion_of(state)
+  const [xs, ys] = [new Array(count), new Array(count)]
+  for (let block = 0; block < count; block++) { [xs[block], ys[block]] = outline(block, motion) }
+  parts.get("blocks").get("source").data = {xs, ys, shown: colours_of("blocks", count)}
+}
+
+function line(kind, k) {
+  const [ends, moved] = [state.get(kind).get("ends"), state.get(kind).get("moved")]
+  return [0, 1, 2, 3].map((c) => (c % 2 ? y0 : x0) + ends[4 * k + c] + times * moved[4 * k + c])
+}
+
+function draw_lines(kind) {
+  const count = state.has(kind) ? state.get(kind).get("ends").length / 4 : 0
+  const columns = [0, 1, 2, 3].map(() => new Float64Array(count))
+  for (let k = 0; k < count; k++) { line(kind, k).forEach((value, c) => { columns[c][k] = value }) }
+  const [a, b, c, d] = columns
+  const lines = {x0: a, y0: b, x1: c, y1: d}
+  if (kind !== "water") { lines.shown = colours_of(kind, count) }
+  parts.get(kind).get("source").data = lines
+}
+
+function draw_marks() {
+  const found = Array.from(state.get("unstable"))
+  const shapes = found.map((block) => outline(block, motion_of(state)))
+  const middle = (values) => values.reduce((sum, value) => sum + value, 0) / values.length
+  down.data = {
+    xs: shapes.map(([xs]) => xs),
+    ys: shapes.map(([, ys]) => ys),
+    x: shapes.map(([xs]) => middle(xs)),
+    y: shapes.map(([, ys]) => middle(ys)),
+    text: found.map(String),
+  }
+  const one = memory.get("chosen")
+  let ends = []
+  if (one?.kind === "blocks") {
+    const [xs, ys] = outline(one.index, motion_of(state))
+    ends = xs.length ? [[[...xs, xs[0]], [...ys, ys[0]]]] : []
+  } else if (one !== undefined && one.index >= 0) {
+    const [a, b, c, d] = line(one.kind, one.index)
+    ends = [[[a, c], [b, d]]]
+  }
+  chosen.data = {xs: ends.map(([xs]) => xs), ys: ends.map(([, ys]) => ys)}
+}
+
+// ------------------------------------------------------------------------------------------------ what is chosen
+
+function choose(kind, index) {
+  if (kind === undefined) { memory.delete("chosen"); return }
+  const one = {kind, index}
+  if (kind === "joints") {
+    const layer = state.get(kind)
+    one.blocks = [layer.get("which")[2 * index], layer.get("which")[2 * index + 1]]
+    one.ends = layer.get("ends").slice(4 * index, 4 * index + 4)
+  }
+  memory.set("chosen", one)
+}
+
+// The face of the same blocks that is nearest, where a state has other faces; none: -1.
+function find_again() {
+  const one = memory.get("chosen")
+  if (one === undefined || one.kind === "blocks") { return }
+  if (one.kind === "bolts") { one.index = state.has("bolts") ? Math.abs(one.index) : -Math.abs(one.index); return }
+  const [which, ends] = [state.get("joints").get("which"), state.get("joints").get("ends")]
+  const [a, b] = one.blocks
+  let nearest = Infinity
+  one.index = -1
+  for (let k = 0; 2 * k < which.length; k++) {
+    const [c, d] = [which[2 * k], which[2 * k + 1]]
+    if (!((a === c && b === d) || (a === d && b === c))) { continue }
+    const there = [0, 1].map((i) => ends[4 * k + i] + ends[4 * k + 2 + i] - one.ends[i] - one.ends[2 + i])
+    if (Math.hypot(...there) < nearest) { [nearest, one.index] = [Math.hypot(...there), k] }
+  }
+}
+
+function tell() {
+  const one = memory.get("chosen")
+  if (one === undefined) { told.text = "<i>Nothing is chosen.</i>"; return }
+  const {kind, index} = one
+  const rows = []
+  let name = ""
+  if (kind === "blocks") {
+    name = `Block ${index}, ${data.get("rock_names")[data.get("rock")[index]]}`
+    const [x, y] = [data.get("centroid_x")[index] + x0, data.get("centroid_y")[index] + y0]
+    rows.push(["area", engineering(data.get("area")[index], "m2")], ["given at", `(${x.toFixed(3)}, ${y.toFixed(3)}) m`])
+  } else if (kind === "joints") {
+    name = `Joint between blocks ${one.blocks[0]} and ${one.blocks[1]}`
+  } else if (index >= 0 && state.has("bolts")) {
+    name = `Bolt ${data.get("bolt_names")[state.get("bolts").get("which")[2 * index]]}`
+  }
+  const arrays = index < 0 ? undefined : state.get(kind)?.get("arrays")
+  const there = arrays !== undefined && (kind !== "blocks" || Number.isFinite(motion_of(state)[0][index]))
+  if (there) { for (const [array, values] of arrays) { rows.push([array, value_text(kind, array, values[index])]) } }
+  const table = rows.map((cells) => `<tr>${cells.map((cell) => `<td>${escaped(cell)}</td>`).join("")}</tr>`).join("")
+  told.text = `<b>${escaped(name || "Bolt")}</b>${there ? "" : " is not there in this state"}<table>${table}</table>`
+}
+
+// -------------------------------------------------------------------------------------------------- what is seen
+
+function see(x, y, metres) {
+  const [width, height] = [plot.inner_width, plot.inner_height].map((pixels) => (pixels * metres) / 2)
+  plot.x_range.setv({start: x - width, end: x + width})
+  plot.y_range.setv({start: y - height, end: y + height})
+}
+
+// A metre is as long along y as along x. The whole model is seen at first, and by Reset.
+function fit() {
+  const [width, height] = [plot.inner_width, plot.inner_height]
+  if (!(width > 0 && height > 0)) { return }
+  const extent = (values) => values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity])
+  const [[left, right], [bottom, top]] = [extent(data.get("x")), extent(data.get("y"))]
+  const whole = MARGIN * Math.max((right - left) / width, (top - bottom) / height)
+  const ranges = [[plot.x_range, x0 + (left + right) / 2, width], [plot.y_range, y0 + (bottom + top) / 2, height]]
+  for (const [range, at, pixels] of ranges) {
+    range.setv({reset_start: at - (whole * pixels) / 2, reset_end: at + (whole * pixels) / 2})
+  }
+  if (!memory.has("seen")) {
+    memory.set("seen", true)
+    see(x0 + (left + right) / 2, y0 + (bottom + top) / 2, whole)
+  } else {
+    const {x_range: x, y_range: y} = plot
+    see((x.start + x.end) / 2, (y.start + y.end) / 2, memory.get("metres") ?? whole)
+  }
+  memory.set("metres", (plot.x_range.end - plot.x_range.start) / width)
+}
+
+function go_to_fallen() {
+  const row = falls_source.selected.indices[0]
+  if (row === undefined) { return }
+  const block = falls_source.data.block[row]
+  const [x] = motion_of(state)
+  if (!Number.isFinite(x[block])) {
+    const last = frames.findLastIndex((one) => Number.isFinite(motion_of(one)[0][block]))
+    if (last >= 0) { frame.value = last }
+  }
+  choose("blocks", block)
+  const [xs, ys] = outline(block, motion_of(frames[Math.round(frame.value)]))
+  const near = (NEAR * Math.sqrt(data.get("area")[block])) / Math.min(plot.inner_width, plot.inner_height)
+  if (xs.length) { see(xs[0], ys[0], near) }
+}
+
+function draw() {
+  find_again()
+  draw_blocks()
+  LINES.forEach(draw_lines)
+  draw_marks()
+  tell()
+  const seen = shown.active.map((k) => shown.labels[k])
+  for (const [kind, part] of parts) {
+    part.get("glyphs").visible = seen.includes(kind)
+    if (part.has("bar")) { part.get("bar").visible = seen.includes(kind) && part.get("by").value !== "none" && state.has(kind) }
+  }
+  plot.title.text = `${state.get("label")}; ${times === 1 ? "true to scale" : `movements ${times} times`}`
+  const here = String(Math.round(frame.value))
+  stage.value = stage.options.some(([value]) => value === here) ? here : ""
+}
+
+if (cb_obj === stage) {
+  if (stage.value !== "") { frame.value = Number(stage.value) } // which calls this again
+} else if (cb_obj === plot) {
+  fit()
+} else if (cb_obj === falls_source.selected) {
+  go_to_fallen()
+  draw_marks()
+  tell()
+} else if (cb_obj.event_name === "tap") {
+  setTimeout(() => { // Bokeh selects first
+    const kind = CLICKED.find((one) => parts.get(one).get("source").selected.indices.length > 0)
+    choose(kind, kind && parts.get(kind).get("source").selected.indices[0])
+    draw_marks()
+    tell()
+  })
+} else {
+  fit()
+  draw()
+}

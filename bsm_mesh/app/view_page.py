@@ -1,0 +1,280 @@
+"""The page of ``bsm-mesh view``: a Bokeh document with the results in it, and a script that shows them."""
+
+from __future__ import annotations
+
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.app.exaggeration import exaggeration, factors_up_to, round_factor
+from bsm_mesh.app.view_data import FALL_COLUMNS, MOTION, Layer, ViewData
+from bsm_mesh.errors import ModelError
+
+SCRIPT = "view.js"
+KINDS = ("blocks", "joints", "bolts", "water")
+COLOURED = KINDS[:3]
+SCRIPTED = ("frame", "stage", "factor", "shown", "told")  # widgets that the script looks at or writes to
+PLAIN = "none"  # what is chosen where blocks have no colour
+FARTHEST = 0.5  # of the model's size: the greatest movement with the largest factor that can be chosen
+MOST_OUTLINED = 20_000  # blocks; more and their outlines hide the colours
+COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#F0E442", "#999999")  # Okabe and Ito's
+STATES = ("#5b5b5b", "#E69F00", "#CC79A7", "#D55E00", "#ffffff")  # sticking or slack, slipping or elastic, ...
+PAPER = "#efeae0"
+SIDE = 330  # pixels
+UNITS = {"area": "m2", "weight": "N/m", "x": "m", "y": "m", "moved": "m"}
+HOW_TO = (
+    "Drag to move, turn the wheel to zoom; a click on a block, joint or bolt tells its numbers. "
+    "Forces are per metre of thickness, those of bolts for one bolt; stresses are positive in tension."
+)
+
+
+def page_of(data: ViewData, heading: str) -> str:
+    """Return the page as HTML that needs no other file.
+
+    Parameters
+    ----------
+    data : ViewData
+        What it shows.
+    heading : str
+        Title of the model and verdict.
+
+    Raises
+    ------
+    ModelError
+        If Bokeh is not there.
+    """
+    try:
+        from bokeh.embed import file_html
+        from bokeh.resources import INLINE
+    except ImportError:
+        raise ModelError("view needs Bokeh: pip install 'bsm-mesh[view]'") from None
+    return str(file_html(_document(data, heading), INLINE, title=heading))
+
+
+def _document(data: ViewData, heading: str) -> Any:
+    from bokeh.document import Document
+    from bokeh.layouts import column, row
+    from bokeh.models import CustomJS
+
+    kinds = [kind for kind in KINDS if any(kind in state.layers for state in data.states)]
+    plot, parts, marks = _plot(kinds, data)
+    side = _side(kinds, data, heading)
+    for kind in parts:
+        if kind in COLOURED:
+            parts[kind]["by"] = side[f"{kind}_by"]
+    script = resources.files("bsm_mesh.app").joinpath(SCRIPT).read_text(encoding="utf-8")
+    given = {**marks, **{name: side[name] for name in SCRIPTED}, "plot": plot, "parts": parts, "memory": {}}
+    update = CustomJS(args={**given, "falls_source": side["falls"].source, "data": _content(data)}, code=script)
+    for name in ("frame", "stage", "factor", *(f"{kind}_by" for kind in kinds if kind in COLOURED)):
+        side[name].js_on_change("value", update)
+    side["shown"].js_on_change("active", update)
+    side["falls"].source.selected.js_on_change("indices", update)
+    for name in ("inner_width", "inner_height"):
+        plot.js_on_change(name, update)
+    plot.js_on_event("tap", update)
+    document = Document(title=heading)
+    styles = {"overflow-y": "auto", "padding-left": "8px"}
+    widgets = column(*side.values(), width=SIDE, sizing_mode="stretch_height", styles=styles)
+    document.add_root(row(plot, widgets, sizing_mode="stretch_both", styles={"height": "97vh"}))
+    document.js_on_event("document_ready", update)
+    return document
+
+
+def _plot(kinds: list[str], data: ViewData) -> tuple[Any, dict[str, dict[str, Any]], dict[str, Any]]:
+    """Return the plot, what is drawn of each kind, and the marks."""
+    from bokeh.models import BoxZoomTool, PanTool, Range1d, ResetTool, SaveTool, TapTool, WheelZoomTool
+    from bokeh.plotting import figure
+
+    tap, wheel = TapTool(), WheelZoomTool()
+    plot = figure(
+        sizing_mode="stretch_both",
+        tools=[PanTool(), wheel, BoxZoomTool(match_aspect=True), tap, ResetTool(), SaveTool()],
+        active_scroll=wheel,
+        x_range=Range1d(0, 1),
+        y_range=Range1d(0, 1),
+        x_axis_label="x, m",
+        y_axis_label="y, m",
+        lod_threshold=None,  # blocks that vanish while one looks at them would be taken for fallen
+        name="plot",
+    )
+    plot.grid.visible = False
+    parts = {kind: _layer(plot, kind, data) if kind in COLOURED else _water(plot) for kind in kinds}
+    tap.renderers = [parts[kind]["glyphs"] for kind in kinds if kind in COLOURED]
+    return plot, parts, _marks(plot)
+
+
+def _layer(plot: Any, kind: str, data: ViewData) -> dict[str, Any]:
+    """Add the blocks, joints or bolts with their scale of colours."""
+    from bokeh.models import BasicTicker, ColorBar, ColumnDataSource, FixedTicker, LinearColorMapper
+
+    mapper = LinearColorMapper(palette=["#000000"], low=0, high=1, nan_color="#00000000")
+    colour: Any = {"field": "shown", "transform": mapper}
+    if kind == "blocks":
+        source = ColumnDataSource(data={"xs": [], "ys": [], "shown": []})
+        width = 0.6 if data.blocks.count <= MOST_OUTLINED else 0.0
+        glyphs = plot.patches("xs", "ys", source=source, fill_color=colour, line_color="#4a4a4a", line_width=width)
+    else:
+        source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": [], "shown": []})
+        width = 2.5 if kind == "joints" else 6.0
+        glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color=colour, line_width=width)
+    glyphs.nonselection_glyph = glyphs.selection_glyph = None  # what is chosen is marked
+    glyphs.name = kind
+    bar = ColorBar(color_mapper=mapper, ticker=BasicTicker(), width=14, title_text_font_style="normal")
+    plot.add_layout(bar, "right")
+    tickers = [BasicTicker(), FixedTicker(ticks=[])]
+    return {"source": source, "glyphs": glyphs, "mapper": mapper, "bar": bar, "tickers": tickers}
+
+
+def _water(plot: Any) -> dict[str, Any]:
+    from bokeh.models import ColumnDataSource
+
+    source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": []})
+    glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color="#1f6fd0", line_width=3)
+    return {"source": source, "glyphs": glyphs}
+
+
+def _marks(plot: Any) -> dict[str, Any]:
+    """Add the outlines of blocks that come down with their numbers, and that of what is chosen."""
+    from bokeh.models import ColumnDataSource
+
+    down = ColumnDataSource(data={"xs": [], "ys": [], "x": [], "y": [], "text": []})
+    plot.patches("xs", "ys", source=down, fill_alpha=0, line_color="#c62828", line_width=2.5)
+    plot.text("x", "y", "text", source=down, text_color="#c62828", text_align="center", text_baseline="middle")
+    chosen = ColumnDataSource(data={"xs": [], "ys": []})
+    plot.multi_line("xs", "ys", source=chosen, line_color="#ff00c8", line_width=4)
+    return {"down": down, "chosen": chosen}
+
+
+def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
+    """Return the widgets beside the plot by name, in their order."""
+    from bokeh.models import CategoricalSlider, CheckboxButtonGroup, Div, PreText, Select, Slider
+
+    states = data.states
+    ends = [(str(k), state.frame.label) for k, state in enumerate(states) if state.frame.is_end]
+    last = len(states) - 1
+    factors = _factors(data)
+    out = f"; {data.left_out} steps are left out" if data.left_out else ""
+    side: dict[str, Any] = {
+        "heading": PreText(
+            text=heading, styles={"font": "bold 14px sans-serif", "white-space": "normal"}, width=SIDE - 30
+        ),
+        "stage": Select(title="go to the end of", options=ends, value=ends[-1][0] if ends else "0", name="stage"),
+        "frame": Slider(
+            title="state",
+            start=0,
+            end=max(last, 1),
+            value=last,
+            step=1,
+            show_value=False,
+            visible=last > 0,
+            name="frame",
+        ),
+        "factor": CategoricalSlider(
+            title="movements times", categories=[f"{f:g}" for f in factors], value=f"{_usual(data):g}", name="factor"
+        ),
+        "shown": CheckboxButtonGroup(labels=kinds, active=list(range(len(kinds))), name="shown"),
+    }
+    for kind in (kind for kind in kinds if kind in COLOURED):
+        names = sorted({name for state in states if kind in state.layers for name in state.layers[kind].arrays})
+        usual = {"blocks": "displacement", "joints": "status", "bolts": "axial force"}[kind]
+        value = usual if usual in names else PLAIN
+        side[f"{kind}_by"] = Select(title=f"colour {kind} by", options=[PLAIN, *names], value=value, name=f"{kind}_by")
+    side["told"] = Div(text="", name="told", width=SIDE - 30)
+    side["falls"] = _list_of_falls(data)
+    side["note"] = Div(text=HOW_TO + out, width=SIDE - 30, styles={"color": "#555", "font-size": "12px"})
+    return side
+
+
+def _list_of_falls(data: ViewData) -> Any:
+    """Return the table of the blocks that come down; it is not there where none does."""
+    from bokeh.models import ColumnDataSource, DataTable, NumberFormatter, StringFormatter, TableColumn
+
+    columns = {name: [row[name] for row in data.falls] for name in FALL_COLUMNS}
+    source = ColumnDataSource(data=columns)
+    shown = []
+    for name in FALL_COLUMNS:
+        numbers = NumberFormatter(format="0.[000]" if UNITS.get(name) != "N/m" else "0") if name in UNITS else None
+        title = f"{name}, {UNITS[name]}" if name in UNITS else name
+        shown.append(TableColumn(field=name, title=title, formatter=numbers or StringFormatter(), width=60))
+    return DataTable(
+        source=source,
+        columns=shown,
+        height=180,
+        width=SIDE - 30,
+        index_position=None,
+        autosize_mode="fit_viewport",
+        visible=bool(data.falls),
+        name="falls",
+    )
+
+
+def _greatest(data: ViewData) -> float:
+    """Return the greatest movement at the ends of stages of blocks that do not come down [m]."""
+    found = [0.0]
+    for state in data.states:
+        arrays = state.layers["blocks"].arrays
+        size = np.hypot(arrays[MOTION[0]], arrays[MOTION[1]])
+        size[state.unstable] = 0.0
+        found.append(float(np.nanmax(size, initial=0.0)))
+    return max(found)
+
+
+def _size(data: ViewData) -> float:
+    return float(np.hypot(*np.ptp(data.blocks.vertices, axis=0)))
+
+
+def _usual(data: ViewData) -> float:
+    """Return the factor with which the page opens; true to scale where blocks come down."""
+    return 1.0 if data.falls else exaggeration(_greatest(data), _size(data))
+
+
+def _factors(data: ViewData) -> list[float]:
+    greatest = _greatest(data)
+    return factors_up_to(
+        max(round_factor(FARTHEST * _size(data) / greatest) if greatest > 0 else 1.0, _usual(data), 10.0)
+    )
+
+
+def _content(data: ViewData) -> dict[str, Any]:
+    """Return the numbers for the script; Bokeh writes arrays as they are, in base 64."""
+    from bokeh.palettes import Cividis256, Plasma256, Viridis256
+
+    blocks = data.blocks
+    corners, centroid = blocks.vertices - data.middle, blocks.moments.centroid - data.middle
+    return {
+        "x": corners[:, 0].astype(np.float32),
+        "y": corners[:, 1].astype(np.float32),
+        "centroid_x": centroid[:, 0].astype(np.float32),
+        "centroid_y": centroid[:, 1].astype(np.float32),
+        "offsets": blocks.offsets.astype(np.int32),
+        "area": blocks.moments.area.astype(np.float32),
+        "rock": blocks.rock.astype(np.int32),
+        "rock_names": list(blocks.rock_names),
+        "bolt_names": list(data.bolt_names),
+        "middle": data.middle.tolist(),
+        "units": data.units,
+        "names": {kind: {name: list(texts) for name, texts in found.items()} for kind, found in data.names.items()},
+        "palettes": {"blocks": list(Viridis256), "joints": list(Plasma256), "bolts": list(Cividis256)},
+        "colours": list(COLOURS),
+        "states": list(STATES),
+        "paper": PAPER,
+        "frames": [
+            {
+                "label": state.frame.label,
+                "stage": state.frame.stage,
+                "unstable": state.unstable,
+                **{kind: _numbers(layer) for kind, layer in state.layers.items()},
+            }
+            for state in data.states
+        ],
+    }
+
+
+def _numbers(layer: Layer) -> dict[str, Any]:
+    return {
+        "arrays": layer.arrays,
+        "ends": layer.ends.reshape(-1),
+        "moved": layer.moved.reshape(-1),
+        "which": layer.blocks.reshape(-1),
+    }
