@@ -194,7 +194,7 @@ def _steps_that_fit(saved: SavedResults, ends: list[State], steps: int) -> int:
     taken, largest = sum(map(_bytes, ends)), max(map(_bytes, ends), default=0)
     if taken > MOST_BYTES:
         raise ModelError(
-            f"{saved.folder}: {taken / 1e6:.0f} MB of numbers are more than a page can hold ({MOST_BYTES / 1e6:.0f} MB); "
+            f"{saved.folder}: {taken / 1e6:.0f} MB of numbers are more than the {MOST_BYTES / 1e6:.0f} MB of a page; "
             "look at them with ParaView: bsm-mesh paraview"
         )
     return min(steps, int((MOST_BYTES - taken) / largest)) if largest else steps

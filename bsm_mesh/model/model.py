@@ -145,6 +145,12 @@ class Model:
     def __hash__(self) -> int:
         return hash(self.digest)
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of it."""
+        from bsm_mesh.app.notebook import model_html
+
+        return model_html(self)
+
     @property
     def digest(self) -> str:
         """SHA-256 of the content: equal models have equal digests."""

@@ -355,6 +355,12 @@ class Results:
 
         return series_of(self.recorded, self.stages)
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of them."""
+        from bsm_mesh.app.notebook import results_html
+
+        return results_html(self)
+
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""
         from bsm_mesh.results.check import check_results
