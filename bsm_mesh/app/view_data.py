@@ -220,18 +220,21 @@ def _without_zeros(states: list[State]) -> list[State]:
 
 def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dict[str, Any]]:
     """Return what came down: what was taken away in a stage, and what comes down at its end."""
-    moments, rows = blocks.moments, []
+    rows = []
     for number, told in enumerate(saved.told["stages"]):
-        at_end = next((s for s in states if s.frame.is_end and s.frame.stage == number), None)
         for fall in told.get("falls", ()):
-            x, y = fall["place"]
-            rows.append({**{name: fall[name] for name in ("block", "area", "weight", "moved")}, "x": x, "y": y})
-            rows[-1] |= {"stage": told["name"], "why": fall["reason"]}
-        for block in told["unstable_blocks"]:
-            x, y = moments.centroid[block]
-            arrays = at_end.layers["blocks"].arrays if at_end is not None else {}
-            down = arrays["load y"][block] if "load y" in arrays else np.nan
-            moved = np.hypot(*(arrays[name][block] for name in MOTION[:2])) if arrays else np.nan
-            row = {"block": block, "area": moments.area[block], "weight": -down, "x": x, "y": y, "moved": moved}
-            rows.append({**row, "stage": told["name"], "why": "comes down"})
+            (x, y), taken = fall["place"], {name: fall[name] for name in ("block", "area", "weight", "moved")}
+            rows.append({**taken, "x": x, "y": y, "stage": told["name"], "why": fall["reason"]})
+        state = next(state for state in states if state.frame.is_end and state.frame.stage == number)
+        rows += [{**_fallen(blocks, state, block), "stage": told["name"]} for block in told["unstable_blocks"]]
     return [{name: row[name] for name in FALL_COLUMNS} for row in rows]
+
+
+def _fallen(blocks: Blocks, state: State, block: int) -> dict[str, Any]:
+    """Return what is told of a block that comes down at the end of a stage; loads that act on it are in its weight."""
+    arrays, nothing = state.layers["blocks"].arrays, np.zeros(blocks.count)
+    weight = float(arrays.get("water y", nothing)[block] - arrays.get("load y", nothing)[block])
+    x, y = blocks.moments.centroid[block].tolist()
+    moved = float(np.hypot(*(arrays[name][block] for name in MOTION[:2])))
+    area = float(blocks.moments.area[block])
+    return {"block": block, "area": area, "weight": weight, "x": x, "y": y, "moved": moved, "why": "comes down"}
