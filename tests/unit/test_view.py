@@ -1,4 +1,4 @@
-"""The page to explore: every array of the files in it, nothing outside needed. In a browser: tests/browser."""
+"""The page to explore: every array of the files in it, nothing outside needed. In a browser: tests/viewers."""
 
 from __future__ import annotations
 

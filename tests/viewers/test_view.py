@@ -13,10 +13,10 @@ import bsm_mesh as bsm
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.app.view import write_view
 from bsm_mesh.results import Results
-from tests.browser.chromium import Page, chromium, missing
 from tests.scenes.large import tilted_wall
 from tests.scenes.models import LINEAR
 from tests.scenes.openings import ROOF, opening
+from tests.viewers.chromium import Page, chromium, missing
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 
@@ -156,7 +156,7 @@ def test_names_are_no_html(driver: Any, tmp_path: Path) -> None:
 
 
 def test_ten_thousand_blocks(driver: Any, tmp_path: Path) -> None:
-    """How quick it is ``python -m tests.browser`` prints; here it is right."""
+    """How quick it is ``python -m tests.viewers`` prints; here it is right."""
     results = bsm.run(tilted_wall(10_000).model(), LINEAR)
     page = opened(driver, tmp_path / "out", results)
     block = 5050

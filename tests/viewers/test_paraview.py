@@ -1,0 +1,91 @@
+"""The script of ``bsm-mesh paraview`` in ParaView: everything is opened, moved, coloured, and every state is named."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import bsm_mesh as bsm
+from bsm_mesh.app.paraview import write_paraview
+from bsm_mesh.converters.result_files import corner_displacement
+from bsm_mesh.results import Results
+from tests.scenes.openings import opening
+
+PVPYTHON, XVFB = shutil.which("pvpython"), shutil.which("xvfb-run")
+pytestmark = pytest.mark.skipif(
+    not (PVPYTHON and XVFB), reason="needs ParaView and Xvfb: on Debian 'apt-get install paraview xvfb xauth'"
+)
+ASKED = """
+import json, runpy, sys
+from paraview import servermanager, simple
+script, picture = sys.argv[1:]
+sys.argv = [script, picture]
+given = runpy.run_path(script)
+view, scene = given["view"], given["scene"]
+told = {"sources": sorted(name for name, _ in simple.GetSources()), "states": [], "bounds": [], "colours": {}}
+for time in scene.TimeKeeper.TimestepValues:
+    state, moved = simple.FindSource("state"), simple.FindSource("blocks, moved")
+    state.UpdatePipeline(time)
+    moved.UpdatePipeline(time)
+    told["states"].append(servermanager.Fetch(state).GetColumn(0).GetValue(0))
+    told["bounds"].append(moved.GetDataInformation().GetBounds())
+for kind in given["KINDS"]:
+    shown = simple.GetDisplayProperties(simple.FindSource(kind + ", moved"), view)
+    told["colours"][kind] = [list(shown.ColorArrayName), shown.Visibility]
+told["exaggeration"] = given["EXAGGERATION"]
+print("TOLD" + json.dumps(told))
+"""
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["bolted", "unbolted"])
+def shown(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, Path, Any]:
+    """Return results, the picture, and what ParaView tells of what it opened."""
+    place = tmp_path_factory.mktemp("paraview")
+    results = bsm.run(opening(bolted=request.param))
+    results.save(place / "out")
+    script, picture, asked = write_paraview(place / "out"), place / "picture.png", place / "asked.py"
+    asked.write_text(ASKED, encoding="utf-8")
+    command = [str(XVFB), "-a", str(PVPYTHON), str(asked), str(script), str(picture)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    line = next(line for line in done.stdout.splitlines() if line.startswith("TOLD"))
+    return results, picture, json.loads(line[4:])
+
+
+def test_all_is_opened_and_moved(shown: tuple[Results, Path, Any]) -> None:
+    results, _, told = shown
+    kinds = ["blocks", "joints", "contacts", "supports", "water", *(["bolts"] if results.stages[0].bolts.count else [])]
+    assert set(told["sources"]) == {"heading", "state", *kinds, *(f"{kind}, moved" for kind in kinds)}
+    for stage, bounds in zip(results.stages, told["bounds"], strict=True):
+        moved = corner_displacement(results.blocks, stage.displacement)
+        corners = (results.blocks.vertices + told["exaggeration"] * moved)[stage.present[results.blocks.owner]]
+        np.testing.assert_allclose(bounds[:4], np.stack([corners.min(axis=0), corners.max(axis=0)], axis=1).ravel())
+
+
+def test_states_are_named(shown: tuple[Results, Path, Any]) -> None:
+    results, _, told = shown
+    assert told["states"] == [f"stage {stage.name}: {stage.status.value}" for stage in results.stages]
+
+
+def test_what_is_shown_and_by_what_it_is_coloured(shown: tuple[Results, Path, Any]) -> None:
+    results, _, told = shown
+    assert told["colours"]["blocks"] == [["CELLS", "displacement"], 1]
+    assert told["colours"]["joints"] == [["CELLS", "status"], 1]
+    assert told["colours"]["contacts"][1] == told["colours"]["supports"][1] == 0
+    if results.stages[0].bolts.count:
+        assert told["colours"]["bolts"] == [["CELLS", "axial_force"], 1]
+    else:
+        assert told["exaggeration"] == 1  # blocks come down: true to scale
+
+
+def test_the_picture(shown: tuple[Results, Path, Any]) -> None:
+    with Image.open(shown[1]) as image:
+        assert image.size == (1600, 1000)
+        assert len(image.convert("RGB").getcolors(maxcolors=10**7) or []) > 50
