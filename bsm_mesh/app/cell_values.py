@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.records import ContactStatus
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
 
 NUMBERS = ("block_id", "block_a", "block_b", "bolt", "piece")  # tell which one it is, and not what it does
 FORCES = ("load", "water", "reaction")  # x, y, moment
+Names = Mapping[str, tuple[str, ...]]
 STRESSES = ("stress", "stress_effective")  # XX YY ZZ XY YZ XZ
-NAMED = {"rock": "rock_names", "joint": "joint_names"}  # field data with the names
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -41,15 +43,25 @@ class CellValues:
     names: tuple[str, ...] = ()
 
 
-def cell_values(kind: str, grid: Grid) -> list[CellValues]:
-    """Return what there is to look at in the cells of a file of a kind; arrays of several components one by one."""
+def cell_values(kind: str, grid: Grid, given: Names) -> list[CellValues]:
+    """Return what there is to look at in the cells of a file of a kind; arrays of several components one by one.
+
+    Parameters
+    ----------
+    kind : str
+        ``blocks``, ``joints``, ``contacts``, ``supports``, ``bolts`` or ``water``.
+    grid : Grid
+        The file.
+    given : mapping of str to tuple of str
+        Names of rocks and of joints, for the arrays ``rock`` and ``joint``; -1 is the last.
+    """
     found = []
     for name, values in grid.cell_data.items():
         if name in NUMBERS:
             continue
         parts = np.asarray(values, dtype=np.float64).reshape(len(values), -1)
         if parts.shape[1] == 1:
-            names, only = _names(kind, name, grid), parts[:, 0]
+            names, only = _names(kind, name, given), parts[:, 0]
             only = np.where(only < 0, len(names) - 1, only) if names else only
             found.append(CellValues(name=_words(name), unit=_units(kind, name)[0], values=only, names=names))
         else:
@@ -81,21 +93,15 @@ def _units(kind: str, name: str) -> Sequence[str]:
     return [units[min(k, len(units) - 1)].strip() for k in range(3)]
 
 
-def _names(kind: str, name: str, grid: Grid) -> tuple[str, ...]:
-    from bsm_mesh.results.bolts import BoltStatus
-    from bsm_mesh.results.joint_sets import ROCK_FACE
-    from bsm_mesh.results.records import ContactStatus
-
-    if name == "status":
-        states = BoltStatus if kind == "bolts" else ContactStatus
-        return tuple(state.name.lower() for state in states)
-    if name == "unstable":
-        return ("stays", "comes down")
-    if name == "alive":
-        return ("not there", "there")
-    if name in NAMED:
-        return (*grid.field_data[NAMED[name]], ROCK_FACE) if name == "joint" else tuple(grid.field_data[NAMED[name]])
-    return ()
+def _names(kind: str, name: str, given: Names) -> tuple[str, ...]:
+    states = BoltStatus if kind == "bolts" else ContactStatus
+    known = {
+        **given,
+        "status": tuple(state.name.lower() for state in states),
+        "unstable": ("stays", "comes down"),
+        "alive": ("not there", "there"),
+    }
+    return known.get(name, ())
 
 
 def _words(name: str) -> str:

@@ -14,6 +14,7 @@ from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.joint_sets import ROCK_FACE
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
@@ -133,6 +134,7 @@ class _Reader:
         self.saved, self.blocks, self.middle = saved, blocks, middle
         self.units: dict[str, dict[str, str]] = {}
         self.names: dict[str, dict[str, tuple[str, ...]]] = {}
+        self.given = {"rock": blocks.rock_names, "joint": (*saved.told["joint_names"], ROCK_FACE)}
         self.bolt_names: tuple[str, ...] = ()
 
     def state(self, frame: Frame) -> State:
@@ -158,16 +160,18 @@ class _Reader:
         return _layer(found, np.zeros((0, 2, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2)))
 
     def _lines(self, kind: str, frame: Frame, numbers: tuple[str, str]) -> Layer:
+        from bsm_mesh.converters.bolt_files import bolts_of_grid
+
         grid = self.saved.grid(frame.file(kind))
         if kind == "bolts":
-            self.bolt_names = tuple(grid.field_data["bolt_names"])
+            self.bolt_names = bolts_of_grid(grid).names
         ends = grid.points[grid.connectivity].reshape(-1, 2, 2) - self.middle
         moved = grid.point_data["displacement"][grid.connectivity, :2].reshape(-1, 2, 2)
         which = np.stack([grid.cell_data[name] for name in numbers], axis=1)
         return _layer([(one, one.values) for one in self._known(kind, grid)], ends, moved, which)
 
     def _known(self, kind: str, grid: Grid) -> list[CellValues]:
-        found = cell_values(kind, grid)
+        found = cell_values(kind, grid, self.given)
         self.units.setdefault(kind, {}).update({one.name: one.unit for one in found})
         self.names.setdefault(kind, {}).update({one.name: one.names for one in found if one.names})
         return found
