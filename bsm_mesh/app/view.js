@@ -53,8 +53,8 @@ function plain(kind) {
 
 function named(kind, name) {
   const names = data.get("names").get(kind).get(name)
-  const colours = data.get(name === "status" ? "states" : "colours")
-  const palette = names.map((_, k) => (name === "unstable" ? ["#efeae0", "#d9776b"][k] : colours[k % colours.length]))
+  const colours = name === "status" ? data.get("states").get(kind) : data.get("colours")
+  const palette = names.map((_, k) => (name === "unstable" ? [data.get("paper"), "#d55e00"][k] : colours[k % colours.length]))
   return {palette, low: -0.5, high: names.length - 0.5, by: 1, title: name, names}
 }
 

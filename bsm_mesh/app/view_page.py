@@ -19,7 +19,8 @@ PLAIN = "none"  # what is chosen where blocks have no colour
 FARTHEST = 0.5  # of the model's size: the greatest movement with the largest factor that can be chosen
 MOST_OUTLINED = 20_000  # blocks; more and their outlines hide the colours
 COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#F0E442", "#999999")  # Okabe and Ito's
-STATES = ("#5b5b5b", "#E69F00", "#CC79A7", "#D55E00", "#ffffff")  # sticking or slack, slipping or elastic, ...
+HOLDS, SLIPS, OPENS, FALLS, WATER, STEEL = "#6e6e6e", "#e69f00", "#0072b2", "#d55e00", "#56b4e9", "#006d4e"
+STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": ("#b0b0b0", STEEL, SLIPS, FALLS, "#ffffff")}  # by status
 PAPER = "#efeae0"
 SIDE = 330  # pixels
 UNITS = {"area": "m2", "weight": "N/m", "x": "m", "y": "m", "moved": "m"}
@@ -130,7 +131,7 @@ def _water(plot: Any) -> dict[str, Any]:
     from bokeh.models import ColumnDataSource
 
     source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": []})
-    glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color="#1f6fd0", line_width=3)
+    glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color=WATER, line_width=3)
     return {"source": source, "glyphs": glyphs}
 
 
@@ -139,8 +140,8 @@ def _marks(plot: Any) -> dict[str, Any]:
     from bokeh.models import ColumnDataSource
 
     down = ColumnDataSource(data={"xs": [], "ys": [], "x": [], "y": [], "text": []})
-    plot.patches("xs", "ys", source=down, fill_alpha=0, line_color="#c62828", line_width=2.5)
-    plot.text("x", "y", "text", source=down, text_color="#c62828", text_align="center", text_baseline="middle")
+    plot.patches("xs", "ys", source=down, fill_alpha=0, line_color=FALLS, line_width=2.5)
+    plot.text("x", "y", "text", source=down, text_color=FALLS, text_align="center", text_baseline="middle")
     chosen = ColumnDataSource(data={"xs": [], "ys": []})
     plot.multi_line("xs", "ys", source=chosen, line_color="#ff00c8", line_width=4)
     return {"down": down, "chosen": chosen}
@@ -257,7 +258,7 @@ def _content(data: ViewData) -> dict[str, Any]:
         "names": {kind: {name: list(texts) for name, texts in found.items()} for kind, found in data.names.items()},
         "palettes": {"blocks": list(Viridis256), "joints": list(Plasma256), "bolts": list(Cividis256)},
         "colours": list(COLOURS),
-        "states": list(STATES),
+        "states": {kind: list(colours) for kind, colours in STATES.items()},
         "paper": PAPER,
         "frames": [
             {
