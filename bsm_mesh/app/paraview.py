@@ -10,7 +10,6 @@ import numpy as np
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.exaggeration import exaggeration
 from bsm_mesh.app.frames import frames_in
-from bsm_mesh.app.headings import heading
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.files import write_text
 
@@ -32,8 +31,7 @@ def write_paraview(out: Path) -> Path:
     greatest, size = _greatest(saved)
     falls = any(stage["unstable_blocks"] for stage in saved.told["stages"])
     factor = 1.0 if falls else exaggeration(greatest, size)
-    times = "true to scale" if factor == 1 else f"movements {factor:g} times"
-    text = f"{heading(saved.told)}\n{times}"
+    text = f"{saved.told['title'] or 'bsm-mesh'}; {'true to scale' if factor == 1 else f'movements {factor:g} times'}"
     template = resources.files("bsm_mesh.app").joinpath(TEMPLATE).read_text(encoding="utf-8")
     script = (
         Environment(keep_trailing_newline=True)

@@ -1,18 +1,19 @@
 // Shows a state of the results. Bokeh calls this for every change of a widget, every click and every size of the plot.
 //
-// Given by view_page.py: `data` (numbers), `parts` (what is drawn of each kind), `memory` (a Map that stays between
+// Given by view_page.py: `data` (numbers), `parts` (what is drawn of each kind), `memory` (stays between
 // calls), `plot`, `down`, `chosen` (marks), the widgets `frame`, `stage`, `factor`, `shown`, `told`, and `falls_source`.
-// Dictionaries of Python are Maps here, arrays are typed arrays.
+// Dictionaries of Python are objects here, arrays are typed arrays.
 "use strict"
 
-const frames = data.get("frames")
+const frames = data.frames
 const state = frames[Math.round(frame.value)]
-const [x0, y0] = data.get("middle")
+const [x0, y0] = data.middle
 const times = Number(factor.value)
-const LINES = ["joints", "bolts", "water"].filter((kind) => parts.has(kind))
-const CLICKED = ["bolts", "joints", "blocks"].filter((kind) => parts.has(kind)) // what lies above comes first
+const LINES = ["joints", "bolts", "water"].filter((kind) => kind in parts)
+const CLICKED = ["bolts", "joints", "blocks"].filter((kind) => kind in parts) // what lies above comes first
 const MARGIN = 1.06 // of the model, round it
 const NEAR = 12 // sizes of a block that are seen when it is looked for
+const ROUNDING = 1e-9 // of the greatest value: less is told as 0
 const PREFIXES = [[1e9, 1e9, "G"], [1e6, 1e6, "M"], [1e3, 1e3, "k"], [1, 1, ""], [1e-6, 1e-3, "m"], [0, 1e-6, "u"]]
 
 // ------------------------------------------------------------------------------------------------------- texts
@@ -32,8 +33,10 @@ function engineering(value, unit) {
 }
 
 function value_text(kind, name, value) {
-  const names = data.get("names").get(kind)?.get(name)
-  return names === undefined ? engineering(value, data.get("units").get(kind).get(name)) : names[value]
+  const names = data.names[kind]?.[name]
+  if (names !== undefined) { return names[value] }
+  const greatest = state[kind].arrays[name].reduce((most, one) => (Math.abs(one) > most ? Math.abs(one) : most), 0)
+  return engineering(Math.abs(value) > ROUNDING * greatest ? value : 0, data.units[kind][name])
 }
 
 // ------------------------------------------------------------------------------------------------------ colours
@@ -41,61 +44,63 @@ function value_text(kind, name, value) {
 // The scale of colours of an array is one for all states. Blocks that come down are kept out of it, outliers too.
 function scale_of(kind, name) {
   const key = `${kind} ${name}`
-  if (!memory.has(key)) {
-    memory.set(key, name === "none" ? plain(kind) : data.get("names").get(kind)?.has(name) ? named(kind, name) : ranged(kind, name))
+  if (memory[key] === undefined) {
+    memory[key] = name === "none" ? plain(kind) : data.names[kind]?.[name] !== undefined ? named(kind, name) : ranged(kind, name)
   }
-  return memory.get(key)
+  return memory[key]
 }
 
 function plain(kind) {
-  return {palette: [kind === "blocks" ? data.get("paper") : "#333333"], low: 0, high: 1, by: 1, title: "", names: []}
+  return {palette: [kind === "blocks" ? data.paper : "#333333"], low: 0, high: 1, by: 1, title: "", names: []}
 }
 
 function named(kind, name) {
-  const names = data.get("names").get(kind).get(name)
-  const colours = name === "status" ? data.get("states").get(kind) : data.get("colours")
-  const palette = names.map((_, k) => (name === "unstable" ? [data.get("paper"), "#d55e00"][k] : colours[k % colours.length]))
-  return {palette, low: -0.5, high: names.length - 0.5, by: 1, title: name, names}
+  const names = data.names[kind][name]
+  const colours = name === "status" ? data.states[kind] : data.colours
+  const palette = names.map((_, k) => (name === "unstable" ? [data.paper, "#d55e00"][k] : colours[k % colours.length]))
+  return {palette, low: -0.5, high: names.length - 0.5, by: 1, title: `${kind}: ${name}`, names}
 }
 
 function ranged(kind, name) {
   const all = []
   for (const one of frames) {
-    const values = one.get(kind)?.get("arrays").get(name) ?? []
-    const out = new Set(kind === "blocks" ? one.get("unstable") : [])
+    const values = one[kind]?.arrays[name] ?? []
+    const out = new Set(kind === "blocks" ? one.unstable : [])
     values.forEach((value, k) => { if (Number.isFinite(value) && !out.has(k)) { all.push(value) } })
   }
   const sorted = Float64Array.from(all).sort()
   const at = (part) => (sorted.length ? sorted[Math.round(part * (sorted.length - 1))] : 0)
   let [low, high] = [at(0), at(1)]
-  let title = name
+  let title = `${kind}: ${name}`
   if (high - low > 2 * (at(0.99) - at(0.01)) && at(0.99) > at(0.01)) {
     [low, high] = [at(0.01), at(0.99)]
     title += " (1st to 99th percentile)"
   }
-  const [by, unit] = prefix(Math.max(Math.abs(low), Math.abs(high)), data.get("units").get(kind).get(name))
+  const [by, unit] = prefix(Math.max(Math.abs(low), Math.abs(high)), data.units[kind][name])
   const least = Math.max(Math.abs(low) * 1e-6, 1e-300)
-  const palette = data.get("palettes").get(kind)
+  const palette = data.palettes[kind]
   return {palette, low: low / by, high: Math.max(high, low + least) / by, by, title: unit ? `${title}, ${unit}` : title, names: []}
 }
 
+// From three to eight numbers of one or two digits.
+function round_numbers(low, high) {
+  const power = 10 ** Math.floor(Math.log10(high - low))
+  const step = [0.2, 0.5, 1, 2].map((part) => part * power).find((one) => (high - low) / one < 8)
+  const [first, last] = [Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)]
+  return Array.from({length: last - first + 1}, (_, k) => Number(((first + k) * step).toPrecision(12)))
+}
+
 function colours_of(kind, count) {
-  const part = parts.get(kind)
-  const name = part.get("by").value
+  const part = parts[kind]
+  const name = part.by.value
   const scale = scale_of(kind, name)
-  if (part.get("painted") !== name) {
-    const [numbers, fixed] = part.get("tickers")
-    const bar = part.get("bar")
-    fixed.ticks = scale.names.map((_, k) => k)
-    part.get("mapper").setv({palette: scale.palette, low: scale.low, high: scale.high})
-    bar.setv({
-      title: scale.title,
-      ticker: scale.names.length ? fixed : numbers,
-      major_label_overrides: new Map(scale.names.map((text, k) => [k, text])),
-    })
-    part.set("painted", name)
+  if (part.painted !== name) {
+    part.mapper.setv({palette: scale.palette, low: scale.low, high: scale.high})
+    part.bar.ticker.ticks = scale.names.length ? scale.names.map((_, k) => k) : round_numbers(scale.low, scale.high)
+    part.bar.setv({title: scale.title, major_label_overrides: new Map(scale.names.map((text, k) => [k, text]))})
+    part.painted = name
   }
-  const values = state.get(kind)?.get("arrays").get(name)
+  const values = state[kind]?.arrays[name]
   return Float64Array.from({length: count}, (_, k) => (values === undefined ? 0 : values[k] / scale.by))
 }
 
@@ -103,14 +108,14 @@ function colours_of(kind, count) {
 
 // Corners of a block where it is, its movement from where it was given taken `times`; nothing where it is not there.
 function outline(block, motion) {
-  const [first, last] = [data.get("offsets")[block], data.get("offsets")[block + 1]]
+  const [first, last] = [data.offsets[block], data.offsets[block + 1]]
   const [u, v, turn] = motion.map((values) => values[block])
   if (!Number.isFinite(u)) { return [new Float64Array(0), new Float64Array(0)] }
   const [versed, sine] = [-2 * Math.sin(turn / 2) ** 2, Math.sin(turn)]
-  const [cx, cy] = [data.get("centroid_x")[block], data.get("centroid_y")[block]]
+  const [cx, cy] = [data.centroid_x[block], data.centroid_y[block]]
   const [xs, ys] = [new Float64Array(last - first), new Float64Array(last - first)]
   for (let k = first; k < last; k++) {
-    const [x, y] = [data.get("x")[k], data.get("y")[k]]
+    const [x, y] = [data.x[k], data.y[k]]
     const [dx, dy] = [x - cx, y - cy]
     xs[k - first] = x0 + x + times * (u + versed * dx - sine * dy)
     ys[k - first] = y0 + y + times * (v + sine * dx + versed * dy)
@@ -119,34 +124,34 @@ function outline(block, motion) {
 }
 
 function motion_of(one) {
-  return ["displacement x", "displacement y", "rotation"].map((name) => one.get("blocks").get("arrays").get(name))
+  return ["displacement x", "displacement y", "rotation"].map((name) => one.blocks.arrays[name])
 }
 
 function draw_blocks() {
-  const count = data.get("area").length
+  const count = data.area.length
   const motion = motion_of(state)
   const [xs, ys] = [new Array(count), new Array(count)]
   for (let block = 0; block < count; block++) { [xs[block], ys[block]] = outline(block, motion) }
-  parts.get("blocks").get("source").data = {xs, ys, shown: colours_of("blocks", count)}
+  parts.blocks.source.data = {xs, ys, shown: colours_of("blocks", count)}
 }
 
 function line(kind, k) {
-  const [ends, moved] = [state.get(kind).get("ends"), state.get(kind).get("moved")]
+  const [ends, moved] = [state[kind].ends, state[kind].moved]
   return [0, 1, 2, 3].map((c) => (c % 2 ? y0 : x0) + ends[4 * k + c] + times * moved[4 * k + c])
 }
 
 function draw_lines(kind) {
-  const count = state.has(kind) ? state.get(kind).get("ends").length / 4 : 0
+  const count = (kind in state) ? state[kind].ends.length / 4 : 0
   const columns = [0, 1, 2, 3].map(() => new Float64Array(count))
   for (let k = 0; k < count; k++) { line(kind, k).forEach((value, c) => { columns[c][k] = value }) }
   const [a, b, c, d] = columns
   const lines = {x0: a, y0: b, x1: c, y1: d}
   if (kind !== "water") { lines.shown = colours_of(kind, count) }
-  parts.get(kind).get("source").data = lines
+  parts[kind].source.data = lines
 }
 
 function draw_marks() {
-  const found = Array.from(state.get("unstable"))
+  const found = Array.from(state.unstable)
   const shapes = found.map((block) => outline(block, motion_of(state)))
   const middle = (values) => values.reduce((sum, value) => sum + value, 0) / values.length
   down.data = {
@@ -156,12 +161,12 @@ function draw_marks() {
     y: shapes.map(([, ys]) => middle(ys)),
     text: found.map(String),
   }
-  const one = memory.get("chosen")
+  const one = memory.chosen
   let ends = []
   if (one?.kind === "blocks") {
     const [xs, ys] = outline(one.index, motion_of(state))
     ends = xs.length ? [[[...xs, xs[0]], [...ys, ys[0]]]] : []
-  } else if (one !== undefined && one.index >= 0) {
+  } else if (one !== undefined && one.index >= 0 && one.kind in state) {
     const [a, b, c, d] = line(one.kind, one.index)
     ends = [[[a, c], [b, d]]]
   }
@@ -171,22 +176,21 @@ function draw_marks() {
 // ------------------------------------------------------------------------------------------------ what is chosen
 
 function choose(kind, index) {
-  if (kind === undefined) { memory.delete("chosen"); return }
+  if (kind === undefined) { memory.chosen = undefined; return }
   const one = {kind, index}
   if (kind === "joints") {
-    const layer = state.get(kind)
-    one.blocks = [layer.get("which")[2 * index], layer.get("which")[2 * index + 1]]
-    one.ends = layer.get("ends").slice(4 * index, 4 * index + 4)
+    const layer = state[kind]
+    one.blocks = [layer.which[2 * index], layer.which[2 * index + 1]]
+    one.ends = layer.ends.slice(4 * index, 4 * index + 4)
   }
-  memory.set("chosen", one)
+  memory.chosen = one
 }
 
 // The face of the same blocks that is nearest, where a state has other faces; none: -1.
 function find_again() {
-  const one = memory.get("chosen")
-  if (one === undefined || one.kind === "blocks") { return }
-  if (one.kind === "bolts") { one.index = state.has("bolts") ? Math.abs(one.index) : -Math.abs(one.index); return }
-  const [which, ends] = [state.get("joints").get("which"), state.get("joints").get("ends")]
+  const one = memory.chosen
+  if (one?.kind !== "joints") { return }
+  const [which, ends] = [state.joints.which, state.joints.ends]
   const [a, b] = one.blocks
   let nearest = Infinity
   one.index = -1
@@ -199,23 +203,23 @@ function find_again() {
 }
 
 function tell() {
-  const one = memory.get("chosen")
+  const one = memory.chosen
   if (one === undefined) { told.text = "<i>Nothing is chosen.</i>"; return }
   const {kind, index} = one
   const rows = []
   let name = ""
   if (kind === "blocks") {
-    name = `Block ${index}, ${data.get("rock_names")[data.get("rock")[index]]}`
-    const [x, y] = [data.get("centroid_x")[index] + x0, data.get("centroid_y")[index] + y0]
-    rows.push(["area", engineering(data.get("area")[index], "m2")], ["given at", `(${x.toFixed(3)}, ${y.toFixed(3)}) m`])
+    name = `Block ${index}, ${data.rock_names[data.rock[index]]}`
+    const [x, y] = [data.centroid_x[index] + x0, data.centroid_y[index] + y0]
+    rows.push(["area", engineering(data.area[index], "m2")], ["given at", `(${x.toFixed(3)}, ${y.toFixed(3)}) m`])
   } else if (kind === "joints") {
     name = `Joint between blocks ${one.blocks[0]} and ${one.blocks[1]}`
-  } else if (index >= 0 && state.has("bolts")) {
-    name = `Bolt ${data.get("bolt_names")[state.get("bolts").get("which")[2 * index]]}`
+  } else if ("bolts" in state) {
+    name = `Bolt ${data.bolt_names[state.bolts.which[2 * index]]}`
   }
-  const arrays = index < 0 ? undefined : state.get(kind)?.get("arrays")
+  const arrays = index < 0 ? undefined : state[kind]?.arrays
   const there = arrays !== undefined && (kind !== "blocks" || Number.isFinite(motion_of(state)[0][index]))
-  if (there) { for (const [array, values] of arrays) { rows.push([array, value_text(kind, array, values[index])]) } }
+  if (there) { for (const [array, values] of Object.entries(arrays)) { rows.push([array, value_text(kind, array, values[index])]) } }
   const table = rows.map((cells) => `<tr>${cells.map((cell) => `<td>${escaped(cell)}</td>`).join("")}</tr>`).join("")
   told.text = `<b>${escaped(name || "Bolt")}</b>${there ? "" : " is not there in this state"}<table>${table}</table>`
 }
@@ -233,20 +237,20 @@ function fit() {
   const [width, height] = [plot.inner_width, plot.inner_height]
   if (!(width > 0 && height > 0)) { return }
   const extent = (values) => values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity])
-  const [[left, right], [bottom, top]] = [extent(data.get("x")), extent(data.get("y"))]
+  const [[left, right], [bottom, top]] = [extent(data.x), extent(data.y)]
   const whole = MARGIN * Math.max((right - left) / width, (top - bottom) / height)
   const ranges = [[plot.x_range, x0 + (left + right) / 2, width], [plot.y_range, y0 + (bottom + top) / 2, height]]
   for (const [range, at, pixels] of ranges) {
     range.setv({reset_start: at - (whole * pixels) / 2, reset_end: at + (whole * pixels) / 2})
   }
-  if (!memory.has("seen")) {
-    memory.set("seen", true)
+  const {x_range: x, y_range: y} = plot
+  if (memory.whole === undefined || (x.start === memory.whole[0] && x.end === memory.whole[1])) {
     see(x0 + (left + right) / 2, y0 + (bottom + top) / 2, whole)
+    memory.whole = [x.start, x.end]
   } else {
-    const {x_range: x, y_range: y} = plot
-    see((x.start + x.end) / 2, (y.start + y.end) / 2, memory.get("metres") ?? whole)
+    see((x.start + x.end) / 2, (y.start + y.end) / 2, (x.end - x.start) / memory.width)
   }
-  memory.set("metres", (plot.x_range.end - plot.x_range.start) / width)
+  memory.width = width
 }
 
 function go_to_fallen() {
@@ -260,7 +264,7 @@ function go_to_fallen() {
   }
   choose("blocks", block)
   const [xs, ys] = outline(block, motion_of(frames[Math.round(frame.value)]))
-  const near = (NEAR * Math.sqrt(data.get("area")[block])) / Math.min(plot.inner_width, plot.inner_height)
+  const near = (NEAR * Math.sqrt(data.area[block])) / Math.min(plot.inner_width, plot.inner_height)
   if (xs.length) { see(xs[0], ys[0], near) }
 }
 
@@ -271,15 +275,15 @@ function draw() {
   draw_marks()
   tell()
   const seen = shown.active.map((k) => shown.labels[k])
-  for (const [kind, part] of parts) {
-    part.get("glyphs").visible = seen.includes(kind)
-    if (part.has("bar")) { part.get("bar").visible = seen.includes(kind) && part.get("by").value !== "none" && state.has(kind) }
+  for (const [kind, part] of Object.entries(parts)) {
+    for (const glyphs of [part.glyphs, ...part.under]) { glyphs.visible = seen.includes(kind) }
+    if ("bar" in part) { part.bar.visible = seen.includes(kind) && part.by.value !== "none" && (kind in state) }
   }
-  plot.title.text = `${state.get("label")}; ${times === 1 ? "true to scale" : `movements ${times} times`}`
+  plot.title.text = `${state.label}; ${times === 1 ? "true to scale" : `movements ${times} times`}`
   const here = String(Math.round(frame.value))
   stage.value = stage.options.some(([value]) => value === here) ? here : ""
-  if (!memory.has("drawn")) {
-    memory.set("drawn", true)
+  if (memory.drawn === undefined) {
+    memory.drawn = true
     requestAnimationFrame(() => setTimeout(() => performance.mark("bsm-mesh drawn"))) // for who measures
   }
 }
@@ -294,8 +298,8 @@ if (cb_obj === stage) {
   tell()
 } else if (cb_obj.event_name === "tap") {
   setTimeout(() => { // Bokeh selects first
-    const kind = CLICKED.find((one) => parts.get(one).get("source").selected.indices.length > 0)
-    choose(kind, kind && parts.get(kind).get("source").selected.indices[0])
+    const kind = CLICKED.find((one) => parts[one].source.selected.indices.length > 0)
+    choose(kind, kind && parts[kind].source.selected.indices[0])
     draw_marks()
     tell()
   })

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 60e6  # of numbers, of which the page has four thirds in characters: a browser opens it in seconds
 MOTION = ("displacement x", "displacement y", "rotation")  # by which outlines are moved
+KEPT = (*MOTION, "rock", "joint")  # even where they are zero throughout
 FALL_COLUMNS = ("block", "stage", "area", "weight", "x", "y", "moved", "why")
 Arrays = dict[str, npt.NDArray[np.float32]]
 
@@ -211,7 +212,7 @@ def _without_zeros(states: list[State]) -> list[State]:
         for state in states
         for kind, layer in state.layers.items()
         for name, values in layer.arrays.items()
-        if name in MOTION or np.nan_to_num(values).any()
+        if name in KEPT or np.nan_to_num(values).any()
     }
 
     def thinned(kind: str, layer: Layer) -> Layer:

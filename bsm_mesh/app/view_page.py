@@ -75,7 +75,7 @@ def _document(data: ViewData, heading: str) -> Any:
         plot.js_on_change(name, update)
     plot.js_on_event("tap", update)
     document = Document(title=heading)
-    styles = {"overflow-y": "auto", "padding-left": "8px"}
+    styles = {"overflow": "hidden auto", "padding-left": "8px"}
     widgets = column(*side.values(), width=SIDE, sizing_mode="stretch_height", styles=styles)
     document.add_root(row(plot, widgets, sizing_mode="stretch_both", styles={"height": "97vh"}))
     document.js_on_event("document_ready", update)
@@ -107,10 +107,11 @@ def _plot(kinds: list[str], data: ViewData) -> tuple[Any, dict[str, dict[str, An
 
 def _layer(plot: Any, kind: str, data: ViewData) -> dict[str, Any]:
     """Add the blocks, joints or bolts with their scale of colours."""
-    from bokeh.models import BasicTicker, ColorBar, ColumnDataSource, FixedTicker, LinearColorMapper
+    from bokeh.models import ColorBar, ColumnDataSource, FixedTicker, LinearColorMapper
 
     mapper = LinearColorMapper(palette=["#000000"], low=0, high=1, nan_color="#00000000")
     colour: Any = {"field": "shown", "transform": mapper}
+    under: list[Any] = []
     if kind == "blocks":
         source = ColumnDataSource(data={"xs": [], "ys": [], "shown": []})
         width = 0.6 if data.blocks.count <= MOST_OUTLINED else 0.0
@@ -118,13 +119,28 @@ def _layer(plot: Any, kind: str, data: ViewData) -> dict[str, Any]:
     else:
         source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": [], "shown": []})
         width = 2.5 if kind == "joints" else 6.0
+        if kind == "bolts":
+            under.append(_edges(plot, source, width + 2.5))
         glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color=colour, line_width=width)
     glyphs.nonselection_glyph = glyphs.selection_glyph = None  # what is chosen is marked
     glyphs.name = kind
-    bar = ColorBar(color_mapper=mapper, ticker=BasicTicker(), width=14, title_text_font_style="normal")
+    bar = ColorBar(
+        color_mapper=mapper,
+        ticker=FixedTicker(ticks=[]),
+        width=12,
+        padding=4,
+        label_standoff=4,
+        title_text_font_style="normal",
+    )
     plot.add_layout(bar, "right")
-    tickers = [BasicTicker(), FixedTicker(ticks=[])]
-    return {"source": source, "glyphs": glyphs, "mapper": mapper, "bar": bar, "tickers": tickers}
+    return {"source": source, "glyphs": glyphs, "under": under, "mapper": mapper, "bar": bar}
+
+
+def _edges(plot: Any, source: Any, width: float) -> Any:
+    """Add dark lines under those of a source, so that they are seen on blocks of their colour."""
+    edges = plot.segment("x0", "y0", "x1", "y1", source=source, line_color="#222222", line_width=width)
+    edges.nonselection_glyph = edges.selection_glyph = None
+    return edges
 
 
 def _water(plot: Any) -> dict[str, Any]:
@@ -132,7 +148,7 @@ def _water(plot: Any) -> dict[str, Any]:
 
     source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": []})
     glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color=WATER, line_width=3)
-    return {"source": source, "glyphs": glyphs}
+    return {"source": source, "glyphs": glyphs, "under": []}
 
 
 def _marks(plot: Any) -> dict[str, Any]:
@@ -149,7 +165,7 @@ def _marks(plot: Any) -> dict[str, Any]:
 
 def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
     """Return the widgets beside the plot by name, in their order."""
-    from bokeh.models import CategoricalSlider, CheckboxButtonGroup, Div, PreText, Select, Slider
+    from bokeh.models import CategoricalSlider, CheckboxButtonGroup, Div, Select, Slider
 
     states = data.states
     ends = [(str(k), state.frame.label) for k, state in enumerate(states) if state.frame.is_end]
@@ -157,9 +173,7 @@ def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
     factors = _factors(data)
     out = f"; {data.left_out} steps are left out" if data.left_out else ""
     side: dict[str, Any] = {
-        "heading": PreText(
-            text=heading, styles={"font": "bold 14px sans-serif", "white-space": "normal"}, width=SIDE - 30
-        ),
+        "heading": Div(text=heading, render_as_text=True, styles={"font-weight": "bold"}, width=SIDE - 30),
         "stage": Select(title="go to the end of", options=ends, value=ends[-1][0] if ends else "0", name="stage"),
         "frame": Slider(
             title="state",
@@ -181,8 +195,8 @@ def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
         usual = {"blocks": "displacement", "joints": "status", "bolts": "axial force"}[kind]
         value = usual if usual in names else PLAIN
         side[f"{kind}_by"] = Select(title=f"colour {kind} by", options=[PLAIN, *names], value=value, name=f"{kind}_by")
-    side["told"] = Div(text="", name="told", width=SIDE - 30)
     side["falls"] = _list_of_falls(data)
+    side["told"] = Div(text="", name="told", width=SIDE - 30)
     side["note"] = Div(text=HOW_TO + out, width=SIDE - 30, styles={"color": "#555", "font-size": "12px"})
     return side
 
@@ -204,7 +218,8 @@ def _list_of_falls(data: ViewData) -> Any:
         height=180,
         width=SIDE - 30,
         index_position=None,
-        autosize_mode="fit_viewport",
+        reorderable=False,  # which takes a library more
+        autosize_mode="force_fit",
         visible=bool(data.falls),
         name="falls",
     )

@@ -25,7 +25,9 @@ def main() -> int:
     """Return 0 where nothing is missing and every test passes."""
     lacking = [
         missing(),
-        "" if PVPYTHON and XVFB else "needs pvpython and xvfb-run: apt-get install paraview xvfb xauth",
+        ""
+        if PVPYTHON and XVFB
+        else "needs pvpython and xvfb-run: apt-get install paraview python3-paraview xvfb xauth",
     ]
     for text in filter(None, lacking):
         print(text, file=sys.stderr)
