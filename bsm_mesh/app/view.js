@@ -9,9 +9,12 @@ const frames = data.frames
 const state = frames[Math.round(frame.value)]
 const [x0, y0] = data.middle
 const times = Number(factor.value)
-const LINES = ["joints", "bolts", "water"].filter((kind) => kind in parts)
+const LINES = ["bolts", "water"].filter((kind) => kind in parts)
 const CLICKED = ["bolts", "joints", "blocks"].filter((kind) => kind in parts) // what lies above comes first
 const MARGIN = 1.06 // of the model, round it
+const SHADES = 32 // of joints
+const AT_ONCE = 400 // joints: longer paths take more than their share of time
+const STRIDE = 3 // both ends of a joint and the gap after it
 const NEAR = 12 // sizes of a block that are seen when it is looked for
 const ROUNDING = 1e-9 // of the greatest value: less is told as 0
 const PREFIXES = [[1e9, 1e9, "G"], [1e6, 1e6, "M"], [1e3, 1e3, "k"], [1, 1, ""], [1e-6, 1e-3, "m"], [0, 1e-6, "u"]]
@@ -150,6 +153,43 @@ function draw_lines(kind) {
   parts[kind].source.data = lines
 }
 
+// Joints of a colour as a few long lines with gaps, which are drawn in two thirds of the time of as many lines.
+function draw_joints() {
+  const count = state.joints.ends.length / 4
+  const values = colours_of("joints", count)
+  const {low, high, names} = scale_of("joints", parts.joints.by.value)
+  const rows = Array.from({length: names.length || SHADES}, () => [])
+  const of = (value) => Math.floor(((value - low) / (high - low)) * rows.length)
+  values.forEach((value, k) => rows[Math.min(Math.max(of(value), 0), rows.length - 1)].push(k))
+  const used = []
+  rows.forEach((ids, row) => {
+    for (let k = 0; k < ids.length; k += AT_ONCE) {
+      used.push([ids.slice(k, k + AT_ONCE), low + ((row + 0.5) / rows.length) * (high - low)])
+    }
+  })
+  const [xs, ys] = [[], []]
+  for (const [ids] of used) {
+    const [x, y] = [new Float64Array(STRIDE * ids.length).fill(NaN), new Float64Array(STRIDE * ids.length).fill(NaN)]
+    ids.forEach((id, k) => {
+      const [a, b, c, d] = line("joints", id)
+      x.set([a, c], STRIDE * k)
+      y.set([b, d], STRIDE * k)
+    })
+    xs.push(x)
+    ys.push(y)
+  }
+  memory.rows = used.map(([ids]) => ids)
+  parts.joints.source.data = {xs, ys, shown: used.map(([, value]) => value)}
+}
+
+// What was clicked: the nearest joint is the last that Bokeh found.
+function clicked() {
+  const kind = CLICKED.find((one) => parts[one].source.selected.indices.length > 0)
+  if (kind !== "joints") { return [kind, kind && parts[kind].source.selected.indices[0]] }
+  const [row, [point]] = [...parts.joints.source.selected.multiline_indices].at(-1)
+  return [kind, memory.rows[row][Math.floor(point / STRIDE)]]
+}
+
 function draw_marks() {
   const found = Array.from(state.unstable)
   const shapes = found.map((block) => outline(block, motion_of(state)))
@@ -271,6 +311,7 @@ function go_to_fallen() {
 function draw() {
   find_again()
   draw_blocks()
+  draw_joints()
   LINES.forEach(draw_lines)
   draw_marks()
   tell()
@@ -298,8 +339,7 @@ if (cb_obj === stage) {
   tell()
 } else if (cb_obj.event_name === "tap") {
   setTimeout(() => { // Bokeh selects first
-    const kind = CLICKED.find((one) => parts[one].source.selected.indices.length > 0)
-    choose(kind, kind && parts[kind].source.selected.indices[0])
+    choose(...clicked())
     draw_marks()
     tell()
   })

@@ -17,7 +17,8 @@ COLOURED = KINDS[:3]
 SCRIPTED = ("frame", "stage", "factor", "shown", "told")  # widgets that the script looks at or writes to
 PLAIN = "none"  # what is chosen where blocks have no colour
 FARTHEST = 0.5  # of the model's size: the greatest movement with the largest factor that can be chosen
-MOST_OUTLINED = 20_000  # blocks; more and their outlines hide the colours
+MANY = 2000  # blocks; among more of them thick lines hide what is between, and joints alone are their outlines
+LINES = {"blocks": (0.6, 0.0), "joints": (2.5, 1.2), "bolts": (6.0, 3.0)}  # pixels, among few and among many blocks
 COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#F0E442", "#999999")  # Okabe and Ito's
 HOLDS, SLIPS, OPENS, FALLS, WATER, STEEL = "#6e6e6e", "#e69f00", "#0072b2", "#d55e00", "#56b4e9", "#006d4e"
 STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": ("#b0b0b0", STEEL, SLIPS, FALLS, "#ffffff")}  # by status
@@ -87,7 +88,7 @@ def _plot(kinds: list[str], data: ViewData) -> tuple[Any, dict[str, dict[str, An
     from bokeh.models import BoxZoomTool, PanTool, Range1d, ResetTool, SaveTool, TapTool, WheelZoomTool
     from bokeh.plotting import figure
 
-    tap, wheel = TapTool(), WheelZoomTool()
+    tap, wheel = TapTool(mode="replace"), WheelZoomTool()
     plot = figure(
         sizing_mode="stretch_both",
         tools=[PanTool(), wheel, BoxZoomTool(match_aspect=True), tap, ResetTool(), SaveTool()],
@@ -112,15 +113,17 @@ def _layer(plot: Any, kind: str, data: ViewData) -> dict[str, Any]:
     mapper = LinearColorMapper(palette=["#000000"], low=0, high=1, nan_color="#00000000")
     colour: Any = {"field": "shown", "transform": mapper}
     under: list[Any] = []
+    width = LINES[kind][data.blocks.count > MANY]
     if kind == "blocks":
         source = ColumnDataSource(data={"xs": [], "ys": [], "shown": []})
-        width = 0.6 if data.blocks.count <= MOST_OUTLINED else 0.0
-        glyphs = plot.patches("xs", "ys", source=source, fill_color=colour, line_color="#4a4a4a", line_width=width)
+        line = "#4a4a4a" if width else None
+        glyphs = plot.patches("xs", "ys", source=source, fill_color=colour, line_color=line, line_width=width)
+    elif kind == "joints":
+        source = ColumnDataSource(data={"xs": [], "ys": [], "shown": []})
+        glyphs = plot.multi_line("xs", "ys", source=source, line_color=colour, line_width=width)
     else:
         source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": [], "shown": []})
-        width = 2.5 if kind == "joints" else 6.0
-        if kind == "bolts":
-            under.append(_edges(plot, source, width + 2.5))
+        under.append(_edges(plot, source, width + 2.5))
         glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color=colour, line_width=width)
     glyphs.nonselection_glyph = glyphs.selection_glyph = None  # what is chosen is marked
     glyphs.name = kind

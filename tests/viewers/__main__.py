@@ -18,7 +18,7 @@ from tests.scenes.openings import opening
 from tests.viewers.chromium import Page, chromium, missing
 from tests.viewers.test_paraview import PVPYTHON, XVFB
 
-HEADER = ("blocks", "states", "page, MB", "to write, s", "to open, s", "a movement drawn anew, s")
+HEADER = ("blocks", "states", "page, MB", "to write, s", "to open, s", "a movement drawn anew, s", "of processors, s")
 
 
 def main() -> int:
@@ -57,7 +57,7 @@ def measured(place: Path) -> Iterator[tuple[str, ...]]:
             path = write_view(out)
             taken = time.perf_counter() - begin
             page = Page(driver, path)
-            numbers = (path.stat().st_size / 1e6, taken, page.seconds_to_open(), page.seconds_a_state())
+            numbers = (path.stat().st_size / 1e6, taken, page.seconds_to_open(), *page.seconds_a_movement())
             yield str(model.blocks.count), str(len(results.stages)), *(f"{number:.2f}" for number in numbers)
 
 

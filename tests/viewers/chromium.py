@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -68,12 +69,20 @@ class Page:
     """
 
     def __init__(self, driver: Any, path: Path) -> None:
+        self.driver, self.path = driver, path
+        self.open()
+
+    def open(self) -> None:
+        """Open the page anew."""
+        from selenium.common.exceptions import TimeoutException
         from selenium.webdriver.support.ui import WebDriverWait
 
-        self.driver, self.path = driver, path
-        driver.get(path.as_uri())
-        WebDriverWait(driver, 60).until(lambda _: self.text("told") is not None and self.title())
-        driver.execute_async_script(DRAWN)
+        self.driver.get(self.path.as_uri())
+        try:
+            WebDriverWait(self.driver, 60).until(lambda _: self.title())
+        except TimeoutException:
+            raise AssertionError(f"nothing was drawn: {self.errors()}") from None
+        self.driver.execute_async_script(DRAWN)
 
     def errors(self) -> list[str]:
         """Return what the browser complains of since the last call."""
@@ -122,27 +131,46 @@ class Page:
         self.driver.execute_async_script(DRAWN)
         self.driver.execute_async_script(DRAWN)
 
+    def zoom(self, x: float, y: float, metres: float) -> None:
+        """See so many metres of the plot, along y, round a point [m]."""
+        self.driver.execute_script(
+            """const {x_range, y_range, inner_width, inner_height} = Bokeh.documents[0].get_model_by_name("plot");
+            const [x, y, metres] = arguments, half = (metres * inner_width) / inner_height / 2;
+            x_range.setv({start: x - half, end: x + half});
+            y_range.setv({start: y - metres / 2, end: y + metres / 2})""",
+            x,
+            y,
+            metres,
+        )
+        self.driver.execute_async_script(DRAWN)
+
     def picture(self) -> bytes:
         """Return what is seen, as PNG."""
         return bytes(self.driver.get_screenshot_as_png())
 
-    def seconds_a_state(self, turns: int = 20) -> float:
-        """Return how long it takes to show another movement, drawn anew, in the mean [s]."""
-        return float(
-            self.driver.execute_async_script(
-                """const [turns, done] = arguments;
-                const factor = Bokeh.documents[0].get_model_by_name("factor");
-                const begin = performance.now();
-                let left = turns;
-                const turn = () => {
-                  if (left-- === 0) { done((performance.now() - begin) / turns / 1000); return }
-                  factor.value = factor.categories[left % factor.categories.length];
-                  requestAnimationFrame(() => setTimeout(turn));
-                };
-                turn()""",
-                turns,
-            )
+    def seconds_a_movement(self, turns: int = 20) -> tuple[float, float]:
+        """Return how long it takes to draw other movements, in the mean: by the clock, and of processors [s]."""
+        before, spent = time.perf_counter(), self._processor_seconds()
+        self.driver.execute_async_script(
+            """const [turns, done] = arguments;
+            const factor = Bokeh.documents[0].get_model_by_name("factor");
+            let left = turns;
+            const turn = () => {
+              if (left-- === 0) { done(true); return }
+              factor.value = factor.categories[left % factor.categories.length];
+              requestAnimationFrame(() => setTimeout(turn));
+            };
+            turn()""",
+            turns,
         )
+        return (time.perf_counter() - before) / turns, (self._processor_seconds() - spent) / turns
+
+    def _processor_seconds(self) -> float:
+        """Return the time that all processes of the browser have had on processors [s]."""
+        import psutil
+
+        processes = psutil.Process(self.driver.service.process.pid).children(recursive=True)
+        return sum(sum(process.cpu_times()[:2]) for process in processes)
 
     def seconds_to_open(self) -> float:
         """Return the time from the begin of loading until the first picture was painted [s]."""
