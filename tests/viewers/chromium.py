@@ -107,6 +107,15 @@ class Page:
             )
         )
 
+    def drawn(self, kind: str) -> list[list[list[float | None]]]:
+        """Return x and y of the shapes of a kind, as lists; None in the gaps of lines."""
+        return self.driver.execute_script(  # type: ignore[no-any-return]
+            """const plot = Bokeh.documents[0].get_model_by_name("plot");
+            const {xs, ys} = plot.renderers.find((one) => one.name === arguments[0]).data_source.data;
+            return [xs, ys].map((lines) => Array.from(lines, (line) => Array.from(line)))""",
+            kind,
+        )
+
     def set(self, name: str, value: object, key: str = "value") -> None:
         """Set a widget, and wait until that is drawn."""
         self.driver.execute_script(f"{MODEL}[arguments[1]] = arguments[2]", name, key, value)

@@ -12,10 +12,12 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.app.view import write_view
+from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.results import Results
+from bsm_mesh.results.joint_faces import joint_faces
 from tests.scenes.large import tilted_wall
 from tests.scenes.models import LINEAR
-from tests.scenes.openings import ROOF, opening
+from tests.scenes.openings import OPENED, ROOF, opening
 from tests.viewers.chromium import Page, chromium, missing
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
@@ -74,6 +76,25 @@ def test_the_slider_of_movements_changes_the_picture(bolted: tuple[Results, Page
         page.set("factor", factor)
         pictures.append(page.picture())
     assert pictures[0] != pictures[1]
+
+
+def test_blocks_and_joints_are_drawn_where_they_are(bolted: tuple[Results, Page]) -> None:
+    """By exact rotation, taken so many times; a line that a joint is in ends where its blocks' corners are."""
+    results, page = bolted
+    page.set("factor", "50")
+    (xs, ys), joints = (page.drawn(kind) for kind in ("blocks", "joints"))
+    blocks, last = results.blocks, results.stages[-1]
+    corners = blocks.vertices + 50 * corner_displacement(blocks, last.displacement)
+    for block in np.flatnonzero(last.present):
+        mine = slice(blocks.offsets[block], blocks.offsets[block + 1])
+        np.testing.assert_allclose(np.column_stack([xs[block], ys[block]]), corners[mine], atol=1e-5)
+    assert [xs[block] for block in OPENED] == [[]] * len(OPENED)
+    faces = joint_faces(results, last)
+    ends = np.concatenate([faces.start + 50 * faces.start_displacement, faces.end + 50 * faces.end_displacement])
+    drawn = np.column_stack([np.concatenate([np.array(x, dtype=float) for x in part]) for part in joints])
+    drawn = drawn[np.isfinite(drawn[:, 0])]
+    assert drawn.shape == ends.shape
+    np.testing.assert_allclose(drawn[np.lexsort(drawn.round(4).T)], ends[np.lexsort(ends.round(4).T)], atol=1e-3)
 
 
 def test_colours_by_any_array(bolted: tuple[Results, Page]) -> None:
