@@ -15,7 +15,7 @@ def results():
 
 def test_a_model(results):
     shown = results.model._repr_html_()
-    for text in ("Opening with bolts", "24, of 1 m2 to 1 m2", "25 kN/m3", "MohrCoulomb(friction=35", "dig", "1, 0, 2"):
+    for text in ("Opening with bolts", "24, of 1 m2 to 1 m2", "25 kN/m3", "MohrCoulomb(friction=5", "dig", "1, 0, 2"):
         assert text in shown
     assert "stress in situ" not in shown  # there is none
 
