@@ -40,11 +40,12 @@ def cli() -> None:
 @cli.command()
 @click.option("-o", "--output", type=PATH, default=Path("bsm-mesh-demo"), show_default=True)
 def demo(output: Path) -> None:
-    """Run the whole chain on a built-in tunnel.
+    """Run the whole chain on a built-in cavern.
 
-    Geometry, mesh, solution, VTU files and pictures, in a folder of their own.
+    Geometry, mesh, stages, VTU files and pictures, in a folder of their own: without bolts a wedge comes down from the
+    roof, with them it stands.
     """
-    from bsm_mesh.app.commands import run_demo
+    from bsm_mesh.app.demo import run_demo
 
     run_demo(output)
 

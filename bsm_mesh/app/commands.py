@@ -30,7 +30,13 @@ from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.results.spread import spread_text
 
-EXIT_CODES = {Status.STABLE: 0, Status.STABLE_AFTER_FALLS: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
+EXIT_CODES = {
+    Status.STABLE: 0,
+    Status.STABLE_AFTER_FALLS: 0,
+    Status.UNSTABLE: 0,
+    Status.NO_VERDICT: 0,
+    Status.NOT_CONVERGED: 3,
+}
 
 
 def run_model(
@@ -104,15 +110,6 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     for picture in drawn:
         say(picture)
-
-
-def run_demo(folder: Path) -> None:
-    """Write the starter ``tunnel`` into a folder, run it and draw it."""
-    from bsm_mesh.app.starters import starter_files, write_starter
-
-    if not all((folder / source.name).is_file() for source in starter_files("tunnel")):  # else run it as changed
-        write_starter("tunnel", folder)
-    run_model(folder / "model.toml", None, Progress(), pictures=True, as_json=False)
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:

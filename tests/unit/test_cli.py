@@ -326,7 +326,8 @@ def test_demo(case: Case) -> None:
     made = {name.removeprefix("bsm-mesh-demo/") for name in outcome.new}
     assert {
         "model.toml",
-        "tunnel.py",
+        "cavern.py",
+        "unbolted.toml",
         "out/model/blocks_0000.vtu",
         "out/model/blocks.pvd",
         "out/model/contacts.pvd",

@@ -65,7 +65,7 @@ def solve_stages(
     run = Analysis(model, scheme, observer, check, prove, falls, resumption.keep, record)
     results = list(resumption.stages)
     for number in range(len(results), 1 + len(model.stages)):
-        if results and not results[-1].status.is_stable:
+        if results and not results[-1].status.is_at_rest:
             break
         stage = model.stages[number - 1] if number else None
         name, parts = (INITIAL, (1.0,)) if stage is None else (stage.name, stage.relaxation)
