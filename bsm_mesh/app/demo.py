@@ -9,11 +9,12 @@ import tomli_w
 
 from bsm_mesh.app.commands import run_model
 from bsm_mesh.app.model_file import read_model_file
+from bsm_mesh.app.plot import PictureChoice, draw_in_subprocess
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.terminal import say
 from bsm_mesh.files import write_text
 
-CASE = "cavern"
+CASE, LAST = "cavern", "-1"
 MODEL, UNBOLTED = "model.toml", "unbolted.toml"
 
 
@@ -30,7 +31,10 @@ def run_demo(folder: Path) -> None:
     write_text(folder / UNBOLTED, without_bolts((folder / MODEL).read_text(encoding="utf-8")))
     for name in (UNBOLTED, MODEL):
         say(f"\n{folder / name}")
-        run_model(folder / name, None, Progress(), pictures=True, as_json=False)
+        run_model(folder / name, None, Progress(), pictures=False, as_json=False)
+    for name in (UNBOLTED, MODEL):
+        for picture in draw_in_subprocess(folder / "out" / Path(name).stem, PictureChoice(stage=LAST)):
+            say(picture)
 
 
 def without_bolts(text: str) -> str:

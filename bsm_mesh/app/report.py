@@ -116,7 +116,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         area = blocks.moments.area
         down = stage.unstable_blocks
         part = 100 * float(area[down].sum() / area[stage.present].sum())
-        what = f"block {listing(down)}: {engineering(float(area[down].sum()), 'm2')}, {part:.3g} % of all"
+        what = f"block {listing(down)}: {float(area[down].sum()):.3g} m2, {part:.3g} % of all"
         rows.insert(2, ("blocks that come down", what))
     if len(stage.water_table) or stage.water.any():
         rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
@@ -161,7 +161,7 @@ def _facts(results: Results) -> Rows:
         ("extent", f"{place(low)} to {place(high)} m"),
         (
             "blocks",
-            f"{blocks.count}, of {engineering(float(area.min()), 'm2')} to {engineering(float(area.max()), 'm2')}",
+            f"{blocks.count}, of {float(area.min()):.3g} to {float(area.max()):.3g} m2",
         ),
     ]
 

@@ -130,7 +130,7 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
             stage.name,
             str(fall.step),
             engineering(fall.moved, "m"),
-            engineering(fall.area, "m2"),
+            f"{fall.area:.3g} m2",
             engineering(fall.weight, "N/m"),
             f"({fall.place[0]:.3g}, {fall.place[1]:.3g}) m",
             fall.reason,

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class Status(StrEnum):
     """The verdict on a stage or a run.
 
-    A run that is not at its end has none: it is unfinished. Nor has an equilibrium of the linear scheme, in which nothing
-    can fail.
+    A run that is not at its end has none: it is unfinished. Nor has an equilibrium of the linear scheme, in which
+    nothing can fail.
     """
 
     STABLE = "stable"

@@ -1,8 +1,8 @@
 """A cavern in two joint sets under a shear zone, excavated in two stages: change it and run it.
 
 `build` cuts the rock into blocks and writes them as a Gmsh mesh with physical groups: `rock:gneiss`, `rock:shear_zone`,
-`joint:J1`, `joint:J2`, `joint:wall` (both sides of the zone), `excavation:heading`, `excavation:bench`. Later regions lie
-over earlier ones. A joint of each set goes through a point of its own near the roof: together they cut out a wedge.
+`joint:J1`, `joint:J2`, `joint:wall` (both sides of the zone), `excavation:heading`, `excavation:bench`. Later regions
+lie over earlier ones. A joint of each set goes through a point of its own near the roof: together they cut out a wedge.
 """
 
 from pathlib import Path
