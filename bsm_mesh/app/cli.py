@@ -121,7 +121,9 @@ def check(
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
-@click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
+@click.option(
+    "-v", "--verbose", is_flag=True, help="A line for every step, by which method it was found; what the solution took."
+)
 @click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
 @click.option("--tables", is_flag=True, help="Write contacts.csv, supports.csv and joints.csv too.")
 @no_scripts_option
@@ -157,6 +159,7 @@ def run(
             resume=resume,
             spread=spread,
             tables=tables,
+            verbose=verbose,
         )
     )
 

@@ -12,10 +12,12 @@ from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
 from bsm_mesh.app.tables import (
+    DOWN_HEADER,
     FALL_HEADER,
     JOINT_HEADER,
     SPREAD_HEADER,
     STAGE_HEADER,
+    down_rows,
     fall_rows,
     joint_rows,
     print_table,
@@ -50,6 +52,7 @@ def run_model(
     resume: bool = False,
     spread: bool = False,
     tables: bool = False,
+    verbose: bool = False,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with told as progress:
@@ -76,11 +79,11 @@ def run_model(
         sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
         say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})
     else:
-        _print_results(results, notes, folder, drawn)
+        _print_results(results, notes, folder, drawn, verbose=verbose)
     return EXIT_CODES[results.status]
 
 
-def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
+def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path], *, verbose: bool) -> None:
     for note in notes:
         say(f"mesh: {note}", err=True)
     title = results.title or "Results"
@@ -89,7 +92,10 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         title = f"{title}: after stage {results.stages[-1].name}"
     if falls := fall_rows(results):
         print_table("What came down and was taken away", FALL_HEADER, falls, texts=2)
-    print_table(title, ("", ""), result_rows(results))
+    print_table(title, ("", ""), result_rows(results, verbose=verbose))
+    if down := down_rows(results):
+        most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
+        print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", JOINT_HEADER, joints)
     for stage in results.stages:

@@ -84,6 +84,7 @@ def test_pictures_show_bolts(case: Case) -> None:
     from matplotlib.image import imread
 
     bolts = '[[bolt]]\nstart = [0.4, 0.4]\nend = [0.4, 1.9]\ndiameter = 0.02\npretension = "30 kN"\n'
+    bolts += 'yield_strength = "500 MPa"\n'
     case.write("model.toml", MODEL + bolts)
     outcome = case.run("run", "model.toml", "-q", "--pictures")
     assert outcome.code == 0, outcome.err
