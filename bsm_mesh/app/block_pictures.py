@@ -134,7 +134,7 @@ def draw_deformation(sheet: Sheet) -> str | None:
     sheet.explain("outline as given", color="#0072b2", linewidth=1.2, linestyle="--")
     told = add_gone(sheet)
     how = f"exaggerated {factor:g} times" if factor > 1 else "true to scale"
-    tied = ", at most a tenth of the opening's size" if factor > 1 and scene.opening else ""
+    tied = ", at most a tenth of the free space's size" if factor > 1 and scene.opening else ""
     return f"deformation, {how}{tied}{told.replace('in no colour of the scale', 'drawn where given')}"
 
 

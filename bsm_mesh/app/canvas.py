@@ -85,6 +85,8 @@ def new_sheet(scene: Scene, figure: Figure | None = None) -> Sheet:
     x0, y0, x1, y1 = scene.view
     if figure is None:
         figure = paper(_paper_size((y1 - y0) / (x1 - x0)), DPI)
+        room: Any = figure.get_layout_engine()
+        room.set(h_pad=0.08)  # inches: title and caption do not touch
     axes = figure.add_subplot()
     axes.set_aspect("equal")
     axes.set_xlim(x0, x1)

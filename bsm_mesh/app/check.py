@@ -63,6 +63,7 @@ def check_model(
     settings: Sequence[str] = (),
     repair: Repair | None = None,
     scripts: bool = True,
+    quiet: bool = False,
 ) -> None:
     """Validate a model file, print the quality of its blocks, draw and mend them where asked.
 
@@ -74,7 +75,7 @@ def check_model(
     limits = Thresholds.parse(settings)
     if repair is not None and not 0 <= repair.snap < np.inf:
         raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
-    with Progress(quiet=as_json) as progress:
+    with Progress(quiet=quiet) as progress:
         loaded = load_model_file(path, progress.report, scripts=scripts)
         progress.report("contacts")
         with placed(path.name):

@@ -91,6 +91,7 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @click.option("--repair", type=PATH, help="Merge slivers; write the blocks to this VTU file.")
 @click.option("--snap", type=float, default=0.0, metavar="METRES", help="With --repair: join corners nearer than this.")
 @click.option("--across-joints", is_flag=True, help="With --repair: give up joints round slivers.")
+@quiet_option
 @no_scripts_option
 def check(
     model: Path,
@@ -100,6 +101,7 @@ def check(
     repair: Path | None,
     snap: float,
     across_joints: bool,
+    quiet: bool,
     no_scripts: bool,
 ) -> None:
     """Validate MODEL; report on mesh and blocks.
@@ -111,7 +113,15 @@ def check(
 
     asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
     scripts = not no_scripts
-    check_model(model, as_json=as_json, picture=picture, settings=settings, repair=asked, scripts=scripts)
+    check_model(
+        model,
+        as_json=as_json,
+        picture=picture,
+        settings=settings,
+        repair=asked,
+        scripts=scripts,
+        quiet=quiet or as_json,
+    )
 
 
 @cli.command()

@@ -16,6 +16,7 @@ from bsm_mesh.results.bolts import BoltStatus
 MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
 MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread over all of it
 LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
+WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
 LONGEST_LOAD = 0.06  # of what is seen
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
 ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
@@ -75,6 +76,8 @@ def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
     for group in groups[:MOST_RINGS]:
         low, high = (centre[group] - radius[group, None]).min(axis=0), (centre[group] + radius[group, None]).max(axis=0)
         at, across = (low + high) / 2, float((high - low).max())
+        if across > WIDEST_RING * scene.size:  # so many are seen without a ring; the largest of them is pointed at
+            at, across = centre[group[area[blocks[group]].argmax()]], 0.0
         total = area[blocks[group]].sum()
         text = f"{_named(blocks[group])}\n{total:.3g} m2"
         text += f", {engineering(float(weight[blocks[group]].sum()), 'N/m')}" if weight.any() else ""
@@ -89,7 +92,8 @@ def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
     part = (at - (x0, y0)) / (x1 - x0, y1 - y0)
     if not ((part > 0) & (part < 1)).all():
         return
-    sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=FALLS, linewidth=2.0, zorder=5))
+    if across > 0:
+        sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=FALLS, linewidth=2.0, zorder=5))
     side, up = (-1 if part[0] > 0.7 else 1), (-1 if part[1] > 0.75 else 1)
     edge = at + across / 2 * np.array([0.7 * side, 0.7 * up])
     sheet.axes.annotate(
@@ -154,16 +158,19 @@ def add_loads(sheet: Sheet) -> None:
     if stage.evidence is None:
         return
     applied = stage.loads[:, :2] - stage.water[:, :2] - stage.evidence.weight
-    add_forces(sheet, applied, "#8a1c1c", "loads")
+    add_forces(sheet, applied, "#8a1c1c", "loads", outside=True)
 
 
 def add_water_forces(sheet: Sheet) -> None:
     """Draw the force of the water on every block."""
-    add_forces(sheet, sheet.scene.stage.water[:, :2], OF_WATER, "water on a block")
+    add_forces(sheet, sheet.scene.stage.water[:, :2], OF_WATER, "water on a block", outside=False)
 
 
-def add_forces(sheet: Sheet, forces: FloatArray, colour: str, what: str) -> None:
-    """Draw forces (n, 2) on blocks, where they are not too crowded, and say how large the greatest is."""
+def add_forces(sheet: Sheet, forces: FloatArray, colour: str, what: str, *, outside: bool) -> None:
+    """Draw forces (n, 2) on blocks, where they are not too crowded, and say how large the greatest is.
+
+    With `outside` they end where they meet the block, else they begin at its centroid.
+    """
     scene = sheet.scene
     size = np.hypot(*forces.T)
     greatest = float(size[scene.shown].max(initial=0.0))
@@ -171,10 +178,12 @@ def add_forces(sheet: Sheet, forces: FloatArray, colour: str, what: str) -> None
         return
     blocks = scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
     sense = forces[blocks] / size[blocks, None]
-    tip = middle(scene, blocks) - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
-    chosen = scene.spread(tip, MOST_LOADS)
-    tip, vector = tip[chosen], forces[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
-    arrows(sheet, tip - vector, vector, colour)
+    at = middle(scene, blocks)
+    if outside:
+        at = at - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
+    chosen = scene.spread(at, MOST_LOADS)
+    at, vector = at[chosen], forces[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
+    arrows(sheet, at - vector if outside else at, vector, colour)
     sheet.explain(f"{what}, greatest {engineering(greatest, 'N/m')}", color=colour, marker=">", linewidth=1.5)
 
 

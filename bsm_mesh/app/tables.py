@@ -103,6 +103,7 @@ def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, s
     overstressed = int((stage.contacts.utilisation > 1).sum())
     if overstressed and results.scheme == "linear":
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
+    rows.append(("time of the solution", f"{stage.seconds:.3g} s"))
     return rows + (_solution_rows(results, stage) if verbose else [])
 
 
@@ -150,7 +151,6 @@ def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]
             "residual: block most out of balance",
             f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}",
         ),
-        ("time of the solution", f"{stage.seconds:.3g} s"),
     ]
 
 

@@ -182,7 +182,7 @@ def test_not_converged_is_exit_code_3(case: Case) -> None:
     case.write("model.toml", MODEL + "[solver]\nmax_steps = 1\n")
     outcome = case.run("run", "model.toml", "-q")
     assert outcome.code == 3
-    assert "not_converged" in outcome.out
+    assert "not converged" in outcome.out
     assert (case.folder / "out/model/summary.json").is_file()
 
 

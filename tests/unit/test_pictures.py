@@ -150,7 +150,7 @@ def test_what_stands_is_not_drawn_as_if_it_collapsed() -> None:
     assert scene.opening == pytest.approx(1.0)
     shown = scene.exaggeration * np.hypot(*scene.corner_movement.T).max()
     assert 0.04 < shown <= 0.1
-    assert f"exaggerated {scene.exaggeration:g} times, at most a tenth of the opening" in texts(
+    assert f"exaggerated {scene.exaggeration:g} times, at most a tenth of the free space" in texts(
         figure_of(results, "deformation")
     )
 
