@@ -132,8 +132,8 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
     refuse_window(choice.window)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
     results = load_results(folder)
-    drawn = []
-    for number in stages_of(results, choice.stage):
+    drawn, stages = [], stages_of(results, choice.stage)
+    for number in stages:
         scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
         suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
         suffix += "" if choice.window is None else "_window"
@@ -141,7 +141,7 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
             figure = _figure(scene, name) if name in PICTURES else None
             if figure is not None:
                 drawn.append(add_picture(added, f"{name}{suffix}.png", partial(save, figure)))
-    if choice.window is None and choice.stage is None:
+    if choice.window is None and len(results.stages) - 1 in stages:
         for name, draw in _charts(results, names):
             drawn.append(add_picture(added, f"{name}.png", draw))
     return drawn
