@@ -48,7 +48,7 @@ def draw_displacement(sheet: Sheet) -> str | None:
     scene = sheet.scene
     size = np.hypot(*scene.stage.displacement[:, :2].T)
     greatest = _greatest(sheet, size)
-    if greatest <= NOTHING * scene.size and not scene.apart.any():
+    if greatest <= NOTHING * scene.size:
         return None
     stays = np.where(scene.apart, 0.0, size)
     values, unit = scaled(stays[scene.shown], "m")
@@ -110,7 +110,10 @@ def draw_principal_stresses(sheet: Sheet) -> str | None:
     angle = np.arctan2(2 * xy, xx - yy) / 2  # direction of the greatest (least compressive) stress
     mean, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     greatest = float(max(np.abs(mean + radius).max(), np.abs(mean - radius).max()))
-    half = 0.8 * scene.spacing(min(MOST_GLYPHS, len(stays)))
+    size = float(np.sqrt(np.median(scene.results.blocks.moments.area[chosen])))
+    half = min(
+        0.8 * scene.spacing(min(MOST_GLYPHS, len(stays))), 0.6 * size * np.sqrt(max(1, len(stays) / MOST_GLYPHS))
+    )
     for colour, sign, name in ((COMPRESSION, -1.0, "compression"), (TENSION, 1.0, "tension")):
         bars = [
             _bars(middle(scene, chosen), angle + turn, value * (half / greatest))[value * sign > 0.002 * greatest]

@@ -194,9 +194,9 @@ def add_joints(sheet: Sheet, factor: float = 0.0, *, sets: bool = False) -> None
 
 
 def gone(scene: Scene) -> Any:
-    """Return which faces are of blocks that have gone, (k,) bool."""
+    """Return which faces are of blocks that come down, (k,) bool."""
     faces = scene.faces
-    return scene.apart[faces.block_a] | scene.apart[faces.block_b]
+    return scene.down[faces.block_a] | scene.down[faces.block_b]
 
 
 def middle(scene: Scene, blocks: IntArray, factor: float = 0.0) -> FloatArray:

@@ -133,8 +133,10 @@ def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> Non
     with geometry_faults(), stdout_to_stderr():
         parameters = parse_settings(find_case(case), texts)
     try:
-        with whole_file(path, parents=True) as draft:
+        with Progress() as progress, whole_file(path, parents=True) as draft:
+            progress.report(f"building {case}")
             build_geometry(case, draft, parameters)
+            progress.report("reading it")
             _, report = read_mesh(draft, groups={"*": "rock:rock"})
     except ModelError as error:
         raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error

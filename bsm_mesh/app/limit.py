@@ -130,9 +130,8 @@ def _meaning(factor: float, which: str) -> str:
     """Return in one sentence what a factor of limit analysis is."""
     if not math.isfinite(factor):
         return (
-            f"No limit: statics alone never proves that blocks move, however much {which} grow: friction grows with "
-            "them. "
-            "That is no factor of safety (bsm-mesh safety)."
+            f"No limit: whatever the factor on {which}, statics alone does not prove that blocks move; friction grows "
+            "with it. That is no factor of safety (bsm-mesh safety)."
         )
     return (
         f"Beyond {factor:.4g} times {which} the blocks must move, whatever their stiffness; they may well move before: "
