@@ -26,18 +26,28 @@ if TYPE_CHECKING:
 
 
 class Status(StrEnum):
-    """The verdict on a stage or a run; a run that is not at its end has none: it is unfinished."""
+    """The verdict on a stage or a run.
+
+    A run that is not at its end has none: it is unfinished. Nor has an equilibrium of the linear scheme, in which
+    nothing can fail.
+    """
 
     STABLE = "stable"
     STABLE_AFTER_FALLS = "stable_after_falls"
     UNSTABLE = "unstable"
     NOT_CONVERGED = "not_converged"
+    NO_VERDICT = "no_verdict"
     UNFINISHED = "unfinished"
 
     @property
     def is_stable(self) -> bool:
-        """Whether the blocks that are there are at rest."""
+        """Whether the blocks that are there stand."""
         return self in (Status.STABLE, Status.STABLE_AFTER_FALLS)
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether an equilibrium was found, be it one in which nothing can fail."""
+        return self.is_stable or self is Status.NO_VERDICT
 
 
 class ContactStatus(IntEnum):
@@ -202,7 +212,7 @@ class StageResult(Portable):
     bolts : BoltForces
         Forces in the bolts.
     unstable_blocks : (k,) int32
-        Blocks that come down; empty where the stage is stable.
+        Blocks that come down; empty where the stage is at rest.
     start_residual, residual : float
         As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
