@@ -55,7 +55,16 @@ def shown(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     results.save(place / "out")
     script, picture, asked = write_paraview(place / "out"), place / "picture.png", place / "asked.py"
     asked.write_text(ASKED, encoding="utf-8")
-    command = [str(XVFB), "-a", "-s", "-screen 0 1600x1000x24 -noreset", str(PVPYTHON), str(asked), str(script), str(picture)]
+    command = [
+        str(XVFB),
+        "-a",
+        "-s",
+        "-screen 0 1600x1000x24 -noreset",
+        str(PVPYTHON),
+        str(asked),
+        str(script),
+        str(picture),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     line = next(line for line in done.stdout.splitlines() if line.startswith("TOLD"))
