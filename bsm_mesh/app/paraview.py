@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.exaggeration import exaggeration
+from bsm_mesh.app.exaggeration import exaggeration, size_of
 from bsm_mesh.app.frames import frames_in
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.files import write_text
@@ -28,9 +28,7 @@ def write_paraview(out: Path) -> Path:
     from jinja2 import Environment
 
     added, saved = AddedFiles(out), SavedResults(out)
-    greatest, size = _greatest(saved)
-    falls = any(stage["unstable_blocks"] for stage in saved.told["stages"])
-    factor = 1.0 if falls else exaggeration(greatest, size)
+    greatest, factor, size = _movements(saved)
     text = f"{saved.told['title'] or 'bsm-mesh'}; {'true to scale' if factor == 1 else f'movements {factor:g} times'}"
     template = resources.files("bsm_mesh.app").joinpath(TEMPLATE).read_text(encoding="utf-8")
     script = (
@@ -52,13 +50,19 @@ def write_paraview(out: Path) -> Path:
     return out / SCRIPT
 
 
-def _greatest(saved: SavedResults) -> tuple[float, float]:
-    """Return the greatest displacement of a block that does not come down, and the model's size [m]."""
-    found, size = [0.0], 0.0
-    for frame in frames_in(saved):
-        if frame.is_end:
-            grid = saved.grid(frame.file("blocks"), needs=("displacement", "unstable"))
-            stays = grid.cell_data["unstable"] == 0
-            found.append(float(np.hypot(*grid.cell_data["displacement"][stays, :2].T).max(initial=0.0)))
-            size = max(size, float(np.hypot(*np.ptp(grid.points, axis=0))))
-    return max(found), size
+def _movements(saved: SavedResults) -> tuple[float, float, float]:
+    """Return the greatest displacement of a block that does not come down [m], the factor on movements, the size [m].
+
+    Where blocks come down all is drawn true to scale.
+    """
+    from bsm_mesh.converters.result_files import blocks_of_grid
+
+    grids = [saved.grid(frame.file("blocks"), needs=("displacement",)) for frame in frames_in(saved) if frame.is_end]
+    blocks = blocks_of_grid(grids[0])
+    moved = [
+        float(np.hypot(*grid.cell_data["displacement"][grid.cell_data["unstable"] == 0, :2].T).max(initial=0.0))
+        for grid in grids
+    ]
+    falls = any(stage["unstable_blocks"] for stage in saved.told["stages"])
+    factors = [exaggeration(most, blocks, grid.cell_data["block_id"]) for most, grid in zip(moved, grids, strict=True)]
+    return max(moved), 1.0 if falls else min(factors), size_of(blocks)

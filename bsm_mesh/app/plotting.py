@@ -99,6 +99,7 @@ def as_given(model: Model) -> Results:
         normal_stiffness=none,
         shear_stiffness=none,
         near=none.astype(bool),
+        slip_path=none,
         weight=model.gravity_forces,
         bolt_pair=np.zeros((0, 2), np.int32),
         bolt_tangent=np.zeros((0, 3, 3)),

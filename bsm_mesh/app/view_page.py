@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.exaggeration import exaggeration, factors_up_to, round_factor
-from bsm_mesh.app.view_data import FALL_COLUMNS, MOTION, Layer, ViewData
+from bsm_mesh.app.canvas import BOLTS, FALLS, OPENS, SLIPS, WATER
+from bsm_mesh.app.exaggeration import exaggeration, factors_up_to, round_factor, size_of
+from bsm_mesh.app.view_data import FALL_COLUMNS, MOTION, Layer, State, ViewData
 from bsm_mesh.errors import ModelError
 
 SCRIPT = "view.js"
@@ -20,8 +21,8 @@ FARTHEST = 0.5  # of the model's size: the greatest movement with the largest fa
 MANY = 2000  # blocks; among more of them thick lines hide what is between, and joints alone are their outlines
 LINES = {"blocks": (0.6, 0.0), "joints": (2.5, 1.2), "bolts": (6.0, 3.0)}  # pixels, among few and among many blocks
 COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#F0E442", "#999999")  # Okabe and Ito's
-HOLDS, SLIPS, OPENS, FALLS, WATER, STEEL = "#6e6e6e", "#e69f00", "#0072b2", "#d55e00", "#56b4e9", "#006d4e"
-STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": ("#b0b0b0", STEEL, SLIPS, FALLS, "#ffffff")}  # by status
+HOLDS, SLACK, ABSENT = "#6e6e6e", "#b0b0b0", "#ffffff"
+STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": (SLACK, BOLTS, SLIPS, FALLS, ABSENT)}  # by status
 PAPER = "#efeae0"
 SIDE = 330  # pixels
 UNITS = {"area": "m2", "weight": "N/m", "x": "m", "y": "m", "moved": "m"}
@@ -228,31 +229,26 @@ def _list_of_falls(data: ViewData) -> Any:
     )
 
 
-def _greatest(data: ViewData) -> float:
-    """Return the greatest movement at the ends of stages of blocks that do not come down [m]."""
-    found = [0.0]
-    for state in data.states:
-        arrays = state.layers["blocks"].arrays
-        size = np.hypot(arrays[MOTION[0]], arrays[MOTION[1]])
-        size[state.unstable] = 0.0
-        found.append(float(np.nanmax(size, initial=0.0)))
-    return max(found)
-
-
-def _size(data: ViewData) -> float:
-    return float(np.hypot(*np.ptp(data.blocks.vertices, axis=0)))
+def _greatest(state: State) -> float:
+    """Return the greatest movement of a block that does not come down [m]."""
+    u, v, _ = (state.layers["blocks"].arrays[name] for name in MOTION)
+    size = np.nan_to_num(np.hypot(u, v))
+    size[state.unstable] = 0.0
+    return float(size.max())
 
 
 def _usual(data: ViewData) -> float:
     """Return the factor with which the page opens; true to scale where blocks come down."""
-    return 1.0 if data.falls else exaggeration(_greatest(data), _size(data))
+    if data.falls:
+        return 1.0
+    there = ((state, np.flatnonzero(np.isfinite(state.layers["blocks"].arrays["rotation"]))) for state in data.states)
+    return min(exaggeration(_greatest(state), data.blocks, here) for state, here in there)
 
 
 def _factors(data: ViewData) -> list[float]:
-    greatest = _greatest(data)
-    return factors_up_to(
-        max(round_factor(FARTHEST * _size(data) / greatest) if greatest > 0 else 1.0, _usual(data), 10.0)
-    )
+    greatest = max(_greatest(state) for state in data.states)
+    farthest = round_factor(FARTHEST * size_of(data.blocks) / greatest) if greatest > 0 else 1.0
+    return factors_up_to(max(farthest, _usual(data), 10.0))
 
 
 def _content(data: ViewData) -> dict[str, Any]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.app.exaggeration import exaggeration, factors_up_to
 from bsm_mesh.app.frames import frames_in
 from bsm_mesh.app.storage import SavedResults
-from tests.scenes.openings import opening
+from tests.scenes.openings import OPENED, opening
 
 
 def test_names_of_states(tmp_path):
@@ -21,10 +22,16 @@ def test_names_of_states(tmp_path):
     assert replace(first, step=11, verdict="").file("joints") == "joints_0000_00011.vtu"
 
 
-@pytest.mark.parametrize(("greatest", "factor"), [(0.0, 1), (1.0, 2), (1e-3, 2000), (0.9e-3, 2000), (30.0, 1)])
-def test_movements_are_seen_and_never_made_smaller(greatest, factor):
-    """A hundred metres of rock; a fiftieth of that is two metres."""
-    assert exaggeration(greatest, 100.0) == factor
+@pytest.mark.parametrize(("greatest", "factor"), [(0.0, 1), (1.0, 1), (1e-3, 200), (0.9e-3, 200), (30.0, 1)])
+def test_movements_are_seen_and_close_no_opening(greatest, factor):
+    """Six by four metres without two by two: a twentieth of the first is .36 m, a tenth of the other .2 m."""
+    blocks = opening(bolted=False).blocks
+    assert exaggeration(greatest, blocks, np.setdiff1d(np.arange(24), OPENED)) == factor
+
+
+def test_without_an_opening_the_model_alone_is_asked():
+    assert exaggeration(1e-3, opening(bolted=False).blocks, np.arange(24)) == 200  # of 7.21 m
+    assert exaggeration(1e-4, opening(bolted=False).blocks, np.arange(24)) == 2000
 
 
 def test_factors_to_choose_from():
