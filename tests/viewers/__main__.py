@@ -16,19 +16,14 @@ from tests.scenes.large import jointed_slope, tilted_wall
 from tests.scenes.models import LINEAR
 from tests.scenes.openings import opening
 from tests.viewers.chromium import Page, chromium, missing
-from tests.viewers.test_paraview import PVPYTHON, XVFB
+from tests.viewers.test_paraview import LACKING, PVPYTHON, XVFB
 
 HEADER = ("blocks", "states", "page, MB", "to write, s", "to open, s", "a movement drawn anew, s", "of processors, s")
 
 
 def main() -> int:
     """Return 0 where nothing is missing and every test passes."""
-    lacking = [
-        missing(),
-        ""
-        if PVPYTHON and XVFB
-        else "needs pvpython and xvfb-run: apt-get install paraview python3-paraview xvfb xauth",
-    ]
+    lacking = [missing(), "" if PVPYTHON and XVFB else LACKING]
     for text in filter(None, lacking):
         print(text, file=sys.stderr)
     if not missing():

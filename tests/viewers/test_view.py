@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from tests.scenes.models import LINEAR
 from tests.scenes.openings import OPENED, ROOF, opening
 from tests.viewers.chromium import Page, chromium, missing
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing())]
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +96,20 @@ def test_blocks_and_joints_are_drawn_where_they_are(bolted: tuple[Results, Page]
     drawn = drawn[np.isfinite(drawn[:, 0])]
     assert drawn.shape == ends.shape
     np.testing.assert_allclose(drawn[np.lexsort(drawn.round(4).T)], ends[np.lexsort(ends.round(4).T)], atol=1e-3)
+
+
+def test_a_block_that_has_turned_far(driver: Any, bolted: tuple[Results, Page], tmp_path: Path) -> None:
+    results, _ = bolted
+    last = results.stages[-1]
+    moved = last.displacement.copy()
+    moved[ROOF[0]] = (0.3, -0.2, 2.5)
+    turned = replace(results, stages=(results.stages[0], replace(last, displacement=moved)))
+    page = opened(driver, tmp_path / "out", turned)
+    page.set("factor", "1")
+    xs, ys = (values[ROOF[0]] for values in page.drawn("blocks"))
+    mine = slice(results.blocks.offsets[ROOF[0]], results.blocks.offsets[ROOF[0] + 1])
+    expected = (results.blocks.vertices + corner_displacement(results.blocks, moved))[mine]
+    np.testing.assert_allclose(np.column_stack([xs, ys]), expected, atol=1e-5)
 
 
 def test_colours_by_any_array(bolted: tuple[Results, Page]) -> None:
