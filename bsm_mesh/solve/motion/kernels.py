@@ -15,8 +15,6 @@ from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, add_
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
 
-SERIES = 0.1  # rad: turns below are worked out by their series
-
 
 @njit(nogil=True)
 def advance(
@@ -121,7 +119,7 @@ def set_turns(
     for i in own:
         turn = here[i, 2]
         square = turn * turn
-        if square < SERIES * SERIES:
+        if square < 0.01:  # a turn of a tenth
             sine[i] = turn * (1.0 - square / 6.0 * (1.0 - square / 20.0))
             versine[i] = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0))
         else:
