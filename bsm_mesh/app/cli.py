@@ -14,7 +14,7 @@ import click
 
 from bsm_mesh import __version__
 from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
-from bsm_mesh.app.cli_results import plot, report, verify
+from bsm_mesh.app.cli_results import paraview, plot, report, verify, view
 from bsm_mesh.app.cli_safety import back_analysis, safety, study
 from bsm_mesh.app.interruption import guarded
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
@@ -291,7 +291,7 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-for command in (safety, back_analysis, study, plot, report, verify):
+for command in (safety, back_analysis, study, plot, view, paraview, report, verify):
     cli.add_command(command)
 
 

@@ -1,4 +1,4 @@
-"""The commands on a results folder: ``plot``, ``report``, ``verify``."""
+"""The commands on a results folder: ``plot``, ``report``, ``view``, ``paraview``, ``verify``."""
 
 from __future__ import annotations
 
@@ -49,6 +49,31 @@ def report(out: Path, no_pictures: bool) -> None:
     from bsm_mesh.app.report import write_report
 
     write_report(out, pictures=not no_pictures)
+
+
+@click.command()
+@click.argument("out", type=PATH)
+def view(out: Path) -> None:
+    """Write the results in OUT as a page to explore, OUT/view.html.
+
+    Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
+    click tells numbers. The page needs no other file and no network. It takes Bokeh: pip install 'bsm-mesh[view]'.
+    """
+    from bsm_mesh.app.view import write_view
+
+    say(write_view(out))
+
+
+@click.command()
+@click.argument("out", type=PATH)
+def paraview(out: Path) -> None:
+    """Write a script that opens the results in OUT in ParaView, OUT/in_paraview.py.
+
+    Coloured, moved, with the stages named: paraview --script=OUT/in_paraview.py, or File > Load State.
+    """
+    from bsm_mesh.app.paraview import write_paraview
+
+    say(write_paraview(out))
 
 
 @click.command()

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bsm_mesh.app.exaggeration import exaggeration, opening_of
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.results.joint_faces import JointFaces, joint_faces
@@ -16,10 +17,7 @@ from bsm_mesh.results.records import Results, StageResult
 MARGIN = 0.04  # of the model's size, around it
 BEYOND = 0.3  # of the model's extent: how far beside it what moves is followed
 MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
-EXAGGERATED = 0.05  # of the model's size: the greatest displacement that is drawn ...
-OF_OPENING = 0.1  # ... and of the opening's, which else would look as if it closed
 LEAST_PART = 1e-6  # of an edge: less is rounding
-LEAST_VOID = 1e-3  # of the model's box: less is no opening
 
 Window = tuple[float, float, float, float]
 
@@ -174,22 +172,17 @@ class Scene:
             [faces.start + factor * faces.start_displacement, faces.end + factor * faces.end_displacement], axis=1
         )
 
-    @cached_property
+    @property
     def opening(self) -> float:
-        """Size of the room that the blocks leave in their box: openings, and the air before a slope; 0: none [m]."""
-        width, height = self.box[1] - self.box[0]
-        void = float(width * height - self.results.blocks.moments.area[self.here].sum())
-        return float(np.sqrt(void)) if void > LEAST_VOID * width * height else 0.0
+        """Size of the room that the blocks leave in their box (`opening_of`) [m]."""
+        return opening_of(self.results.blocks, self.here)
 
     @cached_property
     def exaggeration(self) -> float:
         """How many times displacements are drawn: a round number, at least 1."""
         stays = self.stage.present & ~self.apart
         moved = np.hypot(*self.corner_movement[stays[self.results.blocks.owner]].T)
-        greatest = float(moved.max(initial=0.0))
-        whole = float(np.hypot(*(self.box[1] - self.box[0])))
-        most = min(EXAGGERATED * whole, OF_OPENING * self.opening if self.opening else np.inf)
-        return max(round_factor(most / greatest), 1.0) if greatest > 0 else 1.0
+        return exaggeration(float(moved.max(initial=0.0)), self.results.blocks, self.here)
 
     def spread(self, points: FloatArray, most: int) -> IntArray:
         """Return at most about so many of the points (k, 2) within the view, evenly spread, (m,)."""
@@ -207,15 +200,3 @@ class Scene:
         (left, low), (right, high) = self.box
         seen = max(min(x1, right) - max(x0, left), 0) * max(min(y1, high) - max(y0, low), 0)
         return float(np.sqrt((seen or (x1 - x0) * (y1 - y0)) / max(count, 1)))
-
-
-def round_factor(factor: float) -> float:
-    """Return 1, 2 or 5 times a power of ten, not above `factor`.
-
-    Examples
-    --------
-    >>> [round_factor(f) for f in (0.7, 3.9, 50.0, 940.0)]
-    [0.5, 2.0, 50.0, 500.0]
-    """
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(max(step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)) * power)

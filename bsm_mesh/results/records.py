@@ -18,6 +18,8 @@ from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
     from bsm_mesh.results.histories import HistorySeries, Recorded
@@ -364,6 +366,43 @@ class Results:
         from bsm_mesh.results.histories import series_of
 
         return series_of(self.recorded, self.stages)
+
+    def plot(
+        self,
+        picture: str = "displacement",
+        *,
+        stage: int | str = -1,
+        window: tuple[float, float, float, float] | None = None,
+        figure: Figure | None = None,
+    ) -> Figure:
+        """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to go on with.
+
+        Parameters
+        ----------
+        picture : str
+            Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
+            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all.
+        stage : int or str
+            Number or name; negative numbers count from the last stage.
+        window : (x0, y0, x1, y1), optional [m]
+            What is seen.
+        figure : matplotlib.figure.Figure, optional
+            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+
+        Raises
+        ------
+        ModelError
+            If there is no such picture or stage, or nothing to show in it.
+        """
+        from bsm_mesh.app.plotting import plot_results
+
+        return plot_results(self, picture, stage, window, figure)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of them."""
+        from bsm_mesh.app.notebook import results_html
+
+        return results_html(self)
 
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""
