@@ -8,9 +8,11 @@ from pathlib import Path
 import tomli_w
 
 from bsm_mesh.app.commands import run_model
+from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.plot import PictureChoice, draw_in_subprocess
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.summary import read_summary
 from bsm_mesh.app.terminal import say
 from bsm_mesh.files import write_text
 
@@ -30,11 +32,14 @@ def run_demo(folder: Path) -> None:
     read_model_file(folder / MODEL)  # says what is wrong, and where
     write_text(folder / UNBOLTED, without_bolts((folder / MODEL).read_text(encoding="utf-8")))
     for name in (UNBOLTED, MODEL):
-        say(f"\n{folder / name}")
+        say(f"{folder / name}:")
         run_model(folder / name, None, Progress(), pictures=False, as_json=False)
+        say("")
     for name in (UNBOLTED, MODEL):
-        for picture in draw_in_subprocess(folder / "out" / Path(name).stem, PictureChoice(stage=LAST)):
-            say(picture)
+        out = folder / "out" / Path(name).stem
+        draw_in_subprocess(out, PictureChoice(stage=LAST))
+        stage = read_summary(out)["stages"][-1]
+        say(f"{name}, stage {stage['name']}: {stage['verdict']}. Pictures: {out / PICTURES_FOLDER}")
 
 
 def without_bolts(text: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from bsm_mesh.errors import counted, nearest
 from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.joint_laws import MohrCoulomb
+from bsm_mesh.model.loads import InSituTraction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, Quantity, quantities_of
@@ -197,7 +198,8 @@ def _of_ground(model: Model) -> Iterator[str]:
         above = int((model.blocks.moments.centroid[:, 1] > level).sum())
         if above:
             yield f"in_situ: {counted(above, 'block')} above the surface: without stress at the start"
-        if level.min() > high + (high - low):
+        borne = any(isinstance(load, InSituTraction) for load in model.loads)
+        if level.min() > high + (high - low) and not borne:
             yield (
                 f"in_situ: the surface lies {level.min() - high:.6g} m above the top of the model (y = {high:.6g} m): "
                 "the ground between weighs on the field, and on the model only as a load (in_situ = true)"

@@ -87,6 +87,12 @@ def test_what_is_noted(changes: dict[str, object], words: str) -> None:
     assert words in note
 
 
+def test_ground_above_the_model_that_a_load_stands_for_is_no_slip() -> None:
+    deep = PLAIN.replace(in_situ=bsm.InSitu(surface=900.0))
+    assert len(notes_of(deep)) == 1
+    assert notes_of(deep.replace(loads=[bsm.InSituTraction(boundary="top")])) == []
+
+
 def test_faces_without_strength() -> None:
     """Two of the four faces bear the joint; T-junctions count too."""
     elastic = bsm.Rock("rock", unit_weight=26e3, young=1e10, poisson=0.2)

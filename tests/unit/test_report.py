@@ -72,7 +72,7 @@ def test_the_next_run_takes_it_away(slope, tmp_path):
 def test_blocks_that_come_down_and_texts_that_are_no_html(tmp_path):
     bsm.run(replace(incline(20.0, 30.0), title="a < b & <script>alert(1)</script>")).save(tmp_path / "out")
     _, page = report(tmp_path / "out", "--no-pictures")
-    assert "<td>blocks that come down</td><td>block 1: 1 m2" in page
+    assert "<td>comes down</td><td>1 block, 1 m2 (" in page
     assert "proved: " in page
     assert "&lt;script&gt;" in page
     assert "<script" not in page
