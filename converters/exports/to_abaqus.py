@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.exports.parts import GRAVITY, JointedFaces, friction_and_cohesion, left_out
+from bsm_mesh.converters.exports.parts import GRAVITY, JointedFaces, left_out
 from bsm_mesh.files import write_text
 from bsm_mesh.model.loads import Pressure
 from bsm_mesh.model.model import Model
@@ -124,7 +124,7 @@ def _materials(model: Model, remarks: list[str]) -> list[str]:
         lines += ["THICKNESS=SPECIFIED", "1.0, 1.0", f"*MATERIAL, NAME={name}"]
         lines += ["*ELASTIC, TYPE=TRACTION", f"{normal:.9g}, {shear:.9g}, {shear:.9g}"]
     for joint in model.joints:
-        if friction_and_cohesion(joint)[0] is not None:
+        if joint.law is not None:
             remarks.append(f"joint '{joint.name}': strength; its cohesive elements are elastic")
     return lines
 

@@ -105,6 +105,17 @@ def test_one_friction_for_all_is_the_lowest(tmp_path: Path) -> None:
     assert "joint 'K': cohesion and tensile strength" in remarks
 
 
+def test_a_law_without_friction_is_refused_but_by_elastic_joints(tmp_path: Path) -> None:
+    law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=28)
+    model = model_of([rectangle(-1, -1, 2, 0), SQUARE], law=law)
+    for program in ("udec", "lmgc90", "compas_dem"):
+        with pytest.raises(ModelError, match="the law BartonBandis has no friction and cohesion to be told"):
+            export(model, program, tmp_path / "a.py")
+    assert any(
+        "strength; its cohesive elements are elastic" in text for text in export(model, "abaqus", tmp_path / "a")
+    )
+
+
 def test_names_that_are_refused(tmp_path: Path) -> None:
     model = arch(5, 0.3)
     with pytest.raises(ModelError, match=r"no export to 'flac'; known: abaqus, compas_dem, lmgc90, udec"):
