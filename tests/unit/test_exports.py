@@ -37,6 +37,7 @@ def test_abaqus_read_back_is_the_same_mesh(tmp_path: Path) -> None:
     assert_allclose(blocks.moments.area, model.blocks.moments.area, rtol=1e-12)
     assert_allclose(blocks.moments.centroid, model.blocks.moments.centroid, atol=1e-12)
     assert report.groups["joint:J1"] == 14
+    assert {name: ids.tolist() for name, ids in blocks.excavations.items()} == {"one": [5], "two": [4]}
     assert {n: len(e) for n, e in blocks.boundaries.items()} == {n: len(e) for n, e in model.blocks.boundaries.items()}
     assert [text for text in remarks if "stage" in text or "bolt" in text or "water" in text] == [
         *("2 stages (first, second)", "1 bolt", "groundwater")
