@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import counted
+from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import Faces, find_faces
-from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import Elastic, MohrCoulomb, Patton
 from bsm_mesh.model.loads import InSituTraction, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint
@@ -65,13 +65,24 @@ def fixed_blocks(model: Model, support: Fixed) -> LongArray:
 
 
 def friction_and_cohesion(joint: Joint) -> tuple[float | None, float]:
-    """Return the friction angle [degrees] and cohesion [Pa] of a joint; None: no limit of shear."""
+    """Return the friction angle [degrees] and cohesion [Pa] of a joint; None: no limit of shear.
+
+    Raises
+    ------
+    ModelError
+        If its law has no such numbers.
+    """
     law = joint.law
+    if law is None or isinstance(law, Elastic):
+        return None, 0.0
     if isinstance(law, MohrCoulomb):
         return law.friction, law.cohesion
     if isinstance(law, Patton):
         return law.friction + law.dilation, 0.0  # its first line, which governs at low pressure
-    return None, 0.0
+    raise ModelError(
+        f"joint '{joint.name}': the law {type(law).__name__} has no friction and cohesion to be told; give a "
+        "mohr_coulomb law that fits it over the pressures of this model"
+    )
 
 
 def left_out(model: Model, said: Collection[str] = ()) -> list[str]:
@@ -103,4 +114,5 @@ def left_out(model: Model, said: Collection[str] = ()) -> list[str]:
 
 def _is_plain(joint: Joint) -> bool:
     law = joint.law
-    return isinstance(law, MohrCoulomb) and law.residual_friction is None and law.residual_cohesion is None
+    plain = isinstance(law, MohrCoulomb) and law.residual_friction is None and law.residual_cohesion is None
+    return plain or isinstance(law, Elastic)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.exports.parts import GRAVITY, JointedFaces, friction_and_cohesion, left_out
+from bsm_mesh.converters.exports.parts import GRAVITY, JointedFaces, left_out
 from bsm_mesh.files import write_text
 from bsm_mesh.model.loads import Pressure
 from bsm_mesh.model.model import Model
@@ -28,11 +28,12 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
     mesh = _elements(model)
     lines = ["*HEADING", f"{model.title or 'a model'} of bsm-mesh, in m, N, Pa, kg/m^3"]
     lines += ["*NODE", *(f"{k}, {x:.17g}, {y:.17g}" for k, (x, y) in enumerate(mesh.points, start=1))]
-    number = 1
+    number, owner = 1, dict[int, int]()
     for size, kind in ((3, "CPE3"), (4, "CPE4")):
         for rock, name in enumerate(blocks.rock_names):
-            rows = [nodes for nodes, owner in mesh.cells if len(nodes) == size and blocks.rock[owner] == rock]
-            lines += _rows(f"*ELEMENT, TYPE={kind}, ELSET={_name('ROCK', name)}", rows, number)
+            rows = [(nodes, b) for nodes, b in mesh.cells if len(nodes) == size and blocks.rock[b] == rock]
+            owner |= {number + k: b for k, (_, b) in enumerate(rows)}
+            lines += _rows(f"*ELEMENT, TYPE={kind}, ELSET={_name('ROCK', name)}", [nodes for nodes, _ in rows], number)
             number += len(rows)
     for name, elements in _joint_elements(model, remarks).items():
         lines += _rows(f"*ELEMENT, TYPE=COH2D4, ELSET={_name('JOINT', name)}", elements, number)
@@ -41,7 +42,8 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
         corners = np.unique([edges, blocks.following[edges]])
         lines += [f"*NSET, NSET={_name('BOUNDARY', name)}", *_sixteen(corners + 1)]
     for name, ids in blocks.excavations.items():
-        remarks.append(f"excavation '{name}': {len(ids)} blocks, of which the file holds no set")
+        inside = set(ids.tolist())
+        lines += [f"*ELSET, ELSET={_name('EXCAVATION', name)}", *_sixteen(k for k, b in owner.items() if b in inside)]
     lines += _materials(model, remarks) + _boundary_conditions(model, remarks) + _step(model, remarks)
     write_text(path, "\n".join(lines) + "\n")
     return tuple(remarks)
@@ -124,7 +126,7 @@ def _materials(model: Model, remarks: list[str]) -> list[str]:
         lines += ["THICKNESS=SPECIFIED", "1.0, 1.0", f"*MATERIAL, NAME={name}"]
         lines += ["*ELASTIC, TYPE=TRACTION", f"{normal:.9g}, {shear:.9g}, {shear:.9g}"]
     for joint in model.joints:
-        if friction_and_cohesion(joint)[0] is not None:
+        if joint.law is not None:
             remarks.append(f"joint '{joint.name}': strength; its cohesive elements are elastic")
     return lines
 

@@ -16,6 +16,7 @@ from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_grou
 from bsm_mesh.model.edges import LongArray
 
 REST = "*"  # the key that stands for all elements in no rock
+NO_GROUPS = '; "*" = "rock:NAME" takes all elements, [boundary.NAME] and [joint.NAME] name edges by their place'
 ALL = 200  # names that are shown where one is not found
 MOST_VALUES = 64  # an array with more values numbers elements, not groups
 
@@ -111,7 +112,8 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[
             found = _of_value(cells, key, target.kind.dimension)
             if found is None:
                 names = [*known, *value_names(cells, of_pieces=True)]
-                faults.append(f"{cells.source}: has no group '{key}'{nearest(key, names, ALL)}")
+                advice = "" if names else NO_GROUPS
+                faults.append(f"{cells.source}: has no group '{key}'{nearest(key, names, ALL)}{advice}")
             else:
                 groups.append(_named(target, found))
     raise_faults(faults)

@@ -50,13 +50,16 @@ def lay_lines(blocks: Blocks, lines: Mapping[str, Sequence[FloatArray]]) -> tupl
     tolerance = ROUNDING * size
     made, parent = _divided(blocks, cut, tolerance) if cut.parts.size else (blocks, cut.parent)
     made = conforming(made, tolerance)
-    notes = []
+    polygons = shapely.polygons(shapely.linearrings(made.vertices, indices=made.owner))
+    tree, notes = shapely.STRtree(polygons), []
     for joint, line in bent.items():
         ends = np.stack([made.vertices, made.vertices[made.following]], axis=1)
         parts = [shapely.get_coordinates(part) for part in shapely.get_parts(line)]
         edges = np.flatnonzero(along_line(ends, parts, 10 * tolerance))
         made = with_joint(made, joint, edges)
-        notes += _left_out(made, joint, edges, float(shapely.length(line)))
+        around = shapely.union_all(polygons[np.unique(tree.query(line, predicate="intersects"))])
+        inside = float(shapely.length(shapely.intersection(line, around)))
+        notes += _left_out(made, joint, edges, float(shapely.length(line)), inside)
     return made, parent, notes
 
 
@@ -165,13 +168,17 @@ def _source(blocks: Blocks, vertices: FloatArray, offsets: IntArray, parent: Lon
     return source
 
 
-def _left_out(blocks: Blocks, joint: str, edges: LongArray, length: float) -> list[Note]:
-    """Return a note on what of a joint's lines bounds no block."""
+def _left_out(blocks: Blocks, joint: str, edges: LongArray, length: float, inside: float) -> list[Note]:
+    """Return notes on what of a joint's lines bounds no block: inside the rock, and outside."""
     pairs = np.sort(np.stack([blocks.nodes[edges], blocks.nodes[blocks.following[edges]]], axis=1), axis=1)
     _, first = np.unique(pairs, axis=0, return_index=True)
     vectors = blocks.vertices[blocks.following[edges[first]]] - blocks.vertices[edges[first]]
-    left = length - float(np.hypot(*vectors.T).sum())
-    if left < 1e-6 * length:
-        return []
-    text = f"{left:.3g} of {length:.3g} m of the lines of 'joint:{joint}' bound no block and are left out"
-    return [Note(kind=NoteKind.LOOSE, name=f"joint:{joint}", count=1, text=text)]
+    left, name = inside - float(np.hypot(*vectors.T).sum()), f"joint:{joint}"
+    notes = []
+    if left > 1e-6 * length:
+        text = f"{left:.3g} of {inside:.3g} m of the lines of '{name}' end inside elements and are left out"
+        notes.append(Note(kind=NoteKind.LOOSE, name=name, count=1, text=text))
+    if length - inside > 1e-6 * length:
+        text = f"{length - inside:.3g} of {length:.3g} m of the lines of '{name}' lie outside the rock"
+        notes.append(Note(kind=NoteKind.OUTSIDE, name=name, count=1, text=text))
+    return notes

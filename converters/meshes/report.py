@@ -26,6 +26,7 @@ class NoteKind(StrEnum):
     FLIPPED = "clockwise elements turned round"
     JOINED = "elements given more than once"
     NO_ROCK = "elements in no rock left out"
+    OUTSIDE = "parts of lines outside the rock"
     LOOSE = "curve pieces that bound no block"
     INTERIOR = "boundary pieces with rock on both sides"
     DEAD_END = "joint pieces with the same block on both sides"

@@ -88,3 +88,10 @@ def test_titles_name_the_friction(given, degrees):
     cases = module("cases").CASES
     assert cases["slope"].at_friction(given).title.endswith(f"friction {degrees} degrees")
     assert cases["linear"].at_friction(given) is cases["linear"]
+
+
+def test_both_engines_cut_every_geometry_alike():
+    engines = module("engines")
+    for name in engines.CASES:
+        row, agree, _, _ = engines.compared(name, engines._mass_of(name))
+        assert agree, row

@@ -37,6 +37,7 @@ def test_abaqus_read_back_is_the_same_mesh(tmp_path: Path) -> None:
     assert_allclose(blocks.moments.area, model.blocks.moments.area, rtol=1e-12)
     assert_allclose(blocks.moments.centroid, model.blocks.moments.centroid, atol=1e-12)
     assert report.groups["joint:J1"] == 14
+    assert {name: ids.tolist() for name, ids in blocks.excavations.items()} == {"one": [5], "two": [4]}
     assert {n: len(e) for n, e in blocks.boundaries.items()} == {n: len(e) for n, e in model.blocks.boundaries.items()}
     assert [text for text in remarks if "stage" in text or "bolt" in text or "water" in text] == [
         *("2 stages (first, second)", "1 bolt", "groundwater")
@@ -103,6 +104,17 @@ def test_one_friction_for_all_is_the_lowest(tmp_path: Path) -> None:
     remarks = export(model, "lmgc90", tmp_path / "a.py")
     assert "one coefficient of friction for all contacts: that of joint 'K', the lowest" in remarks
     assert "joint 'K': cohesion and tensile strength" in remarks
+
+
+def test_a_law_without_friction_is_refused_but_by_elastic_joints(tmp_path: Path) -> None:
+    law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=28)
+    model = model_of([rectangle(-1, -1, 2, 0), SQUARE], law=law)
+    for program in ("udec", "lmgc90", "compas_dem"):
+        with pytest.raises(ModelError, match="the law BartonBandis has no friction and cohesion to be told"):
+            export(model, program, tmp_path / "a.py")
+    assert any(
+        "strength; its cohesive elements are elastic" in text for text in export(model, "abaqus", tmp_path / "a")
+    )
 
 
 def test_names_that_are_refused(tmp_path: Path) -> None:

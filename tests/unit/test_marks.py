@@ -106,7 +106,7 @@ def test_a_line_across_elements_cuts_them() -> None:
     assert_allclose(length(blocks, blocks.boundaries["bottom"]), 10)
     assert not find_overlaps(blocks.vertices, blocks.offsets, blocks.nodes, blocks.edge_table).pairs.size
     (note,) = report.notes
-    assert note.text.startswith("3.32 of 8.86 m of the lines of 'joint:f' bound no block")
+    assert note.text == "3.32 of 8.86 m of the lines of 'joint:f' lie outside the rock"
     ends = blocks.vertices[edges]
     off = np.abs(np.cross(np.append(line[1] - line[0], 0), np.column_stack([ends - line[0], np.zeros(len(ends))])))
     assert off.max() < 0.06 * np.hypot(*(line[1] - line[0]))  # bent by a twentieth of an edge at most
@@ -128,7 +128,10 @@ def test_lines_that_cross_make_regions() -> None:
 def test_a_line_that_ends_inside() -> None:
     blocks, report = marked(Marks(lines={"f": [np.array([(-1, 2.5), (4.5, 2.5)])]}))
     assert_allclose(length(blocks, joint_edges(blocks, "f")), 2 * 4)
-    assert "1.5 of 5.5 m" in report.notes[0].text
+    assert [note.text for note in report.notes] == [
+        "0.5 of 4.5 m of the lines of 'joint:f' end inside elements and are left out",
+        "1 of 5.5 m of the lines of 'joint:f' lie outside the rock",
+    ]
 
 
 def test_random_lines_keep_area_and_do_not_overlap() -> None:
@@ -212,3 +215,5 @@ def test_a_bare_mesh_in_a_model_file(case: Case) -> None:
         "model.toml", MODEL.replace('file = "quads', 'file = "quads').replace('boundary = "base"', 'boundary = "basis"')
     )
     case.refuses("check", "model.toml", says=["there is no boundary 'basis'", "base"])
+    case.write("model.toml", MODEL.replace('"*" = "rock:a"', '"SCHIST" = "rock:a"'))
+    case.refuses("check", "model.toml", says=["no group 'SCHIST'", "there are none", '"*" = "rock:NAME" takes all'])

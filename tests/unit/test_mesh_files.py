@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 import pytest
 
-from bsm_mesh.converters import NoteKind, convert_meshio, read_blocks, read_mesh
+from bsm_mesh.converters import NoteKind, convert_meshio, meshio_library, read_blocks, read_mesh
 from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.geometries import gmsh_session
@@ -214,6 +214,18 @@ def test_other_formats_of_meshio(tmp_path: Path, ending: str) -> None:
     blocks, _ = read_mesh(tmp_path / f"a.{ending}", groups={"*": "rock:a"})
     assert np.diff(blocks.offsets).tolist() == [4, 3]
     assert blocks.nodes.max() + 1 == 5
+
+
+@pytest.mark.parametrize("library", ["meshio", "meshlane"])
+def test_meshio_and_its_maintained_descendant_read_alike(
+    tmp_path: Path, library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip(library)
+    monkeypatch.setattr(meshio_library, "NAMES", (library,))
+    for ending in ("bdf", "mesh", "avs", "ply", "post", "vol", "su2"):
+        meshio.Mesh(POINTS[:, :2] if ending == "su2" else POINTS, [CELLS[2], CELLS[3]]).write(tmp_path / f"a.{ending}")
+        cells = read_by_meshio(tmp_path / f"a.{ending}")
+        assert sorted(np.diff(cells.offsets).tolist()) == [3, 4]
 
 
 def test_universal_files_are_read_by_gmsh(tmp_path: Path) -> None:
