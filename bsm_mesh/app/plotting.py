@@ -55,7 +55,7 @@ def _shown(figure: Figure) -> Figure:
 
     def png() -> bytes:
         content = BytesIO()
-        figure.savefig(content, format="png")
+        figure.canvas.print_figure(content, format="png")
         return content.getvalue()
 
     figure._repr_png_ = png  # type: ignore[attr-defined]

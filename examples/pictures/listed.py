@@ -146,6 +146,16 @@ PICTURES = (
         mended=NEW_LOOK,
     ),
     Drawn(
+        target=f"{EX}/rough_joint/joint_shear.png",
+        elsewhere="bsm-mesh joint-test",
+        shows="Direct shear of the joint under three normal stresses",
+    ),
+    Drawn(
+        target="docs/joint_laws.png",
+        elsewhere="python -m examples.numbers joint-laws",
+        shows="Strength, shear and closure: formulas and what the bench finds",
+    ),
+    Drawn(
         target=f"{EX}/staged_tunnel/deformation.png",
         models=(f"{EX}/staged_tunnel/model.toml",),
         name="deformation",
