@@ -19,7 +19,7 @@ from bsm_mesh.results.joint_sets import ROCK_FACE
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
 
-MOST_BYTES = 100e6  # of numbers: 30 states of 10 000 blocks; a browser opens 17 of them in 3 s
+MOST_BYTES = 100e6  # of numbers: 29 states of 10 000 blocks; a browser opens 17 of them in 3 s
 MOTION = ("displacement x", "displacement y", "rotation")  # by which outlines are moved
 KEPT = (*MOTION, "rock", "joint")  # even where they are zero throughout
 Arrays = dict[str, npt.NDArray[np.float32]]
