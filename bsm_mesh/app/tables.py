@@ -17,6 +17,8 @@ from bsm_mesh.results.stress import principal_stresses
 
 PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""), (1e-6, 1e-3, "m"), (0.0, 1e-6, "u"))
 
+SQUARED = ("m2",)  # bear no prefix: a mm2 is no thousandth of a m2
+
 
 def engineering(value: float, unit: str) -> str:
     """Return a number with an SI prefix; small lengths stay in mm.
@@ -27,9 +29,13 @@ def engineering(value: float, unit: str) -> str:
     '-2.454 MPa'
     >>> engineering(0.0, "m")
     '0 m'
+    >>> engineering(0.7189, "m2")
+    '0.7189 m2'
     """
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
+    if unit in SQUARED:
+        return f"{value:.4g} {unit}"
     factor, prefix = next((f, p) for least, f, p in PREFIXES if abs(value) >= least)
     return f"{value / factor:.4g} {prefix}{unit}"
 

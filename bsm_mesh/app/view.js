@@ -26,7 +26,7 @@ function escaped(text) {
 }
 
 function prefix(value, unit) {
-  const [, by, letter] = unit === "" || value === 0 ? [1, 1, ""] : PREFIXES.find(([least]) => Math.abs(value) >= least)
+  const [, by, letter] = unit === "" || unit === "m2" || value === 0 ? [1, 1, ""] : PREFIXES.find(([least]) => Math.abs(value) >= least)
   return [by, `${letter}${unit}`]
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.app.canvas import BOLTS, FALLS, OPENS, SLIPS, WATER
 from bsm_mesh.app.exaggeration import exaggeration, factors_up_to, round_factor, size_of
-from bsm_mesh.app.view_data import FALL_COLUMNS, MOTION, Layer, State, ViewData
+from bsm_mesh.app.view_data import MOTION, Layer, State, ViewData
 from bsm_mesh.errors import ModelError
 
 SCRIPT = "view.js"
@@ -19,13 +19,20 @@ SCRIPTED = ("frame", "stage", "factor", "shown", "told")  # widgets that the scr
 PLAIN = "none"  # what is chosen where blocks have no colour
 FARTHEST = 0.5  # of the model's size: the greatest movement with the largest factor that can be chosen
 MANY = 2000  # blocks; among more of them thick lines hide what is between, and joints alone are their outlines
-LINES = {"blocks": (0.6, 0.0), "joints": (2.5, 1.2), "bolts": (6.0, 3.0)}  # pixels, among few and among many blocks
+LINES = {"blocks": (0.6, 0.0), "joints": (2.5, 1.2), "bolts": (4.0, 3.0)}  # pixels, among few and among many blocks
 COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#F0E442", "#999999")  # Okabe and Ito's
 HOLDS, SLACK, ABSENT = "#6e6e6e", "#b0b0b0", "#ffffff"
 STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": (SLACK, BOLTS, SLIPS, FALLS, ABSENT)}  # by status
 PAPER = "#efeae0"
-SIDE = 330  # pixels
-UNITS = {"area": "m2", "weight": "N/m", "x": "m", "y": "m", "moved": "m"}
+SIDE, WIDTH = 340, 300  # pixels: the column beside the plot, and what is in it
+FALL_TITLES = {  # of the list of what comes down: titles, and widths in pixels
+    "block": ("block", 42),
+    "stage": ("stage", 72),
+    "area": ("m2", 46),
+    "weight": ("kN/m", 50),
+    "x": ("x, m", 45),
+    "y": ("y, m", 45),
+}
 HOW_TO = (
     "Drag to move, turn the wheel to zoom; a click on a block, joint or bolt tells its numbers. "
     "Forces are per metre of thickness, those of bolts for one bolt; stresses are positive in tension."
@@ -124,7 +131,7 @@ def _layer(plot: Any, kind: str, data: ViewData) -> dict[str, Any]:
         glyphs = plot.multi_line("xs", "ys", source=source, line_color=colour, line_width=width)
     else:
         source = ColumnDataSource(data={"x0": [], "y0": [], "x1": [], "y1": [], "shown": []})
-        under.append(_edges(plot, source, width + 2.5))
+        under.append(_edges(plot, source, width + 2.0))
         glyphs = plot.segment("x0", "y0", "x1", "y1", source=source, line_color=colour, line_width=width)
     glyphs.nonselection_glyph = glyphs.selection_glyph = None  # what is chosen is marked
     glyphs.name = kind
@@ -177,7 +184,7 @@ def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
     factors = _factors(data)
     out = f"; {data.left_out} steps are left out" if data.left_out else ""
     side: dict[str, Any] = {
-        "heading": Div(text=heading, render_as_text=True, styles={"font-weight": "bold"}, width=SIDE - 30),
+        "heading": Div(text=heading, render_as_text=True, styles={"font-weight": "bold"}, width=WIDTH),
         "stage": Select(title="go to the end of", options=ends, value=ends[-1][0] if ends else "0", name="stage"),
         "frame": Slider(
             title="state",
@@ -200,8 +207,8 @@ def _side(kinds: list[str], data: ViewData, heading: str) -> dict[str, Any]:
         value = usual if usual in names else PLAIN
         side[f"{kind}_by"] = Select(title=f"colour {kind} by", options=[PLAIN, *names], value=value, name=f"{kind}_by")
     side["falls"] = _list_of_falls(data)
-    side["told"] = Div(text="", name="told", width=SIDE - 30)
-    side["note"] = Div(text=HOW_TO + out, width=SIDE - 30, styles={"color": "#555", "font-size": "12px"})
+    side["told"] = Div(text="", name="told", width=WIDTH)
+    side["note"] = Div(text=HOW_TO + out, width=WIDTH, styles={"color": "#555", "font-size": "12px"})
     return side
 
 
@@ -209,18 +216,18 @@ def _list_of_falls(data: ViewData) -> Any:
     """Return the table of the blocks that come down; it is not there where none does."""
     from bokeh.models import ColumnDataSource, DataTable, NumberFormatter, StringFormatter, TableColumn
 
-    columns = {name: [row[name] for row in data.falls] for name in FALL_COLUMNS}
-    source = ColumnDataSource(data=columns)
-    shown = []
-    for name in FALL_COLUMNS:
-        numbers = NumberFormatter(format="0.[000]" if UNITS.get(name) != "N/m" else "0") if name in UNITS else None
-        title = f"{name}, {UNITS[name]}" if name in UNITS else name
-        shown.append(TableColumn(field=name, title=title, formatter=numbers or StringFormatter(), width=60))
+    columns = {name: [row[name] for row in data.falls] for name in FALL_TITLES}
+    columns["weight"] = [weight / 1e3 for weight in columns["weight"]]
+    number, text = NumberFormatter(format="0.[00]"), StringFormatter()
+    shown = [
+        TableColumn(field=name, title=title, formatter=text if name in ("block", "stage") else number, width=width)
+        for name, (title, width) in FALL_TITLES.items()
+    ]
     return DataTable(
-        source=source,
+        source=ColumnDataSource(data=columns),
         columns=shown,
-        height=180,
-        width=SIDE - 30,
+        height=min(26 * (len(data.falls) + 1), 190),
+        width=WIDTH,
         index_position=None,
         reorderable=False,  # which takes a library more
         autosize_mode="force_fit",
