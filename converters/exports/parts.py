@@ -12,7 +12,7 @@ from bsm_mesh.errors import counted
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import Faces, find_faces
-from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import BartonBandis, LadanyiArchambault, MohrCoulomb, Patton
 from bsm_mesh.model.loads import InSituTraction, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint
@@ -71,6 +71,10 @@ def friction_and_cohesion(joint: Joint) -> tuple[float | None, float]:
         return law.friction, law.cohesion
     if isinstance(law, Patton):
         return law.friction + law.dilation, 0.0  # its first line, which governs at low pressure
+    if isinstance(law, BartonBandis):
+        return law.residual_friction, 0.0  # what it bears at every pressure
+    if isinstance(law, LadanyiArchambault):
+        return law.friction, 0.0
     return None, 0.0
 
 
@@ -91,7 +95,8 @@ def left_out(model: Model, said: Collection[str] = ()) -> list[str]:
             f"joint '{joint.name}': its law {type(joint.law).__name__} beyond friction and cohesion"
             for joint in model.joints
             if joint.law is not None and not _is_plain(joint)
-        ],
+        ]
+        + [f"joint '{joint.name}': its greatest closure" for joint in model.joints if joint.max_closure is not None],
         "rock strength": [
             f"rock '{rock.name}': strength of unjointed faces"
             for rock in model.rocks
