@@ -18,6 +18,7 @@ FOR_CONVERTERS = (
     "bsm_mesh.reading",
     "bsm_mesh.processes",
     "bsm_mesh.signals",
+    "bsm_mesh.solve.bolts",
     "bsm_mesh.geometries.physical_groups",
 )
 FOR_GEOMETRIES = ("bsm_mesh.files", "bsm_mesh.errors", "bsm_mesh.reading")

@@ -102,9 +102,6 @@ def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Return what is printed of a stage."""
     rows: list[tuple[str, ...]] = []
     for error in comparison.errors:
-        where = f"block {error.worst_block}"
-        if error is comparison.force_error and comparison.worst_pair is not None:
-            where = "blocks {}, {}".format(*comparison.worst_pair)
         rows.append(
             (
                 error.name,
@@ -112,7 +109,7 @@ def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
                 engineering(error.rms_fem, error.unit),
                 f"{100 * error.l2:.2f} %",
                 f"{100 * error.largest:.2f} %",
-                where,
+                comparison.where(error),
             )
         )
     if comparison.force_error is not None:

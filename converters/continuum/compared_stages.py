@@ -15,6 +15,7 @@ from bsm_mesh.converters.continuum.comparability import (
     obstacle,
     slipping_length,
 )
+from bsm_mesh.converters.continuum.bolt_forces import bolt_force_error
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.departures import is_all_rigid
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
@@ -148,6 +149,7 @@ def _compared(
     held = np.zeros(model.blocks.count, dtype=bool)
     held[stage.supports.block] = True
     forces = joint_force_error(stage.contacts, nominal.contacts, held) if nominal.contacts.length.size else None
+    bolts = bolt_force_error(stage.bolts, nominal.bolts)
     strained = area * ~_held_as_a_whole(model)
     counted = (strained > 0)[:, None, None]
     return Comparison(
@@ -162,6 +164,8 @@ def _compared(
         displacement_errors=_displacement_errors(stage, nominal, matched, area),
         force_error=None if forces is None else forces[0],
         worst_pair=None if forces is None else forces[1],
+        bolt_error=None if bolts is None else bolts[0],
+        worst_bolt="" if bolts is None else bolts[1],
         slipping=(slipping_length(stage.contacts, held), slipping_length(nominal.contacts, held)),
         refined=None,
         area=moments.area,

@@ -21,8 +21,6 @@ def is_all_rigid(model: Model) -> bool:
 def missing(model: Model) -> list[str]:
     """Return what the model has and the continuum has not, a sentence each."""
     found = []
-    if model.bolts:
-        found.append(f"the continuum has no bolts, and the model has {len(model.bolts)}")
     if filling := [stage.name for stage in model.stages if stage.fill]:
         found.append(f"the continuum cannot put blocks back, as the model does in stage '{filling[0]}'")
     return found

@@ -7,6 +7,7 @@ from typing import Literal
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.model import Model
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces
 
 ElasticityName = Literal["nominal", "matched"]
@@ -34,6 +35,8 @@ class ContinuumSolution:
         end of the in-situ state where it is given.
     contacts : ContactForces
         Forces at the points of the joints; none where joints are ignored.
+    bolts : BoltForces
+        Forces of the bolts.
     points : (p, 2) float64 [m]
         Nodes: vertices of the triangles, then middles of their sides (second order).
     point_displacement : (p, 2) float64 [m]
@@ -61,6 +64,7 @@ class ContinuumSolution:
     stress: FloatArray
     displacement: FloatArray
     contacts: ContactForces
+    bolts: BoltForces
     points: FloatArray
     point_displacement: FloatArray
     triangles: IntArray
@@ -113,7 +117,7 @@ def solve_continuum_stages(
     Raises
     ------
     ModelError
-        For rigid rocks, bolts and fills, supports that contradict each other at a shared node, or a part free to move.
+        For rigid rocks and fills, bolts that end in the void, supports that contradict each other at a shared node, or a part free to move.
     """
     from bsm_mesh.converters.continuum.stages import Continuum
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Iterate
 from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_triangles
 from bsm_mesh.converters.continuum.ground import PoreWater
 from bsm_mesh.converters.continuum.joint_points import JointPoints, JointState
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.supports import nodal_unknowns
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus
 
 if TYPE_CHECKING:
@@ -35,7 +37,9 @@ class StageEnd:
     u, origin : (N,) float64 [m]
         Displacements, and those from which results count.
     at : Iterate
-        Forces out of balance there, and the state of joints.
+        Forces out of balance there, and the state of joints and bolts.
+    bolts : EmbeddedBolts or None
+        The bolts.
     stiffness : (t, 3, 3) float64 [Pa]
         Of the rock.
     initial_stress : (3, t, i) float64 or None [Pa]
@@ -54,6 +58,7 @@ class StageEnd:
     u: FloatArray
     origin: FloatArray
     at: Iterate
+    bolts: EmbeddedBolts | None
     stiffness: FloatArray
     initial_stress: FloatArray | None
     water: PoreWater | None
@@ -86,6 +91,7 @@ def stage_solution(
         stress=over_blocks(stress, area, block, block_area),
         displacement=displacement * there,
         contacts=_contacts(of.joints, end),
+        bolts=_bolts(of, end),
         points=points,
         point_displacement=moved[node_dofs],
         triangles=triangles,
@@ -110,6 +116,12 @@ def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
     if end.water is not None:
         stress = stress - ((end.water.pressure * basis.dx).sum(axis=1) / area)[:, None, None] * np.eye(2)
     return stress * end.present[of.mesh.block][:, None, None]
+
+
+def _bolts(of: Continuum, end: StageEnd) -> BoltForces:
+    if end.bolts is None or end.at.bolts is None:
+        return BoltForces.none()
+    return end.bolts.record(of.model, end.at.bolts)
 
 
 def _contacts(joints: JointPoints | None, end: StageEnd) -> ContactForces:

@@ -16,6 +16,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum import departures
 from bsm_mesh.converters.continuum.elasticity import matched_stiffness, nominal_stiffness
+from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.converters.continuum.fields import block_averages, rock_stiffness
 from bsm_mesh.converters.continuum.ground import (
@@ -26,7 +27,7 @@ from bsm_mesh.converters.continuum.ground import (
     seepage_forces,
 )
 from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, remember
+from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
@@ -48,6 +49,7 @@ class _State:
     u: FloatArray
     origin: FloatArray
     history: JointHistory | None
+    bolts: EmbeddedBolts | None
     loads: tuple[ActingLoad, ...]
     water: PoreWater | None
     pressures: FloatArray
@@ -96,6 +98,7 @@ class Continuum:
             self.joints = joint_points(model, self.mesh, interfaces, self.basis, order)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
+        self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis) if model.bolts else None
         self.seconds = time.perf_counter() - began
 
     def solve(self, elasticity: ElasticityName) -> tuple[ContinuumSolution, ...]:
@@ -108,8 +111,9 @@ class Continuum:
         run = _Run(self, of_block[self.mesh.block])
         found: list[ContinuumSolution] = []
         stages: tuple[Stage | None, ...] = (None, *self.model.stages)
-        for stage, (before, present) in zip(stages, pairwise([self.presence[0], *self.presence]), strict=True):
-            end = run.first(present) if stage is None else run.next(stage, before, present)
+        for number, (before, present) in enumerate(pairwise([self.presence[0], *self.presence])):
+            stage = stages[number]
+            end = run.first(present) if stage is None else run.next(stage, number, before, present)
             seconds = self.seconds + time.perf_counter() - began
             found.append(stage_solution(self, end, elasticity, seconds, notes))
             if not end.converged:
@@ -127,7 +131,8 @@ class _Run:
         self.initial_stress = initial_stress(model, continuum.mesh, basis, water)
         history = None if joints is None else initial_history(model, joints, water)
         zero = np.zeros(basis.N)
-        self.state = _State(zero, zero, history, model.acting_loads, water, zero)
+        bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
+        self.state = _State(zero, zero, history, bolts, model.acting_loads, water, zero)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
 
     def first(self, present: BoolArray) -> StageEnd:
@@ -138,13 +143,15 @@ class _Run:
             self.state.origin = self.state.u
         return end
 
-    def next(self, stage: Stage, before: BoolArray, present: BoolArray) -> StageEnd:
+    def next(self, stage: Stage, number: int, before: BoolArray, present: BoolArray) -> StageEnd:
         """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
         state, of = self.state, self.of
         equations = self.equations(present)
         old = equations.at(state.u, equations.free.none)
         excavation = old.residual - state.held_back(0.0) - self.reactions
         state.unreleased.append((excavation, 0.0))
+        if state.bolts is not None:
+            state.bolts = state.bolts.without(~present).install(number, state.u)
         if stage.pressure:
             leaves = before & ~present
             state.pressures = state.pressures + pressure_on_new_faces(
@@ -175,7 +182,7 @@ class _Run:
             held_back = state.held_back(part)
             equations, at, converged = self._settled(replace(equations, load=equations.load - held_back))
             equations = replace(equations, load=equations.load + held_back)
-            state.u, state.history = at.u, equations.history
+            state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
             if not converged:
                 break
         self.reactions = held.rows.T @ at.multipliers
@@ -186,6 +193,7 @@ class _Run:
             u=at.u,
             origin=state.origin,
             at=at,
+            bolts=equations.bolts,
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,
@@ -201,10 +209,10 @@ class _Run:
                 refuse_unsolved(at)
                 converged = True
             history = equations.history
-            if history is None or at.state is None or not converged:
+            if not converged:
                 break
-            if (at.state.failed == history.failed).all():
-                equations = replace(equations, history=remember(history, at.state))
+            if history is None or at.state is None or (at.state.failed == history.failed).all():
+                equations = equations.after(at)
                 break
             self.state.u = at.u
             equations = replace(equations, history=replace(history, failed=at.state.failed))
@@ -233,7 +241,12 @@ class _Run:
             first, second = of.joints.block.T
             history = replace(history, present=present[first] & present[second])
         return Equations(
-            stiffness=stiffness, load=load, free=FreeUnknowns(held, idle), joints=of.joints, history=history
+            stiffness=stiffness,
+            load=load,
+            free=FreeUnknowns(held, idle),
+            joints=of.joints,
+            history=history,
+            bolts=self.state.bolts,
         )
 
 
