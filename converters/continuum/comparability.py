@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum import departures
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import face_joints
@@ -17,11 +16,9 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult, Status
 
-MOVED = (
-    0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter, which small displacements ignore
-)
+MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first
-BROKEN = 1e-3  # of the length of faces without a joint, which whole rock does not break on
+BROKEN = 1e-3  # of the length of faces without a joint: what breaks less is whole rock
 MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definition
 
 
@@ -45,8 +42,6 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
     stage : StageResult
         One of its stages.
     """
-    if faults := departures.missing(model):
-        return faults[0]
     if stage.status is not Status.STABLE:
         what = {
             Status.UNSTABLE: "blocks come down",
@@ -55,10 +50,10 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
         return f"{what}: there is no state of rest to compare"
     if model.bolts and results.scheme in MAY_MOVE_FAR:
         return "bolts slip and yield in the continuum, and neither in the linear scheme"
-    if results.scheme not in MAY_MOVE_FAR:
-        if far := moved_far(model.blocks, stage.displacement + stage.origin, stage.present):
-            return f"block {far}"
-    return _new_contacts(model, stage.contacts) or _broken_rock(stage.contacts)
+    far = moved_far(model.blocks, stage.displacement + stage.origin, stage.present)
+    if far and results.scheme not in MAY_MOVE_FAR:
+        return f"block {far}"
+    return _new_contacts(model, stage.contacts)
 
 
 def _new_contacts(model: Model, contacts: ContactForces) -> str:
@@ -76,7 +71,9 @@ def _new_contacts(model: Model, contacts: ContactForces) -> str:
 def _touching(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
     """Return which pairs of blocks (k,) have a face or a corner in common."""
     faces, owner, count = find_faces(blocks), blocks.owner, blocks.count
-    corners = sp.csr_matrix((np.ones(len(owner), np.int8), (owner, blocks.nodes)), shape=(count, blocks.nodes.max() + 1))
+    corners = sp.csr_matrix(
+        (np.ones(len(owner), np.int8), (owner, blocks.nodes)), shape=(count, blocks.nodes.max() + 1)
+    )
     shared = np.asarray(corners[a].multiply(corners[b]).sum(axis=1)).ravel() > 0
 
     def key(one: IntArray, other: IntArray) -> IntArray:
@@ -86,18 +83,16 @@ def _touching(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
     return touching
 
 
-def _broken_rock(contacts: ContactForces) -> str:
-    rock = contacts.joint < 0
-    length = contacts.length * rock
-    broken = float((length * (contacts.status != ContactStatus.STICKING)).sum())
-    if not broken > BROKEN * length.sum():
-        return ""
-    return f"rock breaks: {100 * broken / length.sum():.2g} % of its faces without a joint slip or part"
-
-
 def has_joints(model: Model) -> bool:
     """Whether faces of the blocks have joints."""
     return bool((face_joints(model, find_faces(model.blocks)) >= 0).any())
+
+
+def rock_breaks(contacts: ContactForces) -> bool:
+    """Whether faces without a joint slip or part, over more than a negligible length."""
+    length = contacts.length * (contacts.joint < 0)
+    broken = float((length * (contacts.status != ContactStatus.STICKING)).sum())
+    return broken > BROKEN * float(length.sum())
 
 
 def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], number: int, may_move_far: bool) -> str:

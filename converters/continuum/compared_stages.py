@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.converters.continuum.bolt_forces import bolt_force_error
 from bsm_mesh.converters.continuum.comparability import (
     MAY_MOVE_FAR,
     Comparability,
     continuum_obstacle,
     has_joints,
     obstacle,
+    rock_breaks,
     slipping_length,
 )
-from bsm_mesh.converters.continuum.bolt_forces import bolt_force_error
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.departures import is_all_rigid
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
@@ -99,16 +100,18 @@ def compare_stages(
     if results.model_digest != model.digest:
         raise ModelError("the results are not those of this model; run it again")
     reasons = [obstacle(model, results, stage) for stage in results.stages]
-    interfaces = has_joints(model) and joints is not False
-    if all(reasons):
-        return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))
     small = results.scheme in MAY_MOVE_FAR
     solved = _elastic(model) if small else model
+    if all(reasons):
+        return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))
+    count = 1 + max(number for number, reason in enumerate(reasons) if not reason)
+    breaks = not small and any(rock_breaks(stage.contacts) for stage in results.stages[:count])
+    interfaces = (has_joints(model) or breaks) and joints is not False
     order = (1 if interfaces else 2) if order is None else order
-    continuum = Continuum(solved, order, interfaces)
-    nominal = continuum.solve("nominal")
-    matched = nominal if is_all_rigid(model) else continuum.solve("matched")
-    finer = Continuum(solved, 2, True).solve("nominal") if refine and interfaces and order == 1 else ()
+    continuum = Continuum(solved, order, interfaces, breaks)
+    nominal = continuum.solve("nominal", count)
+    matched = nominal if is_all_rigid(model) else continuum.solve("matched", count)
+    finer = Continuum(solved, 2, True, breaks).solve("nominal", count) if refine and interfaces and order == 1 else ()
     found = []
     for number, stage in enumerate(results.stages):
         reason = (
@@ -132,8 +135,21 @@ def _refused(name: str, reason: str) -> ComparedStage:
 
 
 def _elastic(model: Model) -> Model:
-    """Return the model with joints that neither slip nor open, as the linear scheme takes them."""
-    return model.replace(joints=[replace(joint, law=None, tensile_strength=0.0) for joint in model.joints])
+    """Return the model with joints that neither slip nor open and rock that does not break, as in the linear scheme."""
+    return model.replace(
+        joints=[replace(joint, law=None, tensile_strength=0.0) for joint in model.joints],
+        rocks=[
+            replace(
+                rock,
+                cohesion=None,
+                friction=None,
+                tensile_strength=None,
+                residual_friction=None,
+                residual_cohesion=None,
+            )
+            for rock in model.rocks
+        ],
+    )
 
 
 def _change(finer: ContinuumSolution, coarse: ContinuumSolution, area: FloatArray) -> float:

@@ -113,9 +113,7 @@ class EmbeddedBolts:
 
     def _relative(self, near: IntArray, far: IntArray, direction: FloatArray) -> Any:
         """Return the sparse matrix (k, N) of the far bodies' displacement against the near ones' in directions."""
-        return sum(
-            sp.diags(part) @ (rows[far] - rows[near]) for part, rows in zip(direction.T, self.rows, strict=True)
-        )
+        return sum(sp.diags(part) @ (rows[far] - rows[near]) for part, rows in zip(direction.T, self.rows, strict=True))
 
     def _coupling(self, at: BoltEvaluation) -> Any:
         """Return the derivatives (n_elements, n_elements) of the tensions by the stretches."""

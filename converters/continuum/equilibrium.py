@@ -180,9 +180,9 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
 
 
 def _tied(equations: Equations, at: Iterate) -> Iterate:
-    """Return the solution with all joints closed and sticking where no point of a joint carries force yet."""
+    """Return the solution with all joints closed and sticking where some that touch carry no force yet."""
     misses = np.abs(equations.free.misfit(at.u)).max(initial=0.0) > 0
-    if (at.state is None or at.state.closed.any()) and not misses:
+    if (at.state is None or not at.state.touching.any()) and not misses:
         return at
     correction, multipliers = equations.free.solve(equations.elastic(), at.residual, at.u)
     return equations.at(at.u + correction, multipliers)

@@ -55,7 +55,7 @@ def pore_water(model: Model, water: Water | None, basis: Any, joints: JointPoint
     pressure = load.pressure(x.reshape(2, -1).T.copy(), none).reshape(x.shape[1:])
     own = table = np.zeros(0)
     if joints is not None:
-        own = load.pressure(joints.point, joints.joint)
+        own = load.pressure(joints.point, np.where(joints.are_joints, joints.joint, -1))
         table = load.pressure(joints.point, np.full(len(joints.joint), -1))
     return PoreWater(pressure=pressure, at_joints=own, beyond_table=own - table, load=load)
 

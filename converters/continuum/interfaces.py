@@ -21,6 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh, facets_between
+from bsm_mesh.converters.continuum.rock_faces import number_between, whole_rock
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
@@ -37,7 +38,7 @@ class Interfaces:
     facet : (k, 2 sides) int32
         The sides, as facets of the mesh.
     joint : (k,) int32
-        Number of the joint in ``model.joints``; their number for unjointed rock that is tied.
+        Number of the joint in ``model.joints``, behind them that of a face of rock (`rock_faces`).
     """
 
     vertex: IntArray
@@ -45,12 +46,13 @@ class Interfaces:
     joint: IntArray
 
 
-def open_joints(model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray]) -> tuple[ContinuumMesh, Interfaces]:
+def open_joints(
+    model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray], rock_breaks: bool = False
+) -> tuple[ContinuumMesh, Interfaces]:
     """Return the mesh with nodes of their own on both sides of every joint, and the interfaces between them.
 
     A joint may end in rock that is excavated later. The two sides of such a tip would still share its node when that
-    rock has gone; faces of unjointed rock about it are therefore opened too, and tied by interfaces of rock
-    (`Interfaces.joint` beyond the model's).
+    rock has gone; faces of unjointed rock about it are therefore opened too, and tied by interfaces of whole rock.
 
     Parameters
     ----------
@@ -60,10 +62,15 @@ def open_joints(model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray]
         The whole mesh.
     presence : sequence of (n,) bool
         Which blocks are there in every stage.
+    rock_breaks : bool
+        Whether the faces of rocks that give a strength are opened too, and tied by interfaces that break.
     """
     one, other, joint = _shared_pieces(model, mesh)
+    if rock_breaks:
+        owner = model.blocks.owner[mesh.edge_of_piece]
+        joint = np.where(joint < 0, number_between(model, owner[one], owner[other]), joint)
     tied = np.isin(mesh.piece_facet[one], _facets_about_tips(mesh, mesh.piece_facet[one[joint >= 0]], presence))
-    joint = np.where((joint < 0) & tied, len(model.joints), joint).astype(np.int32)
+    joint = np.where((joint < 0) & tied, whole_rock(model), joint).astype(np.int32)
     one, other, joint = one[joint >= 0], other[joint >= 0], joint[joint >= 0]
     edge = mesh.edge_of_piece
     t, f2t = mesh.mesh.t, mesh.mesh.f2t

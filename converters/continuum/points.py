@@ -27,7 +27,7 @@ def sampling(mesh: ContinuumMesh, basis: Any, point: FloatArray, block: IntArray
     """
     cell = cells_at(mesh, point, block)
     local = basis.mapping.invF(point.T[:, :, None], tind=cell)
-    values = np.stack([basis.elem.gbasis(basis.mapping, local, j, tind=cell)[0].value for j in range(basis.Nbfun)])
+    values = np.stack([basis.elem.gbasis(basis.mapping, local, j, tind=cell)[0] for j in range(basis.Nbfun)])
     columns, rows = basis.element_dofs[:, cell].ravel(), np.tile(np.arange(len(point)), basis.Nbfun)
     x, y = (
         sp.csr_matrix((values[:, axis, :, 0].ravel(), (rows, columns)), shape=(len(point), basis.N)) for axis in (0, 1)

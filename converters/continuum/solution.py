@@ -78,7 +78,12 @@ class ContinuumSolution:
 
 
 def solve_continuum(
-    model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2, joints: bool = False
+    model: Model,
+    *,
+    elasticity: ElasticityName = "nominal",
+    order: int = 2,
+    joints: bool = False,
+    rock_breaks: bool = False,
 ) -> ContinuumSolution:
     """Return the last stage of the continuum solution of a model, as `solve_continuum_stages` finds it.
 
@@ -92,11 +97,16 @@ def solve_continuum(
     >>> print(f"{solve_continuum(model).stress[0, 1, 1]:.0f} Pa")
     -13000 Pa
     """
-    return solve_continuum_stages(model, elasticity=elasticity, order=order, joints=joints)[-1]
+    return solve_continuum_stages(model, elasticity=elasticity, order=order, joints=joints, rock_breaks=rock_breaks)[-1]
 
 
 def solve_continuum_stages(
-    model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2, joints: bool = False
+    model: Model,
+    *,
+    elasticity: ElasticityName = "nominal",
+    order: int = 2,
+    joints: bool = False,
+    rock_breaks: bool = False,
 ) -> tuple[ContinuumSolution, ...]:
     """Return the continuum solution of all stages of a model: the same domain, supports, loads, water and stress.
 
@@ -113,12 +123,15 @@ def solve_continuum_stages(
     joints : bool
         Whether joints are interfaces of zero thickness with the laws of the model (`joint_points`); else they are
         ignored.
+    rock_breaks : bool
+        With `joints`: whether faces of rock that gives a strength are interfaces too; else that strength is left out.
 
     Raises
     ------
     ModelError
-        For rigid rocks and fills, bolts that end in the void, supports that contradict each other at a shared node, or a part free to move.
+        For rigid rocks without `joints`, bolts that end in the void, supports that contradict each other at a shared
+        node, or a part free to move.
     """
     from bsm_mesh.converters.continuum.stages import Continuum
 
-    return Continuum(model, order, joints).solve(elasticity)
+    return Continuum(model, order, joints, rock_breaks).solve(elasticity)

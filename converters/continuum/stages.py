@@ -1,7 +1,8 @@
 """The continuum through the stages of construction, as the Block-Spring Model goes through them.
 
-A stage takes triangles away and brings loads, a pressure on the new faces and water; the forces that the removed rock
-exerted on the rest are released by parts. Rock is elastic and displacements are small; joints keep their history.
+A stage takes triangles away or puts them back and brings loads, a pressure on the new faces, water, bolts and another
+strength; the forces that the removed rock exerted on the rest are released by parts. Rock is elastic and displacements
+are small; joints and bolts keep their history.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from bsm_mesh.converters.continuum.elasticity import matched_stiffness, nominal_
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.converters.continuum.fields import block_averages, rock_stiffness
+from bsm_mesh.converters.continuum.fills import Fill
 from bsm_mesh.converters.continuum.ground import (
     PoreWater,
     initial_history,
@@ -35,6 +37,7 @@ from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solutio
 from bsm_mesh.converters.continuum.supports import held_displacements
 from bsm_mesh.converters.continuum.system import FreeUnknowns, refuse_free_motion
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
@@ -44,16 +47,19 @@ MAX_FAILURES = 50  # times that points of joints fail in one part of a stage and
 
 @dataclass(eq=False, slots=True)
 class _State:
-    """What changes from stage to stage."""
+    """What changes from stage to stage; `model` and `joints` have the strength and the gravity of the stage."""
 
+    model: Model
     u: FloatArray
     origin: FloatArray
+    joints: JointPoints | None
     history: JointHistory | None
     bolts: EmbeddedBolts | None
     loads: tuple[ActingLoad, ...]
     water: PoreWater | None
     pressures: FloatArray
     unreleased: list[tuple[FloatArray, float]] = field(default_factory=list)  # forces; part released
+    fills: tuple[Fill, ...] = ()
 
     def held_back(self, part: float) -> FloatArray:
         """Return what is left of excavation forces once a part is released; forget what is released whole."""
@@ -73,21 +79,23 @@ class Continuum:
         Polynomial order of the displacements.
     joints : bool
         Whether joints are interfaces of zero thickness (`joint_points`); else they are ignored.
+    rock_breaks : bool
+        Whether faces of rock that gives a strength are interfaces too, with that strength; else it is elastic.
     """
 
-    def __init__(self, model: Model, order: int = 2, joints: bool = False) -> None:
+    def __init__(self, model: Model, order: int = 2, joints: bool = False, rock_breaks: bool = False) -> None:
         import skfem
 
         if order not in (1, 2):
             raise ModelError(f"order = {order!r} must be 1 or 2")
         departures.refuse(model, joints)
         began = time.perf_counter()
-        self.model = model
+        self.model, self.rock_breaks = model, rock_breaks
         self.presence = presence(model.stages, model.blocks)
         self.mesh = build_continuum_mesh(model.blocks)
         interfaces = None
         if joints:
-            self.mesh, interfaces = open_joints(model, self.mesh, self.presence)
+            self.mesh, interfaces = open_joints(model, self.mesh, self.presence, rock_breaks)
         element = skfem.ElementTriP2() if order == 2 else skfem.ElementTriP1()
         self.basis = skfem.CellBasis(self.mesh.mesh, skfem.ElementVector(element))
         self.averages = block_averages(self.basis, self.mesh.block, model.blocks.moments.area)
@@ -101,17 +109,19 @@ class Continuum:
         self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis) if model.bolts else None
         self.seconds = time.perf_counter() - began
 
-    def solve(self, elasticity: ElasticityName) -> tuple[ContinuumSolution, ...]:
-        """Return the stages with the named elastic constants, up to the first without equilibrium."""
+    def solve(self, elasticity: ElasticityName, count: int | None = None) -> tuple[ContinuumSolution, ...]:
+        """Return the first `count` stages with the named elastic constants, up to the first without equilibrium."""
         if elasticity not in ("nominal", "matched"):
             raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
         began = time.perf_counter()
         of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
-        notes = (*departures.notes(self.model, self.joints is not None), *notes)
+        notes = (*departures.notes(self.model, self.joints is not None, self.rock_breaks), *notes)
         run = _Run(self, of_block[self.mesh.block])
         found: list[ContinuumSolution] = []
         stages: tuple[Stage | None, ...] = (None, *self.model.stages)
-        for number, (before, present) in enumerate(pairwise([self.presence[0], *self.presence])):
+        for number, (before, present) in enumerate(
+            pairwise([self.presence[0], *self.presence][: None if count is None else count + 1])
+        ):
             stage = stages[number]
             end = run.first(present) if stage is None else run.next(stage, number, before, present)
             seconds = self.seconds + time.perf_counter() - began
@@ -132,7 +142,7 @@ class _Run:
         history = None if joints is None else initial_history(model, joints, water)
         zero = np.zeros(basis.N)
         bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
-        self.state = _State(zero, zero, history, bolts, model.acting_loads, water, zero)
+        self.state = _State(model, zero, zero, joints, history, bolts, model.acting_loads, water, zero)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
 
     def first(self, present: BoolArray) -> StageEnd:
@@ -146,16 +156,24 @@ class _Run:
     def next(self, stage: Stage, number: int, before: BoolArray, present: BoolArray) -> StageEnd:
         """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
         state, of = self.state, self.of
-        equations = self.equations(present)
+        stays = before & present
+        equations = self.equations(stays)
         old = equations.at(state.u, equations.free.none)
         excavation = old.residual - state.held_back(0.0) - self.reactions
         state.unreleased.append((excavation, 0.0))
+        state.model = model_in_stage(of.model, number)
+        if state.joints is not None:
+            state.joints = state.joints.with_strength_of(state.model)
         if state.bolts is not None:
-            state.bolts = state.bolts.without(~present).install(number, state.u)
+            state.bolts = state.bolts.without(~stays)
+        if (present & ~before).any():
+            self._fill(stays, present & ~before)
+        if state.bolts is not None:
+            state.bolts = state.bolts.install(number, state.u)
         if stage.pressure:
             leaves = before & ~present
             state.pressures = state.pressures + pressure_on_new_faces(
-                of.mesh, of.basis, present & before, leaves, of.facets, stage.pressure
+                of.mesh, of.basis, stays, leaves, of.facets, stage.pressure
             )
         state.loads = (*state.loads, *of.model.worked_out(stage.loads))
         if stage.water is not None:
@@ -163,9 +181,20 @@ class _Run:
             self._wet()
         return self._solved(stage.name, present, stage.relaxation)
 
+    def _fill(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Put blocks (n,) back as they were given, without stress and without force in their joints."""
+        state, of = self.state, self.of
+        fresh = np.zeros(of.basis.N, dtype=bool)
+        fresh[of.basis.element_dofs[:, comes[of.mesh.block]]] = True
+        fresh[of.basis.element_dofs[:, stays[of.mesh.block]]] = False
+        state.u, state.origin = np.where(fresh, 0.0, state.u), np.where(fresh, 0.0, state.origin)
+        state.fills = (*(fill.without(comes) for fill in state.fills), Fill(blocks=comes, u=state.u))
+        if state.joints is not None and state.history is not None:
+            state.history = state.joints.put_back(state.history, stays, comes, state.u)
+
     def _wet(self) -> None:
         """Put the water's own pressure into the joints."""
-        state, joints = self.state, self.of.joints
+        state, joints = self.state, self.state.joints
         if joints is not None and state.history is not None and state.water is not None:
             state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
 
@@ -192,6 +221,7 @@ class _Run:
             present=present,
             u=at.u,
             origin=state.origin,
+            fills=state.fills,
             at=at,
             bolts=equations.bolts,
             stiffness=self.stiffness,
@@ -223,30 +253,35 @@ class _Run:
     def _loads(self, present: BoolArray) -> FloatArray:
         """Return weights, loads and water on the rock that is there, (N,)."""
         of, state = self.of, self.state
-        loads = load_vector(of.model, of.mesh, of.basis, state.loads, present) + state.pressures
+        loads = load_vector(state.model, of.mesh, of.basis, state.loads, present) + state.pressures
         return loads if state.water is None else loads + seepage_forces(state.water, present, of.mesh, of.basis)
 
     def equations(self, present: BoolArray) -> Equations:
         """Return what has to be in balance in the rock that is there."""
-        of, history = self.of, self.state.history
-        on = present[of.mesh.block]
+        of, state = self.of, self.state
+        history, on = state.history, present[of.mesh.block]
         stiffness = rock_stiffness(of.basis, self.stiffness * on[:, None, None])
         load = self._loads(present)
+        virgin = on.copy()
+        for fill in state.fills:
+            filled = on & fill.blocks[of.mesh.block]
+            load = load + rock_stiffness(of.basis, self.stiffness * filled[:, None, None]) @ fill.u
+            virgin &= ~filled
         if self.initial_stress is not None:
-            load = load - _forces_of_stress(of.basis, self.initial_stress * on[:, None])
+            load = load - _forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
         held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
         idle = np.ones(of.basis.N, dtype=bool)
         idle[of.basis.element_dofs[:, on]] = False
-        if of.joints is not None and history is not None:
-            first, second = of.joints.block.T
+        if state.joints is not None and history is not None:
+            first, second = state.joints.block.T
             history = replace(history, present=present[first] & present[second])
         return Equations(
             stiffness=stiffness,
             load=load,
             free=FreeUnknowns(held, idle),
-            joints=of.joints,
+            joints=state.joints,
             history=history,
-            bolts=self.state.bolts,
+            bolts=state.bolts,
         )
 
 
