@@ -21,6 +21,7 @@ from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.departures import is_all_rigid
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
 from bsm_mesh.converters.continuum.joint_forces import joint_force_error
+from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.errors import ModelError
@@ -108,10 +109,15 @@ def compare_stages(
     breaks = not small and any(rock_breaks(stage.contacts) for stage in results.stages[:count])
     interfaces = (has_joints(model) or breaks) and joints is not False
     order = (1 if interfaces else 2) if order is None else order
-    continuum = Continuum(solved, order, interfaces, breaks)
+    elements = Discretization(order=order, joints=interfaces, rock_breaks=breaks)
+    continuum = Continuum(solved, elements)
     nominal = continuum.solve("nominal", count)
     matched = nominal if is_all_rigid(model) else continuum.solve("matched", count)
-    finer = Continuum(solved, 2, True, breaks).solve("nominal", count) if refine and interfaces and order == 1 else ()
+    finer = (
+        Continuum(solved, replace(elements, order=2)).solve("nominal", count)
+        if refine and interfaces and order == 1
+        else ()
+    )
     found = []
     for number, stage in enumerate(results.stages):
         reason = (

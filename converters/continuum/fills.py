@@ -33,7 +33,7 @@ class Fill:
 
 
 def gradient_at_fill(fills: Sequence[Fill], basis: Any, block: IntArray) -> FloatArray:
-    """Return the displacement gradient (t, 2, 2) that is no strain, in triangles of blocks (t,) that were put back."""
+    """Return the displacement gradient (t, 2, 2) that is no strain, in cells of blocks (t,) that were put back."""
     gradient = np.zeros((len(block), 2, 2))
     for fill in fills:
         gradient += mean_gradient(basis, fill.u) * fill.blocks[block][:, None, None]

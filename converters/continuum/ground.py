@@ -20,7 +20,7 @@ from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.water_pressure import WaterLoad
 
-WATER_ORDER = 12  # of integration: the pressure has a bend where the table crosses a triangle
+WATER_ORDER = 12  # of integration: the pressure has a bend where the table crosses a cell
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class PoreWater:
     Attributes
     ----------
     pressure : (t, i) float64 [Pa]
-        In the rock, at the integration points of every triangle.
+        In the rock, at the integration points of every cell.
     at_joints : (q,) float64 [Pa]
         In the joints, at their points.
     beyond_table : (q,) float64 [Pa]

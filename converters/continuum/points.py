@@ -19,7 +19,7 @@ def sampling(mesh: ContinuumMesh, basis: Any, point: FloatArray, block: IntArray
     Parameters
     ----------
     mesh, basis
-        The triangles, and the basis of the vector-valued element on them.
+        The cells, and the basis of the vector-valued element on them.
     point : (k, 2) float64 [m]
         Where.
     block : (k,) int32
@@ -36,14 +36,17 @@ def sampling(mesh: ContinuumMesh, basis: Any, point: FloatArray, block: IntArray
 
 
 def cells_at(mesh: ContinuumMesh, point: FloatArray, block: IntArray) -> IntArray:
-    """Return the triangle of its block in which each point lies most, (k,)."""
+    """Return the cell of its block in which each point lies most, (k,)."""
     order = np.argsort(mesh.block, kind="stable")
     first, last = (np.searchsorted(mesh.block[order], block, side=side) for side in ("left", "right"))
     count = last - first
     of_point = np.repeat(np.arange(len(point)), count)
     cell = order[np.repeat(first, count) + np.arange(len(of_point)) - np.repeat(np.cumsum(count) - count, count)]
-    x, y = mesh.mesh.mapping().invF(point[of_point].T[:, :, None], tind=cell)[..., 0]
-    depth = np.minimum(np.minimum(x, y), 1 - x - y)
+    corner = mesh.mesh.p[:, mesh.mesh.t[:, cell]]
+    side, to_point = np.roll(corner, -1, axis=1) - corner, point[of_point].T[:, None] - corner
+    twice_area = (corner[0] * np.roll(corner[1], -1, axis=0) - np.roll(corner[0], -1, axis=0) * corner[1]).sum(axis=0)
+    within = (side[0] * to_point[1] - side[1] * to_point[0]) * np.sign(twice_area) / np.hypot(*side)
+    depth = within.min(axis=0)  # to the nearest side, negative outside
     best = np.lexsort([-depth, of_point])
     cells: IntArray = cell[best[np.cumsum(count) - count]]
     return cells

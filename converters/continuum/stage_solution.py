@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Iterate
-from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_triangles
+from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_cells
 from bsm_mesh.converters.continuum.fills import Fill, gradient_at_fill
 from bsm_mesh.converters.continuum.ground import PoreWater
 from bsm_mesh.converters.continuum.joint_points import JointPoints, JointState
@@ -76,7 +76,7 @@ def stage_solution(
     """Return a stage averaged over the blocks."""
     basis, block = of.basis, of.mesh.block
     stress = _total_stress(of, end)
-    triangles, points = vtk_triangles(basis)
+    cells, points = vtk_cells(basis)
     node_dofs = nodal_unknowns(basis)
     moved = end.u - end.origin
     displacement = _movement(of, moved)
@@ -94,9 +94,9 @@ def stage_solution(
         bolts=_bolts(of, end),
         points=points,
         point_displacement=moved[node_dofs],
-        triangles=triangles,
-        triangle_block=block,
-        triangle_stress=stress,
+        cells=cells,
+        cell_block=block,
+        cell_stress=stress,
         total_load=total_load,
         total_reaction=-end.at.residual[node_dofs].sum(axis=0),
         unknowns=end.unknowns,
@@ -114,7 +114,7 @@ def _movement(of: Continuum, u: FloatArray) -> FloatArray:
 
 
 def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
-    """Return the average total stress of every triangle, (t, 2, 2) [Pa]; zero where there is none."""
+    """Return the average total stress of every cell, (t, 2, 2) [Pa]; zero where there is none."""
     basis, block = of.basis, of.mesh.block
     stress = stress_of(mean_gradient(basis, end.u) - gradient_at_fill(end.fills, basis, block), end.stiffness)
     area = basis.dx.sum(axis=1)

@@ -1,6 +1,6 @@
 """The continuum through the stages of construction, as the Block-Spring Model goes through them.
 
-A stage takes triangles away or puts them back and brings loads, a pressure on the new faces, water, bolts and another
+A stage takes cells away or puts them back and brings loads, a pressure on the new faces, water, bolts and another
 strength; the forces that the removed rock exerted on the rest are released by parts. Rock is elastic and displacements
 are small; joints and bolts keep their history.
 """
@@ -31,7 +31,7 @@ from bsm_mesh.converters.continuum.ground import (
 from bsm_mesh.converters.continuum.interfaces import open_joints
 from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
-from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
+from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
 from bsm_mesh.converters.continuum.supports import held_displacements
@@ -75,35 +75,33 @@ class Continuum:
     ----------
     model : Model
         What is given.
-    order : {1, 2}
-        Polynomial order of the displacements.
-    joints : bool
-        Whether joints are interfaces of zero thickness (`joint_points`); else they are ignored.
-    rock_breaks : bool
-        Whether faces of rock that gives a strength are interfaces too, with that strength; else it is elastic.
+    discretization : Discretization
+        Elements and interfaces.
     """
 
-    def __init__(self, model: Model, order: int = 2, joints: bool = False, rock_breaks: bool = False) -> None:
+    def __init__(self, model: Model, discretization: Discretization) -> None:
         import skfem
 
-        if order not in (1, 2):
-            raise ModelError(f"order = {order!r} must be 1 or 2")
-        departures.refuse(model, joints)
+        departures.refuse(model, discretization.joints)
         began = time.perf_counter()
-        self.model, self.rock_breaks = model, rock_breaks
+        self.model, self.discretization = model, discretization
         self.presence = presence(model.stages, model.blocks)
-        self.mesh = build_continuum_mesh(model.blocks)
+        self.mesh = continuum_mesh(model.blocks, discretization)
         interfaces = None
-        if joints:
-            self.mesh, interfaces = open_joints(model, self.mesh, self.presence, rock_breaks)
-        element = skfem.ElementTriP2() if order == 2 else skfem.ElementTriP1()
+        if discretization.joints:
+            self.mesh, interfaces = open_joints(model, self.mesh, self.presence, discretization.rock_breaks)
+        elements = {
+            False: (skfem.ElementTriP1, skfem.ElementTriP2),
+            True: (skfem.ElementQuad1, skfem.ElementQuadS2),
+        }[self.mesh.are_quads]
+        element = elements[discretization.order - 1]()
         self.basis = skfem.CellBasis(self.mesh.mesh, skfem.ElementVector(element))
         self.averages = block_averages(self.basis, self.mesh.block, model.blocks.moments.area)
         self.joints: JointPoints | None = None
         self.facets = np.zeros((0, 2), dtype=np.int32)
         self.ties = np.zeros((2, 0), dtype=np.int32)
         if interfaces is not None and interfaces.joint.size:
-            self.joints = joint_points(model, self.mesh, interfaces, self.basis, order)
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
         self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis) if model.bolts else None
@@ -115,7 +113,7 @@ class Continuum:
             raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
         began = time.perf_counter()
         of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
-        notes = (*departures.notes(self.model, self.joints is not None, self.rock_breaks), *notes)
+        notes = (*departures.notes(self.model, self.joints is not None, self.discretization.rock_breaks), *notes)
         run = _Run(self, of_block[self.mesh.block])
         found: list[ContinuumSolution] = []
         stages: tuple[Stage | None, ...] = (None, *self.model.stages)

@@ -10,6 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import solve_continuum_stages
 from bsm_mesh.converters.continuum.equilibrium import BALANCED, find_equilibrium
+from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from tests.scenes.continuum import HEAVY
 from tests.scenes.models import framed
@@ -33,7 +34,7 @@ def stack(law, tension=0.0, **fields):
 
 
 def equations(model, order):
-    continuum = Continuum(model, order, True)
+    continuum = Continuum(model, Discretization(order=order, joints=True))
     run = _Run(continuum, np.tile(np.eye(3) * 30e9, (continuum.mesh.mesh.t.shape[1], 1, 1)))
     return continuum, run.equations(np.ones(model.blocks.count, dtype=bool))
 

@@ -10,6 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from bsm_mesh.results import BoltStatus
 from tests.scenes.models import framed
@@ -127,7 +128,9 @@ def test_tangent_is_the_derivative(order):
         bsm.Bolt(start=(2.5, 0.1), end=(2.6, 2.7), diameter=0.03, bearing_stiffness=1e9, spacing=0.8),
     ]
     model = model_of(grid(3, 3), bolts, fields={"young": 20e9, "poisson": 0.2})
-    continuum = Continuum(model.replace(blocks=framed(model.blocks, 3.0, 3.0)), order, True)
+    continuum = Continuum(
+        model.replace(blocks=framed(model.blocks, 3.0, 3.0)), Discretization(order=order, joints=True)
+    )
     embedded = _Run(continuum, np.tile(np.eye(3), (continuum.mesh.mesh.t.shape[1], 1, 1))).state.bolts
     rng = np.random.default_rng(3)
     u = 1e-3 * rng.standard_normal(continuum.basis.N)
