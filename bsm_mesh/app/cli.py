@@ -173,6 +173,15 @@ def run(
     default=None,
     help="Joints as interfaces that slip and part as the model's do (the default), or ignored.",
 )
+@click.option(
+    "--refine",
+    type=click.IntRange(1, 6),
+    metavar="N",
+    help="Halve elements and interfaces 1 to N times, extrapolate, and say where contact points are too coarse.",
+)
+@click.option(
+    "--size", type=float, metavar="METRES", help="Mesh the inside of the blocks by Gmsh, sides so long at most."
+)
 @json_option
 @quiet_option
 @no_scripts_option
@@ -181,6 +190,8 @@ def compare(
     output: Path | None,
     order: int | None,
     joints: bool | None,
+    refine: int | None,
+    size: float | None,
     as_json: bool,
     quiet: bool,
     no_scripts: bool,
@@ -192,10 +203,10 @@ def compare(
 
     Exit code 0 where every stage was compared, 3 where one could not be.
     """
-    from bsm_mesh.app.comparing import compare_model
+    from bsm_mesh.app.comparing import Asked, compare_model
 
-    scripts = not no_scripts
-    sys.exit(compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet, scripts=scripts))
+    asked = Asked(order=order, joints=joints, refinements=refine or 0, size=size)
+    sys.exit(compare_model(model, output, asked, as_json=as_json, quiet=quiet, scripts=not no_scripts))
 
 
 @cli.command(cls=SeveralNames)

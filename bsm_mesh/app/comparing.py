@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.build_mesh import geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
@@ -16,18 +18,29 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.continuum import ComparedStage, Comparison
+    from bsm_mesh.converters.continuum import ComparedStage, Comparison, Refinement
 
 NOT_COMPARED = 3  # exit code where a stage could not be compared
+LEVEL_TITLE = "Halved: greatest displacement, and what changes"
+LEVEL_HEADER = ("halved", "elements", "points", "greatest", "change", "joint forces")
 ERROR_HEADER = ("r.m.s. of", "blocks", "continuum", "L2", "greatest", "where")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What finite elements are asked for, as `compare_stages` takes it; `size` [m] is that of Gmsh's mesh."""
+
+    order: int | None
+    joints: bool | None
+    refinements: int
+    size: float | None
 
 
 def compare_model(
     path: Path,
     output: Path | None,
+    asked: Asked,
     *,
-    order: int | None,
-    joints: bool | None,
     as_json: bool,
     quiet: bool,
     scripts: bool = True,
@@ -37,6 +50,7 @@ def compare_model(
     Returns the exit code: 0 where every stage was compared.
     """
     from bsm_mesh.converters.continuum import compare_stages
+    from bsm_mesh.geometries import OutlineMesher
 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report, scripts=scripts)
@@ -44,7 +58,16 @@ def compare_model(
         with placed(path.name):
             results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
-        stages = compare_stages(loaded.model, results, order=order, joints=joints)
+        with geometry_faults(), stdout_to_stderr():
+            mesher = None if asked.size is None else OutlineMesher(size=asked.size)
+            stages = compare_stages(
+                loaded.model,
+                results,
+                order=asked.order,
+                joints=asked.joints,
+                refinements=asked.refinements,
+                mesher=mesher,
+            )
         files = _written(stages, loaded.model.blocks, added)
     compared = [stage.comparison for stage in stages if stage.comparison is not None]
     notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
@@ -83,7 +106,15 @@ def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles)
 def _told(stage: ComparedStage) -> dict[str, object]:
     """Return a stage for ``--json``."""
     rows = [] if stage.comparison is None else [row._asdict() for row in stage.comparison.table()]
-    return {"name": stage.name, "class": stage.kind.value, "sentence": stage.sentence, "rows": rows}
+    told: dict[str, object] = {"name": stage.name, "class": stage.kind.value, "sentence": stage.sentence, "rows": rows}
+    study = None if stage.comparison is None else stage.comparison.refinement
+    if study is not None:
+        told["refinement"] = {
+            "levels": [level._asdict() for level in study.levels],
+            "limit": study.greatest_limit,
+            "too_coarse": study.too_coarse.tolist(),
+        }
+    return told
 
 
 def _print(title: str, stages: Sequence[ComparedStage]) -> None:
@@ -93,6 +124,12 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
             say(f"{named}: {stage.sentence}")
             continue
         print_table(f"{named} ({stage.kind.value})", ERROR_HEADER, _rows(stage.comparison))
+        if stage.comparison.refinement is not None:
+            print_table(
+                LEVEL_TITLE,
+                LEVEL_HEADER,
+                _levels(stage.comparison.refinement),
+            )
         say(stage.sentence)
         blocks, fem = stage.comparison.bsm_seconds, stage.comparison.fem_seconds
         say(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")
@@ -115,4 +152,22 @@ def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
     if comparison.force_error is not None:
         blocks, fem = comparison.slipping
         rows.append(("slip or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
+    return rows
+
+
+def _levels(refinement: Refinement) -> list[tuple[str, ...]]:
+    """Return what is printed of halved elements and interfaces."""
+    rows: list[tuple[str, ...]] = [
+        (
+            str(number),
+            str(level.cells),
+            str(level.points),
+            engineering(level.greatest, "m"),
+            f"{100 * level.change:.2f} %",
+            "" if level.force_change is None else f"{100 * level.force_change:.2f} %",
+        )
+        for number, level in enumerate(refinement.levels)
+    ]
+    if refinement.greatest_limit is not None:
+        rows.append(("limit", "", "", engineering(refinement.greatest_limit, "m"), "", ""))
     return rows

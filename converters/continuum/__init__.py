@@ -10,6 +10,8 @@ from bsm_mesh.converters.continuum.elasticity import (
     matched_elasticity,
     nominal_elasticity,
 )
+from bsm_mesh.converters.continuum.mesh import Discretization
+from bsm_mesh.converters.continuum.refinement import Refinement
 from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum, solve_continuum_stages
 
@@ -19,7 +21,9 @@ __all__ = [
     "Comparison",
     "ContinuumSolution",
     "Difference",
+    "Discretization",
     "Elasticity",
+    "Refinement",
     "Row",
     "Section",
     "affine_stiffness",

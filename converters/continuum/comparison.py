@@ -11,10 +11,9 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.differences import Difference
+from bsm_mesh.converters.continuum.refinement import COARSE, Refinement
 from bsm_mesh.converters.continuum.sections import Section
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
-
-COARSE = 0.1  # change by refining, beyond which the blocks' own contact points are called too coarse
 
 
 class Row(NamedTuple):
@@ -65,6 +64,8 @@ class Comparison:
         Share of the joints' length that slips or is open: blocks, continuum.
     refined : float or None
         L2 change of the continuum's displacements by finer elements and interfaces; None where that was not asked.
+    refinement : Refinement or None
+        What halving elements and interfaces does; None where that was not asked, or nothing moves.
     area : (n,) float64 [m2]
         Of the blocks.
     centroid : (n, 2) float64 [m]
@@ -90,6 +91,7 @@ class Comparison:
     worst_bolt: str
     slipping: tuple[float, float]
     refined: float | None
+    refinement: Refinement | None
     area: FloatArray
     centroid: FloatArray
     bsm_seconds: float
@@ -153,7 +155,8 @@ class Comparison:
         refined = f"; refining alone changes the elements' by {percent(self.refined)}" if self.refined else ""
         if self.refined is not None and self.refined > COARSE:
             refined += ": for displacements the contact points of both are too coarse"
-        return f"{begin}{enumerated(parts)}{refined}."
+        study = f"; {self.refinement.sentence}" if self.refinement else ""
+        return f"{begin}{enumerated(parts)}{refined}{study}."
 
 
 def enumerated(parts: Sequence[str]) -> str:

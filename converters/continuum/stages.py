@@ -42,6 +42,7 @@ from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
 
+PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail in one part of a stage and the others take over their load
 
 
@@ -207,7 +208,7 @@ class _Run:
         refuse_free_motion(held, of.basis, cells, of.ties[:, both])
         for part in parts:
             held_back = state.held_back(part)
-            equations, at, converged = self._settled(replace(equations, load=equations.load - held_back))
+            equations, at, converged = self._reached(replace(equations, load=equations.load - held_back))
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
             if not converged:
@@ -228,6 +229,22 @@ class _Run:
             load=self._loads(present),
             unknowns=equations.free.free.size,
         )
+
+    def _reached(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+        """Return equilibrium, sought at once and, where that fails, in parts of what is out of balance."""
+        u = self.state.u
+        first = self._settled(equations)
+        if first[2]:
+            return first
+        out_of_balance = equations.at(u, equations.free.none).residual
+        self.state.u, now = u, equations
+        for part in range(1, PARTS + 1):
+            held_back = (1 - part / PARTS) * out_of_balance
+            now, at, converged = self._settled(replace(now, load=equations.load - held_back))
+            if not converged:
+                return first
+            self.state.u = at.u
+        return now, at, True
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium once no more points of joints fail, and the equations with the history after it."""
