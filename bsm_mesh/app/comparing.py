@@ -18,7 +18,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.continuum import ComparedStage, Comparison, Refinement
+    from bsm_mesh.converters.continuum import ComparedStage, Comparison, Difference, Refinement
 
 NOT_COMPARED = 3  # exit code where a stage could not be compared
 LEVEL_TITLE = "Halved: greatest displacement, and what changes"
@@ -137,22 +137,23 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
 
 def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Return what is printed of a stage."""
-    rows: list[tuple[str, ...]] = []
-    for error in comparison.errors:
-        rows.append(
-            (
-                error.name,
-                engineering(error.rms_bsm, error.unit),
-                engineering(error.rms_fem, error.unit),
-                f"{100 * error.l2:.2f} %",
-                f"{100 * error.largest:.2f} %",
-                comparison.where(error),
-            )
-        )
+    rows = [error_row(error, comparison.where(error)) for error in comparison.errors]
     if comparison.force_error is not None:
         blocks, fem = comparison.slipping
         rows.append(("slip or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
     return rows
+
+
+def error_row(error: Difference, where: str) -> tuple[str, ...]:
+    """Return what is printed of a difference, as `ERROR_HEADER` heads it."""
+    return (
+        error.name,
+        engineering(error.rms_bsm, error.unit),
+        engineering(error.rms_fem, error.unit),
+        f"{100 * error.l2:.2f} %",
+        f"{100 * error.largest:.2f} %",
+        where,
+    )
 
 
 def _levels(refinement: Refinement) -> list[tuple[str, ...]]:

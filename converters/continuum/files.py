@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.result_files import six_components
 from bsm_mesh.converters.vtk_files import POLYGON, Grid, spatial, write_vtu
@@ -26,22 +28,53 @@ def write_comparison(comparison: Comparison, blocks: Blocks, path: Path) -> None
     ModelError
         If the file cannot be written.
     """
-    there = np.flatnonzero(comparison.present)
-    fem, bsm = comparison.nominal.stress[there], comparison.stress[there]
-    ours, theirs = principal_stresses(bsm)[0], principal_stresses(fem)[0]
-    cells = {
-        "block_id": there.astype(np.int32),
-        "stress": six_components(bsm),
-        "stress_fem": six_components(fem),
-        "stress_difference": six_components(bsm - fem),
-        "sigma_1": ours,
-        "sigma_1_fem": theirs,
-        "sigma_1_difference": ours - theirs,
-        "displacement": spatial(comparison.displacement[there, :2]),
-        "displacement_fem": spatial(comparison.matched.displacement[there, :2]),
-        "displacement_difference": spatial(comparison.displacement_difference[there, :2]),
-    }
-    left = some_blocks(blocks, comparison.present)
+    write_sides(
+        path,
+        blocks,
+        comparison.present,
+        stress=(comparison.stress, comparison.nominal.stress),
+        displacement=(comparison.displacement, comparison.matched.displacement),
+    )
+
+
+def write_sides(
+    path: Path,
+    blocks: Blocks,
+    present: BoolArray,
+    *,
+    stress: tuple[FloatArray, FloatArray] | None,
+    displacement: tuple[FloatArray, FloatArray] | None,
+) -> None:
+    """Write fields of two methods and their difference, with the names of `write_comparison`.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file.
+    blocks : Blocks
+        As given.
+    present : (n,) bool
+        The blocks that are written.
+    stress : pair of (n, 2, 2) float64 [Pa]
+        Of both methods; None: neither is written.
+    displacement : pair of (n, 2 or more) float64 [m]
+        u and v first, of both methods; None: neither is written.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be written.
+    """
+    there = np.flatnonzero(present)
+    cells: dict[str, Any] = {"block_id": there.astype(np.int32)}
+    if stress is not None:
+        bsm, fem = (of[there] for of in stress)
+        ours, theirs = principal_stresses(bsm)[0], principal_stresses(fem)[0]
+        cells |= _with_difference("stress", six_components(bsm), six_components(fem))
+        cells |= _with_difference("sigma_1", ours, theirs)
+    if displacement is not None:
+        cells |= _with_difference("displacement", *(spatial(of[there, :2]) for of in displacement))
+    left = some_blocks(blocks, present)
     grid = Grid(
         points=left.vertices,
         offsets=left.offsets,
@@ -53,3 +86,7 @@ def write_comparison(comparison: Comparison, blocks: Blocks, path: Path) -> None
         write_vtu(path, grid, parents=True)
     except OSError as error:
         raise ModelError(f"cannot write {path}: {error.strerror or error}; choose another folder") from error
+
+
+def _with_difference(name: str, one: FloatArray, other: FloatArray) -> dict[str, FloatArray]:
+    return {name: one, f"{name}_fem": other, f"{name}_difference": one - other}

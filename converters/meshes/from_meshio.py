@@ -27,6 +27,21 @@ def read_by_meshio(path: Path) -> MeshCells:
     ModelError
         If meshio cannot read the file.
     """
+    mesh, remarks = read_mesh(path)
+    sets = _sets(mesh)
+    if path.suffix.lower() == ".inp":
+        sets.update(_abaqus_sets(path, mesh))
+    return cells_of_meshio(mesh, str(path), sets=sets, remarks=remarks)
+
+
+def read_mesh(path: Path) -> tuple[Any, list[str]]:
+    """Return the ``meshio.Mesh`` of a file, and what meshio printed.
+
+    Raises
+    ------
+    ModelError
+        If meshio cannot read the file.
+    """
     import meshio
 
     said = io.StringIO()
@@ -44,10 +59,7 @@ def read_by_meshio(path: Path) -> MeshCells:
     remarks = [line.strip() for line in said.getvalue().splitlines() if line.strip()]
     if any("not closed by" in line for line in remarks):
         raise ModelError(f"{path}: cut off or damaged: {remarks[-1]}; write the file again")
-    sets = _sets(mesh)
-    if path.suffix.lower() == ".inp":
-        sets.update(_abaqus_sets(path, mesh))
-    return cells_of_meshio(mesh, str(path), sets=sets, remarks=remarks)
+    return mesh, remarks
 
 
 def cells_of_meshio(
