@@ -43,6 +43,7 @@ from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scrip
 @click.option("--length", metavar="UNIT", help="With --with: unit of length of its mesh, for example mm.")
 @click.option("--compression-positive", is_flag=True, help="With --with: its stresses are positive in compression.")
 @click.option("--stage", metavar="NAME", help="With --with: the stage that it is set beside; the last by default.")
+@click.option("--pictures", is_flag=True, help="Draw both sides and the difference as PNG too.")
 @json_option
 @quiet_option
 @no_scripts_option
@@ -58,6 +59,7 @@ def compare(
     length: str | None,
     compression_positive: bool,
     stage: str | None,
+    pictures: bool,
     as_json: bool,
     quiet: bool,
     no_scripts: bool,
@@ -77,8 +79,8 @@ def compare(
         if refine or size or order or joints is not None:
             raise click.UsageError("--order, --joints, --refine and --size are of our own elements; leave out --with")
         names = field_names(fields, length, compression_positive)
-        sys.exit(compare_with_file(model, output, other, names, stage, **shown))
+        sys.exit(compare_with_file(model, output, other, names, stage, pictures=pictures, **shown))
     if fields or length or compression_positive or stage:
         raise click.UsageError("--field, --length, --compression-positive and --stage belong to --with FILE")
-    asked = Asked(order=order, joints=joints, refinements=refine or 0, size=size)
+    asked = Asked(order=order, joints=joints, refinements=refine or 0, size=size, pictures=pictures)
     sys.exit(compare_model(model, output, asked, **shown))

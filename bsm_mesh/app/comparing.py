@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from bsm_mesh.app.build_mesh import geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.errors import placed
+from bsm_mesh.errors import one_line, placed
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.run import run
 
@@ -28,12 +28,13 @@ ERROR_HEADER = ("r.m.s. of", "blocks", "continuum", "L2", "greatest", "where")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
-    """What finite elements are asked for, as `compare_stages` takes it; `size` [m] is that of Gmsh's mesh."""
+    """What finite elements are asked for, as `compare_stages` takes it; `size` [m] of Gmsh's mesh; pictures or none."""
 
     order: int | None
     joints: bool | None
     refinements: int
     size: float | None
+    pictures: bool
 
 
 def compare_model(
@@ -69,6 +70,11 @@ def compare_model(
                 mesher=mesher,
             )
         files = _written(stages, loaded.model.blocks, added)
+        if asked.pictures:
+            progress.report("pictures")
+            titles = [f"{loaded.model.title or path.stem}, stage {stage.name}" for stage in stages if stage.comparison]
+            vtus = [file for file in files if file.endswith(".vtu")]
+            files += drawn(added, dict(zip(vtus, titles, strict=True)))
     compared = [stage.comparison for stage in stages if stage.comparison is not None]
     notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
     if as_json:
@@ -101,6 +107,17 @@ def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles)
             write_pvd(draft, names)
         names.append((0.0, "compare.pvd"))
     return [str(added.folder.path / name) for _, name in names]
+
+
+def drawn(added: AddedFiles, titles: Mapping[str, str]) -> list[str]:
+    """Draw both sides and the difference of VTU files with their titles; return the pictures' paths."""
+    from bsm_mesh.app.plot import render
+
+    folder = added.folder.path
+    if not titles:
+        return []
+    given = [f"{Path(file).name}={one_line(title)}" for file, title in titles.items()]
+    return [str(path) for path in render(folder, "bsm_mesh.app.compare_pictures", str(folder.absolute()), *given)]
 
 
 def _told(stage: ComparedStage) -> dict[str, object]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.comparing import ERROR_HEADER, NOT_COMPARED, error_row
+from bsm_mesh.app.comparing import ERROR_HEADER, NOT_COMPARED, drawn, error_row
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
@@ -31,6 +31,7 @@ def compare_with_file(
     names: FieldNames,
     stage: str | None,
     *,
+    pictures: bool,
     as_json: bool,
     quiet: bool,
     scripts: bool = True,
@@ -58,6 +59,10 @@ def compare_with_file(
                     draft, loaded.model.blocks, found.compared, stress=found.stress, displacement=found.displacement
                 )
             files.append(str(added.folder.path / FILE))
+            if pictures:
+                progress.report("pictures")
+                title = f"{loaded.model.title or path.stem}, stage {found.stage}, beside {other.name}"
+                files += drawn(added, {files[0]: title})
     if as_json:
         say_json({**_told(found), "files": files})
     else:

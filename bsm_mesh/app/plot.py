@@ -44,6 +44,17 @@ def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None 
     module, *arguments = ["bsm_mesh.app.pictures", str(folder.absolute())]
     if animate or step is not None:
         module, arguments = "bsm_mesh.app.animation", [*arguments, "" if step is None else str(step)]
+    return render(folder, module, *arguments)
+
+
+def render(folder: Path, module: str, *arguments: str) -> list[Path]:
+    """Run a module that draws pictures of a folder in a process of its own, and return their paths.
+
+    Raises
+    ------
+    ModelError
+        If the renderer fails or dies.
+    """
     try:
         done = subprocess.run(
             python_command(module, *arguments),
