@@ -10,10 +10,13 @@ from bsm_mesh.converters.continuum.elasticity import (
     matched_elasticity,
     nominal_elasticity,
 )
+from bsm_mesh.converters.continuum.foreign_fields import FieldNames
 from bsm_mesh.converters.continuum.mesh import Discretization
+from bsm_mesh.converters.continuum.outside import OutsideComparison, compare_with
 from bsm_mesh.converters.continuum.refinement import Refinement
 from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum, solve_continuum_stages
+from bsm_mesh.converters.meshes.foreign_files import read_foreign
 
 __all__ = [
     "Comparability",
@@ -23,6 +26,8 @@ __all__ = [
     "Difference",
     "Discretization",
     "Elasticity",
+    "FieldNames",
+    "OutsideComparison",
     "Refinement",
     "Row",
     "Section",
@@ -30,8 +35,10 @@ __all__ = [
     "blocks_on_line",
     "compare",
     "compare_stages",
+    "compare_with",
     "matched_elasticity",
     "nominal_elasticity",
+    "read_foreign",
     "solve_continuum",
     "solve_continuum_stages",
 ]

@@ -21,12 +21,13 @@ def test_a_model_is_told_stage_by_stage():
 
 def test_what_stands_between_the_marks_is_replaced(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{continuum.BEGIN}\nold\n{continuum.END}\nafter\n")
-    continuum.put(page, "new\n")
-    assert page.read_text() == f"before\n{continuum.BEGIN}\nnew\n{continuum.END}\nafter\n"
+    begin, end = marks = continuum.marks("a command")
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
+    continuum.put(page, "new\n", marks)
+    assert page.read_text() == f"before\n{begin}\nnew\n{end}\nafter\n"
     page.write_text("no marks\n")
     with pytest.raises(SystemExit, match="has not both marks"):
-        continuum.put(page, "new\n")
+        continuum.put(page, "new\n", marks)
 
 
 def test_the_page_names_every_model():
