@@ -73,7 +73,7 @@ def compare_model(
         if asked.pictures:
             progress.report("pictures")
             titles = [f"{loaded.model.title or path.stem}, stage {stage.name}" for stage in stages if stage.comparison]
-            vtus = [file for file in files if file.endswith(".vtu")]
+            vtus = [file for file in files if file.endswith(".vtu") and "bolts" not in Path(file).name]
             files += drawn(added, dict(zip(vtus, titles, strict=True)))
     compared = [stage.comparison for stage in stages if stage.comparison is not None]
     notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
@@ -89,12 +89,13 @@ def compare_model(
 
 
 def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles) -> list[str]:
-    """Write a VTU file a compared stage, and of several the series; return their paths."""
-    from bsm_mesh.converters.continuum.files import write_comparison
+    """Write a VTU file a compared stage, one of its bolts, and of several stages the series; return their paths."""
+    from bsm_mesh.converters.continuum.files import write_bolts, write_comparison
     from bsm_mesh.converters.vtk_files import write_pvd
 
     several = len(stages) > 1
     names: list[tuple[float, str]] = []
+    bolts: list[tuple[float, str]] = []
     for number, stage in enumerate(stages):
         if stage.comparison is None:
             continue
@@ -102,11 +103,16 @@ def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles)
         with added.file(name) as draft:
             write_comparison(stage.comparison, blocks, draft)
         names.append((float(number), name))
+        if stage.comparison.bolts.count:
+            beside = name.replace("compare", "compare_bolts")
+            with added.file(beside) as draft:
+                write_bolts(stage.comparison, draft)
+            bolts.append((float(number), beside))
     if several and names:
         with added.file("compare.pvd") as draft:
             write_pvd(draft, names)
         names.append((0.0, "compare.pvd"))
-    return [str(added.folder.path / name) for _, name in names]
+    return [str(added.folder.path / name) for _, name in (*names, *bolts)]
 
 
 def drawn(added: AddedFiles, titles: Mapping[str, str]) -> list[str]:

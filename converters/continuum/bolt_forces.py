@@ -19,11 +19,7 @@ def bolt_force_error(bsm: BoltForces, fem: BoltForces) -> tuple[Difference, str]
     ours, theirs = bsm.axial_force * bsm.alive, fem.axial_force * fem.alive
     if not (ours.any() or theirs.any()):
         return None
-    bolt = np.repeat(np.arange(len(bsm.names)), np.diff(bsm.node_start) - 1)
-    inner = np.ones(len(bsm.station), dtype=bool)
-    inner[bsm.node_start[1:] - 1] = False
-    first = np.flatnonzero(inner)
-    length = bsm.station[first + 1] - bsm.station[first]
+    length = bsm.station[bsm.first_node + 1] - bsm.station[bsm.first_node]
     rms = float(np.sqrt((length * ours**2).sum() / length.sum()))
     error = measure_difference("bolt forces", "N", ours, theirs, length, (rms, float(np.abs(ours).max())))
-    return error, bsm.names[bolt[error.worst_block]]
+    return error, bsm.names[bsm.bolt[error.worst_block]]

@@ -14,6 +14,7 @@ from bsm_mesh.converters.continuum.differences import Difference
 from bsm_mesh.converters.continuum.refinement import COARSE, Refinement
 from bsm_mesh.converters.continuum.sections import Section
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
+from bsm_mesh.results.bolts import BoltForces
 
 
 class Row(NamedTuple):
@@ -56,6 +57,8 @@ class Comparison:
         Of the force between every two blocks; None where the continuum has no joints.
     worst_pair : (int, int) or None
         The blocks between which joint forces differ most.
+    bolts : BoltForces
+        By the Block-Spring Model.
     bolt_error : Difference or None
         Of the tensions of all elements of bolts; None where there are no bolts, or none with a tension.
     worst_bolt : str
@@ -87,6 +90,7 @@ class Comparison:
     displacement_errors: tuple[Difference, ...]
     force_error: Difference | None
     worst_pair: tuple[int, int] | None
+    bolts: BoltForces
     bolt_error: Difference | None
     worst_bolt: str
     slipping: tuple[float, float]

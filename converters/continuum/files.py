@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.result_files import six_components
-from bsm_mesh.converters.vtk_files import POLYGON, Grid, spatial, write_vtu
+from bsm_mesh.converters.vtk_files import LINE, POLYGON, Grid, spatial, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.submodel import some_blocks
@@ -82,6 +82,36 @@ def write_sides(
         cell_type=POLYGON,
         cell_data=cells,
     )
+    _write(path, grid)
+
+
+def write_bolts(comparison: Comparison, path: Path) -> None:
+    """Write the bolts with their tensions by both methods and the difference, a line an element at its first place.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be written.
+    """
+    ours, theirs = comparison.bolts, comparison.nominal.bolts
+    first = ours.first_node
+    grid = Grid(
+        points=ours.original,
+        offsets=2 * np.arange(len(first) + 1),
+        connectivity=np.stack([first, first + 1], axis=1).reshape(-1),
+        cell_type=LINE,
+        cell_data={
+            "bolt": ours.bolt,
+            "alive": ours.alive.astype(np.uint8),
+            **_with_difference("axial_force", ours.axial_force, theirs.axial_force),
+            **_with_difference("shear_force", ours.shear_force, theirs.shear_force),
+        },
+        field_data={"bolt_names": ours.names},
+    )
+    _write(path, grid)
+
+
+def _write(path: Path, grid: Grid) -> None:
     try:
         write_vtu(path, grid, parents=True)
     except OSError as error:

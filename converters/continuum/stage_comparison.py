@@ -46,6 +46,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
         displacement_errors=errors,
         force_error=None if forces is None else forces[0],
         worst_pair=None if forces is None else forces[1],
+        bolts=stage.bolts,
         bolt_error=None if bolts is None else bolts[0],
         worst_bolt="" if bolts is None else bolts[1],
         slipping=(slipping_length(stage.contacts, held), slipping_length(nominal.contacts, held)),

@@ -212,3 +212,20 @@ def test_command(case: Case) -> None:
     assert {row["name"] for row in told["differences"]} >= {"stress", "displacement"}
     assert case.run("compare", "model.toml", "--stage", "initial").code == 2
     assert case.run(*asked, "--refine", "1").code == 2
+
+
+def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
+    points, cells = theirs()
+    u, s = linear(points)
+    meshio.Mesh(points, [("triangle", cells)], point_data={"U": u, "S": s}).write(case.folder / "theirs.vtu")
+    case.run("compare", "model.toml", "--with", "theirs.vtu", "--pictures", "-q")
+    own = case.run("compare", "model.toml", "--pictures", "-q")
+    assert "written: out/model/pictures/compare_displacement.png" in own.out
+    from PIL import Image
+
+    for name in ("compare", "compare_with"):
+        for quantity in ("displacement", "sigma_1"):
+            with Image.open(case.folder / f"out/model/pictures/{name}_{quantity}.png") as image:
+                colours = np.asarray(image.convert("RGB")).reshape(-1, 3)
+                assert len(np.unique(colours, axis=0)) > 10  # blocks of several colours
+                assert image.width == 2100

@@ -10,8 +10,10 @@ import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.converters.continuum.files import write_bolts
 from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
+from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.results import BoltStatus
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle
@@ -50,6 +52,18 @@ def test_wang_example_4():
     assert stage.comparison.bolt_error.l2 < GROUTED
     assert "in bolt forces" in stage.sentence
     assert stage.comparison.where(stage.comparison.bolt_error) == "wall"
+
+
+def test_bolts_are_written_with_their_difference(tmp_path):
+    loaded = load_model_file(EXAMPLES / "04_bolted_opening/two_bolts.toml", lambda _: None)
+    (stage,) = compare_stages(loaded.model, bsm.run(loaded.model, loaded.options), refine=False)
+    write_bolts(stage.comparison, tmp_path / "bolts.vtu")
+    grid = read_vtu(tmp_path / "bolts.vtu")
+    forces = [grid.cell_data[f"axial_force{end}"] for end in ("", "_fem", "_difference")]
+    assert_allclose(forces[0], stage.comparison.bolts.axial_force)
+    assert_allclose(forces[1], stage.comparison.nominal.bolts.axial_force)
+    assert_allclose(forces[2], forces[0] - forces[1])
+    assert_allclose(forces[1], forces[0], rtol=2e-2)
 
 
 @pytest.mark.parametrize("kind", ["grouted", "end_anchored"])
