@@ -18,6 +18,7 @@ from bsm_mesh.results.records import ContactForces, ContactStatus, Results, Stag
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first
+NEARLY = 0.99  # of the strength: one method stops just below it where the other slips
 BROKEN = 1e-3  # of the length of faces without a joint: what breaks less is whole rock
 MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definition
 
@@ -152,8 +153,25 @@ def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
     return ""
 
 
-def slipping_length(contacts: ContactForces, held: BoolArray) -> float:
-    """Return the share of the joints' length that slips or is open, but for joints between two held blocks (n,)."""
+def slipping_length(contacts: ContactForces, held: BoolArray, whole: float | None = None) -> float:
+    """Return the share of the joints' length that slips, or nearly, or is open, but between held blocks (n,).
+
+    Parameters
+    ----------
+    contacts : ContactForces
+        Of blocks, where contacts that are open may be missing, or of a continuum.
+    held : (n,) bool
+        Blocks with a support.
+    whole : float [m]
+        Length of all joints; None: that of the contacts.
+    """
     length = contacts.length * (contacts.joint >= 0) * ~(held[contacts.block_a] & held[contacts.block_b])
-    total = float(length.sum())
-    return float((length * (contacts.status != ContactStatus.STICKING)).sum()) / total if total else 0.0
+    whole = float(length.sum()) if whole is None else whole
+    sticks = (contacts.status == ContactStatus.STICKING) & (contacts.utilisation < NEARLY)
+    sticking = float((length * sticks).sum())
+    return max(0.0, 1.0 - sticking / whole) if whole else 0.0
+
+
+def jointed_length(contacts: ContactForces, held: BoolArray) -> float:
+    """Return the length of the joints [m] among a continuum's contacts, but for those between two held blocks (n,)."""
+    return float((contacts.length * ~(held[contacts.block_a] & held[contacts.block_b])).sum())

@@ -64,7 +64,7 @@ class Comparison:
     worst_bolt : str
         The bolt in which they differ most.
     slipping : (float, float)
-        Share of the joints' length that slips or is open: blocks, continuum.
+        Share of the joints' length that slips, is at 99 % of its strength or more, or is open: blocks, continuum.
     refined : float or None
         L2 change of the continuum's displacements by finer elements and interfaces; None where that was not asked.
     refinement : Refinement or None

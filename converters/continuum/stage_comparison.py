@@ -6,7 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.bolt_forces import bolt_force_error
-from bsm_mesh.converters.continuum.comparability import slipping_length
+from bsm_mesh.converters.continuum.comparability import jointed_length, slipping_length
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
 from bsm_mesh.converters.continuum.joint_forces import joint_force_error
@@ -49,7 +49,10 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
         bolts=stage.bolts,
         bolt_error=None if bolts is None else bolts[0],
         worst_bolt="" if bolts is None else bolts[1],
-        slipping=(slipping_length(stage.contacts, held), slipping_length(nominal.contacts, held)),
+        slipping=(
+            slipping_length(stage.contacts, held, jointed_length(nominal.contacts, held)),
+            slipping_length(nominal.contacts, held),
+        ),
         refined=_change(finer[0], nominal, moments.area) if finer else None,
         refinement=refinement_of(levels, references.asked, area, held) if references.asked and errors else None,
         area=moments.area,
