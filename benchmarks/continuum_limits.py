@@ -1,8 +1,8 @@
-"""Rigid blocks under gravity beside finite elements, and a large continuum: ``python -m benchmarks.continuum_limits``.
+"""Slopes under gravity beside finite elements, refinement, a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
 equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
-both tables take the place of what stands between that page's marks.
+the tables take the place of what stands between that page's marks.
 """
 
 from __future__ import annotations
@@ -11,23 +11,36 @@ import argparse
 import dataclasses
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
-from benchmarks.continuum import marks, put
+from benchmarks.continuum import ROOT, marks, put
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.tables import engineering
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.results.records import ContactStatus
 from tests.scenes.large import blocky_rock
 
 SLOPES = 10
 MOST_SEEDS = 100
+SAYING = "Greatest displacement of a block in the elements, and how many blocks refining moves by more than a tenth:"
 LARGE, HALVINGS = 1000, 2  # Voronoi blocks, and how often their fans are halved: 1e5 triangles
 ROCK = {"young": 20e9, "poisson": 0.2}
 HEADER = ("seed", "family", "blocks", "joints that slip or are open", "balance checked", "what compare says")
+REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/model")  # in elastic rock
+REFINEMENTS = 3
+LEVELS = (
+    "model",
+    "stage",
+    "as given",
+    *(f"halved {k} times" for k in range(1, REFINEMENTS + 1)),
+    "limit",
+    "too coarse",
+)
 COMMAND = "python -m benchmarks.continuum_limits"
 
 
@@ -61,6 +74,23 @@ def slope_rows() -> Iterator[tuple[str, ...]]:
     yield "", "", "", "", "", f"{skipped} seeds between them collapse, or move too far for small displacements"
 
 
+def refined_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row a stage of the examples whose elements and interfaces are halved."""
+    for name in REFINED:
+        loaded = load_model_file(ROOT / "examples" / f"{name}.toml", lambda _: None)
+        results = bsm.run(loaded.model, loaded.options)
+        for stage in compare_stages(loaded.model, results, refinements=REFINEMENTS):
+            study = None if stage.comparison is None else stage.comparison.refinement
+            if study is None:
+                continue
+            greatest = [engineering(level.greatest, "m") for level in study.levels]
+            greatest += ["no equilibrium"] * (REFINEMENTS + 1 - len(greatest))
+            limit = "-" if study.greatest_limit is None else engineering(study.greatest_limit, "m")
+            coarse = f"{study.too_coarse.size} of {loaded.model.blocks.count} blocks"
+            yield name, stage.name, *greatest, limit, coarse
+            print(f"{name}, {stage.name}: {study.sentence}", file=sys.stderr, flush=True)
+
+
 def large_model() -> bsm.Model:
     """Return elastic Voronoi rock at depth, of which a stage excavates a circle."""
     model = blocky_rock(LARGE).model(0.5)
@@ -84,13 +114,17 @@ def large_text() -> str:
     )
 
 
+def markdown(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """Return a table."""
+    return "".join(f"| {' | '.join(row)} |\n" for row in (header, tuple("---" for _ in header), *rows))
+
+
 def main() -> int:
-    """Make both tables, and print them or put them into a page."""
+    """Make the tables, and print them or put them into a page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
-    rows = [HEADER, tuple("---" for _ in HEADER), *slope_rows()]
-    text = "\n".join(f"| {' | '.join(row)} |" for row in rows) + f"\n\n{large_text()}\n"
+    text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n{large_text()}\n"
     if given.into:
         put(given.into, text, marks(COMMAND))
     else:
