@@ -1,4 +1,4 @@
-"""Slopes under gravity beside finite elements, refinement, a large continuum: ``python -m benchmarks.continuum_limits``.
+"""Slopes under gravity, refinement and a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
 equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``

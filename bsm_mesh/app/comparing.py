@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from bsm_mesh.converters.continuum import ComparedStage, Comparison, Difference, Refinement
 
 NOT_COMPARED = 3  # exit code where a stage could not be compared
+HISTORY_HEADER = ("history", "quantity", "blocks", "continuum")
 LEVEL_TITLE = "Halved: greatest displacement, and what changes"
 LEVEL_HEADER = ("halved", "elements", "points", "greatest", "change", "joint forces")
 ERROR_HEADER = ("r.m.s. of", "blocks", "continuum", "L2", "greatest", "where")
@@ -130,6 +131,8 @@ def _told(stage: ComparedStage) -> dict[str, object]:
     """Return a stage for ``--json``."""
     rows = [] if stage.comparison is None else [row._asdict() for row in stage.comparison.table()]
     told: dict[str, object] = {"name": stage.name, "class": stage.kind.value, "sentence": stage.sentence, "rows": rows}
+    if stage.comparison is not None and stage.comparison.histories:
+        told["histories"] = [value._asdict() for value in stage.comparison.histories]
     study = None if stage.comparison is None else stage.comparison.refinement
     if study is not None:
         told["refinement"] = {
@@ -147,6 +150,8 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
             say(f"{named}: {stage.sentence}")
             continue
         print_table(f"{named} ({stage.kind.value})", ERROR_HEADER, _rows(stage.comparison))
+        if stage.comparison.histories:
+            print_table("Histories", HISTORY_HEADER, _histories(stage.comparison), texts=2)
         if stage.comparison.refinement is not None:
             print_table(
                 LEVEL_TITLE,
@@ -165,6 +170,18 @@ def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
         blocks, fem = comparison.slipping
         rows.append(("slip or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
     return rows
+
+
+def _histories(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return what is printed of the model's histories."""
+
+    def told(value: float, unit: str) -> str:
+        return engineering(value, unit) if unit in ("m", "N") else f"{value:.4g} {unit}".rstrip()
+
+    return [
+        (value.history, value.quantity, told(value.bsm, value.unit), told(value.fem, value.unit))
+        for value in comparison.histories
+    ]
 
 
 def error_row(error: Difference, where: str) -> tuple[str, ...]:

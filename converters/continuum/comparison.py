@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.differences import Difference
+from bsm_mesh.converters.continuum.history_values import HistoryValue
 from bsm_mesh.converters.continuum.refinement import COARSE, Refinement
 from bsm_mesh.converters.continuum.sections import Section
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
@@ -65,6 +66,8 @@ class Comparison:
         The bolt in which they differ most.
     slipping : (float, float)
         Share of the joints' length that slips, is at 99 % of its strength or more, or is open: blocks, continuum.
+    histories : tuple of HistoryValue
+        The model's histories at the end of the stage.
     refined : float or None
         L2 change of the continuum's displacements by finer elements and interfaces; None where that was not asked.
     refinement : Refinement or None
@@ -94,6 +97,7 @@ class Comparison:
     bolt_error: Difference | None
     worst_bolt: str
     slipping: tuple[float, float]
+    histories: tuple[HistoryValue, ...]
     refined: float | None
     refinement: Refinement | None
     area: FloatArray

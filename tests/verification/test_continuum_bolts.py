@@ -66,6 +66,27 @@ def test_bolts_are_written_with_their_difference(tmp_path):
     assert_allclose(forces[1], forces[0], rtol=2e-2)
 
 
+def test_histories_at_the_end_of_a_stage():
+    """What the model records, by the same measure in both: the hung block, its joint, its bolt."""
+    bolt = bsm.Bolt(name="B", start=(1.5, 0), end=(1.5, 2.5), diameter=D, young=E)
+    histories = [
+        bsm.History(name="point", point=(1.2, 0.5)),
+        bsm.History(name="line", line=((1.5, 0.5), (1.5, 2.0))),
+        bsm.History(name="block", block=1),
+        bsm.History(name="joint", joint="J"),
+        bsm.History(name="bolt", bolt="B"),
+    ]
+    model = model_of([rectangle(0, 1, 3, 3), rectangle(1, 0, 2, 1)], [bolt], histories=histories)
+    results = bsm.run(model)
+    (stage,) = compare_stages(model, results, refine=False)
+    values = {(value.history, value.quantity): value for value in stage.comparison.histories}
+    assert_allclose(values["bolt", "axial_force"].fem, GAMMA, rtol=1e-6)
+    for key in (("point", "v"), ("line", "extension_1"), ("block", "v"), ("joint", "opening"), ("bolt", "axial_force")):
+        assert_allclose(values[key].fem, values[key].bsm, rtol=5e-3)
+        last = results.histories[key[0]][key[1]][-1]
+        assert_allclose(values[key].bsm, last, rtol=1e-9)
+
+
 @pytest.mark.parametrize("kind", ["grouted", "end_anchored"])
 def test_hanging_block(kind):
     bolt = bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=D, young=E, kind=kind, spacing=1.5)
