@@ -101,13 +101,14 @@ class Equations:
         if history is not None and at.state is not None:
             history = remember(history, at.state)
         if bolts is not None and at.bolts is not None:
-            bolts = bolts.commit(at.bolts)
+            bolts = bolts.commit(at.bolts, at.u)
         return replace(self, history=history, bolts=bolts)
 
     @property
     def are_linear(self) -> bool:
         """Whether one correction solves them."""
-        return self.bolts is None and (self.joints is None or self.joints.are_linear)
+        bolts = self.bolts is None or self.bolts.elastic is not None
+        return bolts and (self.joints is None or self.joints.are_linear)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

@@ -31,6 +31,8 @@ class Discretization:
         Whether joints are interfaces of zero thickness (`joint_points`); else they are ignored.
     rock_breaks : bool
         Whether faces of rock that gives a strength are interfaces too, with that strength; else it is elastic.
+    elastic_bolts : bool
+        Whether bolts are elastic about their pretension, as in the linear scheme; else they slip, slacken and yield.
     refinements : int
         How often every side of the elements, and with them of the interfaces, is halved.
     mesher : Mesher or None
@@ -45,6 +47,7 @@ class Discretization:
     order: int = 2
     joints: bool = False
     rock_breaks: bool = False
+    elastic_bolts: bool = False
     refinements: int = 0
     mesher: Mesher | None = None
 

@@ -75,7 +75,13 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
     breaks = not small and any(rock_breaks(stage.contacts) for stage in results.stages[:count])
     interfaces = (has_joints(model) or breaks) and asked.joints is not False
     order = (1 if interfaces else 2) if asked.order is None else asked.order
-    elements = Discretization(order=order, joints=interfaces, rock_breaks=breaks and interfaces, mesher=asked.mesher)
+    elements = Discretization(
+        order=order,
+        joints=interfaces,
+        rock_breaks=breaks and interfaces,
+        elastic_bolts=small,
+        mesher=asked.mesher,
+    )
     continuum = Continuum(solved, elements)
     nominal = continuum.solve("nominal", count)
     matched = nominal if is_all_rigid(model) else continuum.solve("matched", count)

@@ -18,6 +18,7 @@ class DiscretizationKeys(TypedDict, total=False):
     order: int
     joints: bool
     rock_breaks: bool
+    elastic_bolts: bool
     refinements: int
     mesher: Mesher | None
 

@@ -105,7 +105,9 @@ class Continuum:
             self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
-        self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis) if model.bolts else None
+        self.bolts: EmbeddedBolts | None = None
+        if model.bolts:
+            self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis, elastic=discretization.elastic_bolts)
         self.seconds = time.perf_counter() - began
 
     def solve(self, elasticity: ElasticityName, count: int | None = None) -> tuple[ContinuumSolution, ...]:

@@ -153,6 +153,26 @@ def test_bolts_by_stages():
     ]
 
 
+def test_elastic_about_their_pretension():
+    """In the linear scheme: springs in series, T = T0 K / (K + k), and what a load and an excavation add."""
+    polygons = [rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1), rectangle(2, 0, 3, 1)]
+    bolt = bsm.Bolt(start=(0.25, 0.5), end=(1.75, 0.5), diameter=0.05, kind="end_anchored", pretension=80e3)
+    later = bsm.Bolt(start=(0.25, 0.4), end=(1.75, 0.4), diameter=0.02, stage="push", bearing_stiffness=1e9)
+    load = bsm.PointLoad(block=1, point=(1.5, 0.5), force=(-30e3, -5e3))
+    stages = [bsm.Stage(name="push", loads=[load]), bsm.Stage(name="off", excavate=[2])]
+    model = model_of(polygons, [bolt, later], weight=0.0, stages=stages)
+    results = bsm.run(model, bsm.Options(scheme="linear"))
+    found = compare_stages(model, results)
+    k = E * np.pi * 0.05**2 / 4 / 1.5
+    initial = found[0].comparison.nominal.bolts.axial_force
+    assert_allclose(initial, [80e3 * 1e9 / (1e9 + k), 0.0], rtol=1e-3)
+    for stage, compared in zip(results.stages, found, strict=True):
+        theirs = compared.comparison.nominal.bolts
+        assert_allclose(theirs.axial_force, stage.bolts.axial_force, rtol=SAME, atol=1.0)
+        assert_allclose(theirs.shear_force, stage.bolts.shear_force, rtol=SAME, atol=1.0)
+        assert compared.comparison.force_error.l2 < SAME
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_tangent_is_the_derivative(order):
     """Bars that slip, yield and shear, under their tension: central differences of the internal forces."""
