@@ -16,7 +16,6 @@ from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.converters.vtk_files import vtk_grid_of
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 
@@ -44,6 +43,8 @@ QUANTITIES = (
 def draw_comparison(folder: Path, file: str, title: str) -> list[Path]:
     """Draw displacement and stress of a comparison's VTU file; return the pictures."""
     import pyvista
+
+    from bsm_mesh.converters.vtk_files import vtk_grid_of
 
     pyvista.OFF_SCREEN = True
     added = AddedFiles(folder)

@@ -95,11 +95,11 @@ class Equations:
             return self.stiffness
         return self.stiffness + self.joints.elastic_tangent(self.history)
 
-    def after(self, at: Iterate) -> Equations:
-        """Return them after a state of equilibrium, which joints and bolts remember."""
+    def after(self, at: Iterate, path: FloatArray | None) -> Equations:
+        """Return them after a state of equilibrium, which joints and bolts remember; `path` as for `remember`."""
         history, bolts = self.history, self.bolts
-        if history is not None and at.state is not None:
-            history = remember(history, at.state)
+        if history is not None and at.state is not None and path is not None:
+            history = remember(history, at.state, path)
         if bolts is not None and at.bolts is not None:
             bolts = bolts.commit(at.bolts, at.u)
         return replace(self, history=history, bolts=bolts)

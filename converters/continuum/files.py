@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.result_files import six_components
-from bsm_mesh.converters.vtk_files import LINE, POLYGON, Grid, spatial, write_vtu
+from bsm_mesh.converters.vtk_files import LINE, POLYGON, Grid, numbered, spatial, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.submodel import some_blocks
@@ -81,6 +81,7 @@ def write_sides(
         connectivity=np.arange(len(left.vertices)),
         cell_type=POLYGON,
         cell_data=cells,
+        units=_units(stress="Pa", sigma_1="Pa", displacement="m"),
     )
     _write(path, grid)
 
@@ -106,9 +107,15 @@ def write_bolts(comparison: Comparison, path: Path) -> None:
             **_with_difference("axial_force", ours.axial_force, theirs.axial_force),
             **_with_difference("shear_force", ours.shear_force, theirs.shear_force),
         },
-        field_data={"bolt_names": ours.names},
+        names=numbered("bolt", ours.names),
+        units=_units(axial_force="N", shear_force="N"),
     )
     _write(path, grid)
+
+
+def _units(**units: str) -> dict[str, str]:
+    """Return the units of arrays of both methods and of their differences."""
+    return {f"{name}{end}": unit for name, unit in units.items() for end in ("", "_fem", "_difference")}
 
 
 def _write(path: Path, grid: Grid) -> None:

@@ -28,6 +28,12 @@ def interface_tensions(model: Model) -> FloatArray:
     return np.array([*of_joints, *between, np.inf])
 
 
+def interface_closures(model: Model) -> FloatArray:
+    """Return the greatest closures of all interfaces, by number [m]; infinite where there is none."""
+    of_joints = [joint.max_closure or np.inf for joint in model.joints]
+    return np.array([*of_joints, *np.full(whole_rock(model) + 1 - len(of_joints), np.inf)])
+
+
 def whole_rock(model: Model) -> int:
     """Return the number of interfaces that never break."""
     return len(model.joints) + len(model.blocks.rock_names) ** 2

@@ -29,7 +29,7 @@ from bsm_mesh.converters.continuum.ground import (
     seepage_forces,
 )
 from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points
+from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, slip_path_after
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
@@ -43,7 +43,8 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
 
 PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
-MAX_FAILURES = 50  # times that points of joints fail in one part of a stage and the others take over their load
+MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
+WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
 
 
 @dataclass(eq=False, slots=True)
@@ -249,20 +250,27 @@ class _Run:
         return now, at, True
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium once no more points of joints fail, and the equations with the history after it."""
+        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it."""
+        start = equations.history
         for _ in range(MAX_FAILURES):
             at, converged = find_equilibrium(equations, self.state.u)
             if equations.are_linear:
                 refuse_unsolved(at)
                 converged = True
             history = equations.history
+            joints = equations.joints
             if not converged:
                 break
-            if history is None or at.state is None or (at.state.failed == history.failed).all():
-                equations = equations.after(at)
+            if history is None or start is None or joints is None or at.state is None:
+                equations = equations.after(at, None)
+                break
+            path = slip_path_after(joints, start, at.state)
+            wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
+            if (at.state.failed == history.failed).all() and not wears.any():
+                equations = equations.after(at, path)
                 break
             self.state.u = at.u
-            equations = replace(equations, history=replace(history, failed=at.state.failed))
+            equations = replace(equations, history=replace(history, failed=at.state.failed, slip_path=path))
         else:
             converged = False
         return equations, at, converged
