@@ -8,8 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.converters.continuum.comparability import has_joints
 from bsm_mesh.converters.continuum.comparison import enumerated, percent
+from bsm_mesh.converters.continuum.departures import is_all_rigid
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
+from bsm_mesh.converters.continuum.elasticity import matched_stiffness
 from bsm_mesh.converters.continuum.foreign_fields import FieldNames, PlaneFields, plane_fields
 from bsm_mesh.converters.continuum.sampled import BlockAverages, block_averages_of
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
@@ -110,7 +113,7 @@ def compare_with(
         stress=stress,
         displacement=displacement,
         errors=_errors(stress, displacement, model.blocks.moments.area * compared),
-        notes=_notes(fields, averages, ours, compared),
+        notes=(*_notes(fields, averages, ours, compared), *_constants(model, displacement is not None)),
     )
 
 
@@ -143,3 +146,11 @@ def _notes(fields: PlaneFields, averages: BlockAverages, ours: StageResult, comp
     if beyond := int((~ours.present & (averages.covered >= COVERED)).sum()):
         notes.append(f"the other mesh has rock in the place of {counted(beyond, 'block')} taken away before")
     return tuple(notes)
+
+
+def _constants(model: Model, moves: bool) -> tuple[str, ...]:
+    """Return the elastic constants that another program would need for the blocks' displacements, where it matters."""
+    if not moves or has_joints(model) or is_all_rigid(model):
+        return ()
+    told = matched_stiffness(model)[1]
+    return (*told, "displacements can agree only with a continuum of these constants, stresses with the rock's own")

@@ -1,6 +1,7 @@
 """compare --with: results of other programs, by whatever reader, names, units and signs, averaged over the blocks."""
 
 import json
+from pathlib import Path
 
 import meshio
 import numpy as np
@@ -8,7 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.comparing_with import field_names
+from bsm_mesh.converters import solve_continuum
+from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.foreign_fields import FieldNames, plane_fields
 from bsm_mesh.converters.continuum.outside import compare_with
 from bsm_mesh.converters.continuum.sampled import block_averages_of
@@ -19,6 +23,7 @@ from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import LINEAR
 from tests.scenes.small_case import Case
 
+TUNNEL = Path(__file__).parents[2] / "examples/01_circular_tunnel/homogeneous.toml"
 EXACT = 1e-9  # of the greatest: linear fields are averaged exactly
 NONE = FieldNames(arrays={}, factors={})
 
@@ -138,7 +143,34 @@ def test_differences_are_those_of_the_averages(solved, tmp_path):
     assert_allclose(by_name["displacement"].l2, off, rtol=1e-9)
     assert set(by_name) == {"sigma_xx", "sigma_yy", "sigma_xy", "sigma_1", "stress", "displacement"}
     assert found.sentence.startswith("Blocks and theirs.vtu differ by ")
-    assert found.notes == ("taken from the other result: U, S",)
+    taken, constants, why = found.notes
+    assert taken == "taken from the other result: U, S"
+    assert "most blocks are quads" in constants
+    assert why.startswith("displacements can agree only with a continuum of these constants")
+
+
+def test_our_own_elements_as_another_program_would_write_them(tmp_path):
+    """In mm and kPa, compression positive, second-order elements of the rock that is left: the table of compare."""
+    loaded = load_model_file(TUNNEL, lambda _: None)
+    model, results = loaded.model, bsm.run(loaded.model, loaded.options)
+    solved = solve_continuum(model)
+    there = np.isin(solved.cell_block, np.flatnonzero(solved.present))
+    xx, yy, xy = solved.cell_stress[there][:, (0, 1, 0), (0, 1, 1)].T
+    meshio.Mesh(
+        1e3 * np.column_stack([solved.points, np.zeros(len(solved.points))]),
+        [("triangle6", solved.cells[there])],
+        point_data={"U": 1e3 * solved.point_displacement},
+        cell_data={"SIG": [-1e-3 * np.stack([xx, yy, xy], axis=1)]},
+    ).write(tmp_path / "theirs.vtu")
+    names = field_names(["displacement=U:mm", "stress=SIG:kPa"], "mm", True)
+    found = compare_with(model, results, read_foreign(tmp_path / "theirs.vtu"), names)
+    own = compare_stages(model, results)[-1].comparison
+    named = {error.name: error for error in own.errors}
+    named["displacement"] = named["displacement, nominal E"]
+    for error in found.errors:
+        assert_allclose(error.l2, named[error.name].l2, rtol=2e-3)
+        assert_allclose(error.rms_fem, named[error.name].rms_fem, rtol=1e-3)
+        assert error.worst_block == named[error.name].worst_block
 
 
 def test_half_a_mesh(solved, tmp_path):
