@@ -34,6 +34,7 @@ HEAVY = (
     "matplotlib",
     "pyarrow",
     "distributed",
+    "bokeh",
     "numba",
     "scipy.sparse",
 )

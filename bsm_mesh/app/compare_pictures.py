@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.canvas import MOST_EDGES, outline_of, scalar_bar, scaled
-from bsm_mesh.app.headings import PICTURES_FOLDER
+from bsm_mesh.app.canvas import LINE, TEXT, scaled
+from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.pictures import add_picture
 from bsm_mesh.app.plot import BAD_INPUT
+from bsm_mesh.app.scene import MOST_EDGES
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import whole_file
 
-PANEL = 700  # pixels
-LINE = 60  # characters of a line of the title
-WIDE = 0.55  # height over width of a model, below which the panels stand one above the other
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bsm_mesh.converters.vtk_files import Grid
+
+PANEL = 6.0  # inches: width of each side
+FURNITURE = 1.9  # inches for title, ticks and the scale of colours
+WIDE = 0.45  # height over width of a model, below which the panels stand one above the other
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,106 +49,68 @@ QUANTITIES = (
 
 def draw_comparison(folder: Path, file: str, title: str) -> list[Path]:
     """Draw displacement and stress of a comparison's VTU file; return the pictures."""
-    import pyvista
+    from bsm_mesh.converters.vtk_files import read_vtu
 
-    from bsm_mesh.converters.vtk_files import vtk_grid_of
-
-    pyvista.OFF_SCREEN = True
-    added = AddedFiles(folder)
-    path = folder / file
-    grid = pyvista.wrap(vtk_grid_of(path.read_bytes(), path, needs=("block_id",)))
-    drawn = []
-    for quantity in QUANTITIES:
-        if f"{quantity.array}_difference" not in grid.cell_data:
-            continue
-        name = f"{PICTURES_FOLDER}/{path.stem}_{quantity.array}.png"
-        with added.file(name) as draft:
-            _draw(grid, quantity, title, draft, "other" if path.stem == "compare_with" else "elements")
-        drawn.append(added.folder.path / name)
-    return drawn
+    added, path = AddedFiles(folder), folder / file
+    grid = read_vtu(path, needs=("block_id",))
+    other = "other program" if path.stem == "compare_with" else "elements"
+    return [
+        add_picture(added, f"{path.stem}_{each.array}.png", partial(save, _figure(grid, each, title, other)))
+        for each in QUANTITIES
+        if f"{each.array}_difference" in grid.cell_data
+    ]
 
 
-def _draw(grid: Any, quantity: Quantity, title: str, path: Path, other: str) -> None:
-    import pyvista
-
-    ours, theirs, difference = (
-        _sizes(np.asarray(grid.cell_data[f"{quantity.array}{end}"])) for end in ("", "_fem", "_difference")
-    )
-    x0, x1, y0, y1, _, _ = grid.bounds
-    aspect = min(max((y1 - y0) / max(x1 - x0, 1e-300), 0.2), 1.4)
-    shape = (3, 1) if aspect < WIDE else (1, 3)
-    height = int(PANEL * aspect) + 160
-    plotter = pyvista.Plotter(
-        off_screen=True, shape=shape, window_size=(PANEL * shape[1], height * shape[0]), border=False
-    )
-    plotter.set_background("white")
-    limits = float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max()))
+def _figure(grid: Grid, quantity: Quantity, title: str, other: str) -> Figure:
+    """Return both sides on one scale of colours, and the difference on its own."""
+    ours, theirs, difference = (_sizes(grid.cell_data[f"{quantity.array}{end}"]) for end in ("", "_fem", "_difference"))
+    (x0, y0), (x1, y1) = grid.points.min(axis=0), grid.points.max(axis=0)
+    aspect = float(np.clip((y1 - y0) / (x1 - x0), 0.1, 1.6))
+    rows, columns = (3, 1) if aspect < WIDE else (1, 3)
+    figure = paper((PANEL * columns + 0.5, (PANEL * aspect + FURNITURE) * rows))
+    heading = "\n".join([*wrap(title, 30 * columns + 40), quantity.text])
+    figure.suptitle(heading, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
+    both = float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max()))
+    greatest = float(np.abs(difference).max())
+    signed = bool(difference.min() < 0)
     panels = (
-        ("blocks", ours, limits, quantity.colours),
-        (other, theirs, limits, quantity.colours),
-        ("difference", difference, None, "RdBu_r" if difference.min() < 0 else "magma_r"),
+        ("blocks", ours, both, quantity.colours),
+        (other, theirs, both, quantity.colours),
+        ("difference", difference, (-greatest if signed else 0.0, greatest), "RdBu_r" if signed else "magma_r"),
     )
-    for place, (name, values, ends, colours) in enumerate(panels):
-        plotter.subplot(*((place, 0) if shape[0] == 3 else (0, place)))
-        greatest = engineering(float(values[np.abs(values).argmax()]), quantity.unit)
-        head = "\n".join([*wrap(title, LINE), quantity.text, ""]) if place == 0 else ""
-        _panel(plotter, grid, values, quantity.unit, ends, colours, f"{head}{name}, greatest {greatest}", name)
-    try:
-        with whole_file(path) as draft:
-            plotter.screenshot(str(draft))
-    finally:
-        plotter.close()
+    outlines = np.split(grid.points[grid.connectivity], grid.offsets[1:-1])
+    for axes, (name, values, ends, colours) in zip(figure.subplots(rows, columns).ravel(), panels, strict=True):
+        _panel(figure, axes, outlines, values, ends, colours, quantity.unit)
+        most = engineering(float(values[np.abs(values).argmax()]), quantity.unit)
+        axes.set_title(f"{name}, greatest {most}", loc="left", fontsize=10, color=TEXT)
+        axes.set_xlim(x0, x1)
+        axes.set_ylim(y0, y1)
+    return figure
 
 
 def _panel(
-    plotter: Any,
-    grid: Any,
+    figure: Figure,
+    axes: Any,
+    outlines: list[FloatArray],
     values: FloatArray,
-    unit: str,
-    ends: tuple[float, float] | None,
+    ends: tuple[float, float],
     colours: str,
-    caption: str,
-    name: str,
+    unit: str,
 ) -> None:
-    """Draw one side into the current panel."""
-    greatest = float(np.abs(values).max())
-    ends = ends or ((-greatest, greatest) if values.min() < 0 else (0.0, greatest))
-    factor, prefixed = _factor(ends, unit)
-    shown = grid.copy()
-    shown.cell_data["shown"] = values / factor
-    plotter.add_mesh(
-        shown,
-        scalars="shown",
-        clim=[end / factor for end in ends],
-        cmap=colours,
-        show_edges=grid.n_cells <= MOST_EDGES,
-        edge_color="#555555",
-        line_width=0.5,
-        lighting=False,
-        scalar_bar_args={
-            **scalar_bar(f"{name}, {prefixed}"),
-            "height": 0.09,
-            "title_font_size": 16,
-            "label_font_size": 14,
-        },
-    )
-    plotter.add_mesh(outline_of(grid), color="black", line_width=2)
-    lines = caption.count("\n") + 1
-    top = 1 - (30 + 22 * lines) / plotter.window_size[1] * plotter.shape[0]
-    plotter.add_text(caption, position=(0.03, top), viewport=True, font_size=9, color="black")
-    plotter.enable_parallel_projection()
-    plotter.view_xy()
-    plotter.camera.tight(padding=0.25, adjust_render_window=False)
-    x, y, z = plotter.camera.focal_point
-    plotter.camera.position = (x, y, z + float(grid.length))
-    plotter.reset_camera_clipping_range()
+    """Draw one side, with the scale of its colours."""
+    from matplotlib.collections import PolyCollection
 
-
-def _factor(ends: tuple[float, float], unit: str) -> tuple[float, str]:
-    """Return what values are divided by to be in a unit with a suitable prefix, and that unit."""
-    greatest = np.array([max(abs(ends[0]), abs(ends[1]))])
-    shown, prefixed = scaled(greatest, unit)
-    return float(greatest[0] / shown[0]) if shown[0] else 1.0, prefixed
+    (low, high), prefixed = scaled(np.array(ends), unit)
+    factor = ends[1] / high if high else ends[0] / low if low else 1.0
+    edges = LINE if len(outlines) <= MOST_EDGES else "face"
+    drawn = axes.add_collection(PolyCollection(outlines, array=values / factor, cmap=colours, edgecolors=edges, lw=0.4))
+    drawn.set_clim(low, high)
+    axes.set_aspect("equal")
+    axes.tick_params(labelsize=8, color="#999999")
+    bar = figure.colorbar(drawn, ax=axes, location="bottom", fraction=0.05, pad=0.02, aspect=40)
+    bar.set_label(prefixed, fontsize=9)
+    bar.ax.tick_params(labelsize=8)
+    bar.outline.set_visible(False)
 
 
 def _sizes(values: FloatArray) -> FloatArray:

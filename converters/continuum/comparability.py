@@ -43,7 +43,7 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
     stage : StageResult
         One of its stages.
     """
-    if stage.status is not Status.STABLE:
+    if stage.status not in (Status.STABLE, Status.NO_VERDICT):
         what = {
             Status.UNSTABLE: "blocks come down",
             Status.STABLE_AFTER_FALLS: "blocks came down and were taken away",

@@ -94,7 +94,7 @@ def compare_with(
     averages = block_averages_of(other, fields, model.blocks, names.factors.get("length", 1.0))
     compared = ours.present & (averages.covered >= COVERED)
     reason = ""
-    if not ours.status.is_stable:
+    if not ours.status.is_at_rest:
         reason = f"the blocks' stage '{ours.name}' is {ours.status.value}: there is no state of rest to compare"
     elif not compared.any():
         reason = f"{other.source} covers no block that is there by half or more"

@@ -260,4 +260,4 @@ def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
             with Image.open(case.folder / f"out/model/pictures/{name}_{quantity}.png") as image:
                 colours = np.asarray(image.convert("RGB")).reshape(-1, 3)
                 assert len(np.unique(colours, axis=0)) > 10  # blocks of several colours
-                assert image.width == 2100
+                assert image.width == 1850  # three panels side by side
