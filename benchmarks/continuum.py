@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+import tomllib
 from collections import Counter
 from pathlib import Path
 
@@ -18,17 +19,15 @@ from bsm_mesh.converters.continuum import ComparedStage, compare_stages
 from bsm_mesh.files import write_text
 
 ROOT = Path(__file__).parents[1]
-BEGIN, END = (
-    "<!-- made by python -m benchmarks.continuum: begin -->",
-    "<!-- made by python -m benchmarks.continuum: end -->",
-)
+COMMAND = "python -m benchmarks.continuum"
 HEADER = ("model", "stage", "class", "what compare says", "blocks s", "elements s")
 Line = tuple[str, ...]
 
 
 def all_models() -> list[Path]:
     """Return the model files of examples and starters."""
-    return sorted((ROOT / "examples").glob("*/*.toml")) + sorted((ROOT / "bsm_mesh/app/starters").glob("*/*.toml"))
+    found = sorted((ROOT / "examples").glob("*/*.toml")) + sorted((ROOT / "bsm_mesh/app/starters").glob("*/*.toml"))
+    return [path for path in found if "mesh" in tomllib.loads(path.read_text(encoding="utf-8"))]  # a study has none
 
 
 def name_of(model: Path) -> str:
@@ -60,19 +59,33 @@ def table(lines: list[Line]) -> str:
     last = {found[0]: found[2] for found in lines}
     compared = {found[0] for found in lines if found[2] in ("comparable", "with interfaces")}
     counts = ", ".join(f"{count} {kind}" for kind, count in sorted(Counter(last.values()).items()))
+    times = [(float(found[4]), float(found[5])) for found in lines if found[4] != "-"]
+    ratios = sorted(elements / blocks for blocks, elements in times if blocks > 0)
     rows = [HEADER, tuple("---" for _ in HEADER), *lines]
     body = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     told = f"{len(last)} models, {len(compared)} of them compared in one stage at least. By their last stage: {counts}."
+    if ratios:
+        told += (
+            f" One continuum solution takes {ratios[len(ratios) // 2]:.2g} times as long as the blocks' (median of "
+            f"the stages; {ratios[0]:.2g} to {ratios[-1]:.2g}), all together {sum(e for _, e in times):.2g} s beside "
+            f"{sum(b for b, _ in times):.2g} s."
+        )
     return f"{told}\n\n{body}\n"
 
 
-def put(page: Path, text: str) -> None:
-    """Replace what stands between a page's marks."""
-    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, end, after = rest.partition(END)
+def marks(command: str) -> tuple[str, str]:
+    """Return what stands in a page before and after that which a command makes."""
+    return f"<!-- made by {command}: begin -->", f"<!-- made by {command}: end -->"
+
+
+def put(page: Path, text: str, between: tuple[str, str]) -> None:
+    """Replace what stands between two marks of a page."""
+    begin_mark, end_mark = between
+    before, begin, rest = page.read_text(encoding="utf-8").partition(begin_mark)
+    _, end, after = rest.partition(end_mark)
     if not (begin and end):
-        raise SystemExit(f"{page} has not both marks: {BEGIN} and {END}")
-    write_text(page, f"{before}{BEGIN}\n{text}{END}{after}")
+        raise SystemExit(f"{page} has not both marks: {begin_mark} and {end_mark}")
+    write_text(page, f"{before}{begin_mark}\n{text}{end_mark}{after}")
 
 
 def main() -> int:
@@ -87,7 +100,7 @@ def main() -> int:
         lines += lines_of(model.resolve())
         print(f"{lines[-1][0]}: {lines[-1][2]}, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
     if given.into:
-        put(given.into, table(lines))
+        put(given.into, table(lines), marks(COMMAND))
     else:
         print(table(lines))
     return int(any(found[2] == "-" for found in lines))

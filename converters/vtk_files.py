@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special
@@ -202,6 +202,36 @@ def vtk_grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Any
     if reader.GetErrorCode() or data.GetPoints() is None or missing:
         raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
     return data
+
+
+def sample(grid: Grid, points: FloatArray) -> tuple[BoolArray, dict[str, FloatArray]]:
+    """Return which points (k, 2) [m] lie in a grid, and its point and cell arrays there.
+
+    Point arrays are interpolated within their cell, cell arrays constant.
+    """
+    load_vtk()
+    with signals_held():
+        from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+        from vtkmodules.vtkCommonCore import vtkPoints
+        from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+        from vtkmodules.vtkFiltersCore import vtkProbeFilter
+
+    where = vtkPoints()
+    where.SetData(numpy_to_vtk(spatial(points), deep=True))
+    asked = vtkPolyData()
+    asked.SetPoints(where)
+    probe: Any = vtkProbeFilter()
+    probe.SetInputData(asked)
+    probe.SetSourceData(vtk_of_grid(grid))
+    try:
+        probe.SetCellLocator(vtkStaticCellLocator())
+    except AttributeError:  # before VTK 9.6
+        probe.SetCellLocatorPrototype(vtkStaticCellLocator())
+    probe.Update()
+    found = probe.GetOutput().GetPointData()
+    inside = vtk_to_numpy(found.GetArray(probe.GetValidPointMaskArrayName())) > 0
+    names = (*grid.point_data, *grid.cell_data)
+    return inside, {name: np.array(vtk_to_numpy(found.GetArray(name)), dtype=np.float64) for name in names}
 
 
 def write_pvd(path: Path, files: Sequence[tuple[float, str]]) -> None:

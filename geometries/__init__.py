@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         joint_set_in_section,
         joint_sets_of_scan_line,
     )
+    from bsm_mesh.geometries.outline_mesh import OutlineMesher
     from bsm_mesh.geometries.patterns import Heads, Voronoi, bricks
     from bsm_mesh.geometries.quarters import quarter_blocks
     from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
@@ -57,6 +58,7 @@ __all__ = [
     "Lognormal",
     "Normal",
     "Opening",
+    "OutlineMesher",
     "Parameter",
     "PowerLaw",
     "Region",
@@ -129,6 +131,7 @@ _HOME = {
     "Normal": "bsm_mesh.geometries.spacings",
     "PowerLaw": "bsm_mesh.geometries.spacings",
     "Opening": "bsm_mesh.geometries.rock_mass",
+    "OutlineMesher": "bsm_mesh.geometries.outline_mesh",
     "Region": "bsm_mesh.geometries.rock_mass",
     "RockMass": "bsm_mesh.geometries.rock_mass",
     "bedding": "bsm_mesh.geometries.joint_sets",

@@ -13,6 +13,7 @@ from typing import Any, Literal
 import click
 
 from bsm_mesh import __version__
+from bsm_mesh.app.cli_compare import compare
 from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
 from bsm_mesh.app.cli_results import paraview, plot, report, verify, view
 from bsm_mesh.app.cli_safety import back_analysis, safety, study
@@ -197,44 +198,6 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
     export_model(model, program, output, as_json=as_json, scripts=not no_scripts)
 
 
-@cli.command()
-@model_argument
-@click.option("-o", "--output", type=PATH, help="Folder for the VTU files; the model's by default.")
-@click.option(
-    "--order",
-    type=click.IntRange(1, 2),
-    help="Order of the elements; by default 1 with joints, which then act at the blocks' contact points, else 2.",
-)
-@click.option(
-    "--joints/--no-joints",
-    default=None,
-    help="Joints as interfaces that slip and part as the model's do (the default), or ignored.",
-)
-@json_option
-@quiet_option
-@no_scripts_option
-def compare(
-    model: Path,
-    output: Path | None,
-    order: int | None,
-    joints: bool | None,
-    as_json: bool,
-    quiet: bool,
-    no_scripts: bool,
-) -> None:
-    """Set MODEL beside a continuum (scikit-fem), stage by stage.
-
-    Same mesh, loads, stress, water and joints. Says of every stage whether it is comparable, with interfaces at the
-    joints, or not comparable and why; then how far both differ, in a sentence, a table and a VTU file.
-
-    Exit code 0 where every stage was compared, 3 where one could not be.
-    """
-    from bsm_mesh.app.comparing import compare_model
-
-    scripts = not no_scripts
-    sys.exit(compare_model(model, output, order=order, joints=joints, as_json=as_json, quiet=quiet, scripts=scripts))
-
-
 @cli.command(cls=SeveralNames)
 @model_argument
 @click.option("--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K.")
@@ -291,7 +254,7 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-for command in (safety, back_analysis, study, plot, view, paraview, report, verify):
+for command in (compare, safety, back_analysis, study, plot, view, paraview, report, verify):
     cli.add_command(command)
 
 

@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.build_mesh import geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.errors import placed
+from bsm_mesh.errors import one_line, placed
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.continuum import ComparedStage, Comparison
+    from bsm_mesh.converters.continuum import ComparedStage, Comparison, Difference, Refinement
 
 NOT_COMPARED = 3  # exit code where a stage could not be compared
+HISTORY_HEADER = ("history", "quantity", "blocks", "continuum")
+LEVEL_TITLE = "Halved: greatest displacement, and what changes"
+LEVEL_HEADER = ("halved", "elements", "points", "greatest", "change", "joint forces")
 ERROR_HEADER = ("r.m.s. of", "blocks", "continuum", "L2", "greatest", "where")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What finite elements are asked for, as `compare_stages` takes it; `size` [m] of Gmsh's mesh; pictures or none."""
+
+    order: int | None
+    joints: bool | None
+    refinements: int
+    size: float | None
+    pictures: bool
 
 
 def compare_model(
     path: Path,
     output: Path | None,
+    asked: Asked,
     *,
-    order: int | None,
-    joints: bool | None,
     as_json: bool,
     quiet: bool,
     scripts: bool = True,
@@ -37,6 +52,7 @@ def compare_model(
     Returns the exit code: 0 where every stage was compared.
     """
     from bsm_mesh.converters.continuum import compare_stages
+    from bsm_mesh.geometries import OutlineMesher
 
     with Progress(quiet=quiet or as_json) as progress:
         loaded = load_model_file(path, progress.report, scripts=scripts)
@@ -44,8 +60,22 @@ def compare_model(
         with placed(path.name):
             results = run(loaded.model, loaded.options, progress.step, progress.report)
         progress.report("continuum (scikit-fem)")
-        stages = compare_stages(loaded.model, results, order=order, joints=joints)
+        with geometry_faults(), stdout_to_stderr():
+            mesher = None if asked.size is None else OutlineMesher(size=asked.size)
+            stages = compare_stages(
+                loaded.model,
+                results,
+                order=asked.order,
+                joints=asked.joints,
+                refinements=asked.refinements,
+                mesher=mesher,
+            )
         files = _written(stages, loaded.model.blocks, added)
+        if asked.pictures:
+            progress.report("pictures")
+            titles = [f"{loaded.model.title or path.stem}, stage {stage.name}" for stage in stages if stage.comparison]
+            vtus = [file for file in files if file.endswith(".vtu") and "bolts" not in Path(file).name]
+            files += drawn(added, dict(zip(vtus, titles, strict=True)))
     compared = [stage.comparison for stage in stages if stage.comparison is not None]
     notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
     if as_json:
@@ -60,12 +90,13 @@ def compare_model(
 
 
 def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles) -> list[str]:
-    """Write a VTU file a compared stage, and of several the series; return their paths."""
-    from bsm_mesh.converters.continuum.files import write_comparison
+    """Write a VTU file a compared stage, one of its bolts, and of several stages the series; return their paths."""
+    from bsm_mesh.converters.continuum.files import write_bolts, write_comparison
     from bsm_mesh.converters.vtk_files import write_pvd
 
     several = len(stages) > 1
     names: list[tuple[float, str]] = []
+    bolts: list[tuple[float, str]] = []
     for number, stage in enumerate(stages):
         if stage.comparison is None:
             continue
@@ -73,17 +104,43 @@ def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles)
         with added.file(name) as draft:
             write_comparison(stage.comparison, blocks, draft)
         names.append((float(number), name))
+        if stage.comparison.bolts.count:
+            beside = name.replace("compare", "compare_bolts")
+            with added.file(beside) as draft:
+                write_bolts(stage.comparison, draft)
+            bolts.append((float(number), beside))
     if several and names:
         with added.file("compare.pvd") as draft:
             write_pvd(draft, names)
         names.append((0.0, "compare.pvd"))
-    return [str(added.folder.path / name) for _, name in names]
+    return [str(added.folder.path / name) for _, name in (*names, *bolts)]
+
+
+def drawn(added: AddedFiles, titles: Mapping[str, str]) -> list[str]:
+    """Draw both sides and the difference of VTU files with their titles; return the pictures' paths."""
+    from bsm_mesh.app.plot import render
+
+    folder = added.folder.path
+    if not titles:
+        return []
+    given = [f"{Path(file).name}={one_line(title)}" for file, title in titles.items()]
+    return [str(path) for path in render(folder, "bsm_mesh.app.compare_pictures", str(folder.absolute()), *given)]
 
 
 def _told(stage: ComparedStage) -> dict[str, object]:
     """Return a stage for ``--json``."""
     rows = [] if stage.comparison is None else [row._asdict() for row in stage.comparison.table()]
-    return {"name": stage.name, "class": stage.kind.value, "sentence": stage.sentence, "rows": rows}
+    told: dict[str, object] = {"name": stage.name, "class": stage.kind.value, "sentence": stage.sentence, "rows": rows}
+    if stage.comparison is not None and stage.comparison.histories:
+        told["histories"] = [value._asdict() for value in stage.comparison.histories]
+    study = None if stage.comparison is None else stage.comparison.refinement
+    if study is not None:
+        told["refinement"] = {
+            "levels": [level._asdict() for level in study.levels],
+            "limit": study.greatest_limit,
+            "too_coarse": study.too_coarse.tolist(),
+        }
+    return told
 
 
 def _print(title: str, stages: Sequence[ComparedStage]) -> None:
@@ -93,6 +150,14 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
             say(f"{named}: {stage.sentence}")
             continue
         print_table(f"{named} ({stage.kind.value})", ERROR_HEADER, _rows(stage.comparison))
+        if stage.comparison.histories:
+            print_table("Histories", HISTORY_HEADER, _histories(stage.comparison), texts=2)
+        if stage.comparison.refinement is not None:
+            print_table(
+                LEVEL_TITLE,
+                LEVEL_HEADER,
+                _levels(stage.comparison.refinement),
+            )
         say(stage.sentence)
         blocks, fem = stage.comparison.bsm_seconds, stage.comparison.fem_seconds
         say(f"wall time: blocks {engineering(blocks, 's')}, continuum {engineering(fem, 's')}")
@@ -100,22 +165,50 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
 
 def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Return what is printed of a stage."""
-    rows: list[tuple[str, ...]] = []
-    for error in comparison.errors:
-        where = f"block {error.worst_block}"
-        if error is comparison.force_error and comparison.worst_pair is not None:
-            where = "blocks {}, {}".format(*comparison.worst_pair)
-        rows.append(
-            (
-                error.name,
-                engineering(error.rms_bsm, error.unit),
-                engineering(error.rms_fem, error.unit),
-                f"{100 * error.l2:.2f} %",
-                f"{100 * error.largest:.2f} %",
-                where,
-            )
-        )
+    rows = [error_row(error, comparison.where(error)) for error in comparison.errors]
     if comparison.force_error is not None:
         blocks, fem = comparison.slipping
         rows.append(("slip or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
+    return rows
+
+
+def _histories(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return what is printed of the model's histories."""
+
+    def told(value: float, unit: str) -> str:
+        return engineering(value, unit) if unit in ("m", "N") else f"{value:.4g} {unit}".rstrip()
+
+    return [
+        (value.history, value.quantity, told(value.bsm, value.unit), told(value.fem, value.unit))
+        for value in comparison.histories
+    ]
+
+
+def error_row(error: Difference, where: str) -> tuple[str, ...]:
+    """Return what is printed of a difference, as `ERROR_HEADER` heads it."""
+    return (
+        error.name,
+        engineering(error.rms_bsm, error.unit),
+        engineering(error.rms_fem, error.unit),
+        f"{100 * error.l2:.2f} %",
+        f"{100 * error.largest:.2f} %",
+        where,
+    )
+
+
+def _levels(refinement: Refinement) -> list[tuple[str, ...]]:
+    """Return what is printed of halved elements and interfaces."""
+    rows: list[tuple[str, ...]] = [
+        (
+            str(number),
+            str(level.cells),
+            str(level.points),
+            engineering(level.greatest, "m"),
+            f"{100 * level.change:.2f} %",
+            "" if level.force_change is None else f"{100 * level.force_change:.2f} %",
+        )
+        for number, level in enumerate(refinement.levels)
+    ]
+    if refinement.greatest_limit is not None:
+        rows.append(("limit", "", "", engineering(refinement.greatest_limit, "m"), "", ""))
     return rows

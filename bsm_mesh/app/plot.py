@@ -70,6 +70,17 @@ def draw_in_subprocess(
         if choice is not None and choice != PictureChoice():
             raise ModelError("plot: --animate and --step go with no --stage, --window or --only")
         module, arguments = "bsm_mesh.app.animation", [arguments[0], "" if step is None else str(step)]
+    return render(folder, module, *arguments)
+
+
+def render(folder: Path, module: str, *arguments: str) -> list[Path]:
+    """Run a module that draws pictures of a folder in a process of its own, and return their paths.
+
+    Raises
+    ------
+    ModelError
+        If the renderer fails or dies.
+    """
     try:
         done = subprocess.run(
             python_command(module, *arguments),

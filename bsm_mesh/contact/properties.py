@@ -11,9 +11,9 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker, wear_length_of
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
-from bsm_mesh.model.materials import Rock
+from bsm_mesh.model.materials import law_between, tension_between
 from bsm_mesh.model.model import Model
 
 
@@ -75,8 +75,8 @@ class JointCatalogue:
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
         for one in rocks:
             for other in rocks:
-                laws.append(_between(one, other))
-                tension.append(min(_rock_tension(one), _rock_tension(other)))
+                laws.append(law_between(one, other))
+                tension.append(tension_between(one, other))
         self.laws, self._law = _different(laws)
         self._tension = np.array(tension)
         self.wears = any(wear_length_of(law) is not None for law in self.laws)
@@ -211,15 +211,3 @@ def _is_smooth(law: JointLaw) -> bool:
     pressure = np.array(PROBED)
     one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
     return not law.respond(pressure, 1e15 * one, one, intact).strength.any()
-
-
-def _rock_tension(rock: Rock) -> float:
-    return (rock.tensile_strength or 0.0) if rock.has_strength else np.inf
-
-
-def _between(one: Rock, other: Rock) -> JointLaw:
-    """Return the law of the face between two rocks : Mohr-Coulomb, the weaker governs."""
-    laws = [rock.law for rock in (one, other) if rock.law is not None]
-    if not laws:
-        return Elastic()
-    return laws[0] if len(laws) == 1 or laws[0] == laws[1] else Weaker(laws[0], laws[1])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
-from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
 from bsm_mesh.model.law_faults import law_faults
 from bsm_mesh.model.quantities import (
     CLOSURE,
@@ -233,3 +233,16 @@ def confined_modulus(young: float, poisson: float) -> float:
 def shear_modulus(young: float, poisson: float) -> float:
     """Return G = E / (2 (1 + mu)) [Pa] (Wang Eq. 3.21)."""
     return young / (2 * (1 + poisson))
+
+
+def law_between(one: Rock, other: Rock) -> JointLaw:
+    """Return the law of the faces between two rocks: Mohr-Coulomb, of which the weaker governs."""
+    laws = [rock.law for rock in (one, other) if rock.law is not None]
+    if not laws:
+        return Elastic()
+    return laws[0] if len(laws) == 1 or laws[0] == laws[1] else Weaker(laws[0], laws[1])
+
+
+def tension_between(one: Rock, other: Rock) -> float:
+    """Return the tensile strength of the faces between two rocks [Pa]; infinite where neither gives a strength."""
+    return min((rock.tensile_strength or 0.0) if rock.has_strength else math.inf for rock in (one, other))

@@ -10,8 +10,13 @@ from bsm_mesh.converters.continuum.elasticity import (
     matched_elasticity,
     nominal_elasticity,
 )
+from bsm_mesh.converters.continuum.foreign_fields import FieldNames
+from bsm_mesh.converters.continuum.mesh import Discretization
+from bsm_mesh.converters.continuum.outside import OutsideComparison, compare_with
+from bsm_mesh.converters.continuum.refinement import Refinement
 from bsm_mesh.converters.continuum.sections import Section, blocks_on_line
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, solve_continuum, solve_continuum_stages
+from bsm_mesh.converters.meshes.foreign_files import read_foreign
 
 __all__ = [
     "Comparability",
@@ -19,15 +24,21 @@ __all__ = [
     "Comparison",
     "ContinuumSolution",
     "Difference",
+    "Discretization",
     "Elasticity",
+    "FieldNames",
+    "OutsideComparison",
+    "Refinement",
     "Row",
     "Section",
     "affine_stiffness",
     "blocks_on_line",
     "compare",
     "compare_stages",
+    "compare_with",
     "matched_elasticity",
     "nominal_elasticity",
+    "read_foreign",
     "solve_continuum",
     "solve_continuum_stages",
 ]

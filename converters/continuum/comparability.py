@@ -5,20 +5,21 @@ from __future__ import annotations
 from enum import StrEnum
 
 import numpy as np
+import scipy.sparse as sp
 
-from bsm_mesh.arrays import BoolArray, IntArray
-from bsm_mesh.converters.continuum import departures
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
+from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult, Status
 
-MOVED = (
-    0.01  # of a block's size: beyond it rotations and new contacts matter, which small displacements know nothing of
-)
+MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first
-BROKEN = 1e-3  # of the length of faces without a joint, which whole rock does not break on
+NEARLY = 0.99  # of the strength: one method stops just below it where the other slips
+BROKEN = 1e-3  # of the length of faces without a joint: what breaks less is whole rock
 MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definition
 
 
@@ -42,48 +43,43 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
     stage : StageResult
         One of its stages.
     """
-    if faults := departures.missing(model):
-        return faults[0]
     if stage.status not in (Status.STABLE, Status.NO_VERDICT):
         what = {
             Status.UNSTABLE: "blocks come down",
             Status.STABLE_AFTER_FALLS: "blocks came down and were taken away",
         }.get(stage.status, "the blocks' solution did not converge")
         return f"{what}: there is no state of rest to compare"
-    if results.scheme not in MAY_MOVE_FAR:
-        size = np.sqrt(model.blocks.moments.area)
-        share = np.hypot(*(stage.displacement + stage.origin)[:, :2].T) / size * stage.present
-        if share.max() > MOVED:
-            return (
-                f"block {int(share.argmax())} moved {100 * share.max():.3g} % of its size, and small displacements "
-                f"hold up to {100 * MOVED:g} %"
-            )
-    return _new_contacts(model, stage.contacts) or _broken_rock(stage.contacts)
+    far = moved_far(model.blocks, stage.displacement + stage.origin, stage.present)
+    if far and results.scheme not in MAY_MOVE_FAR:
+        return f"block {far}"
+    return _new_contacts(model, stage.contacts)
 
 
 def _new_contacts(model: Model, contacts: ContactForces) -> str:
-    """Return a sentence where blocks press on each other that did not touch at first."""
-    faces, owner, count = find_faces(model.blocks), model.blocks.owner, model.blocks.count
-
-    def key(a: IntArray, b: IntArray) -> IntArray:
-        return np.minimum(a, b).astype(np.int64) * count + np.maximum(a, b)
-
-    new = ~np.isin(key(contacts.block_a, contacts.block_b), key(owner[faces.edge_a], owner[faces.edge_b]))
+    """Return a sentence where blocks press on each other that did not touch at first, not even at a corner."""
+    a, b = contacts.block_a, contacts.block_b
+    new = ~_touching(model.blocks, a, b)
     size = np.hypot(contacts.normal_force, contacts.shear_force)
     if not size[new].sum() > NEW_FORCES * size.sum():
         return ""
     worst = int(np.where(new, size, -1.0).argmax())
-    a, b = sorted((int(contacts.block_a[worst]), int(contacts.block_b[worst])))
-    return f"gaps close: blocks {a} and {b} press on each other and did not touch at first"
+    one, other = sorted((int(a[worst]), int(b[worst])))
+    return f"gaps close: blocks {one} and {other} press on each other and did not touch at first"
 
 
-def _broken_rock(contacts: ContactForces) -> str:
-    rock = contacts.joint < 0
-    length = contacts.length * rock
-    broken = float((length * (contacts.status != ContactStatus.STICKING)).sum())
-    if not broken > BROKEN * length.sum():
-        return ""
-    return f"rock breaks: {100 * broken / length.sum():.2g} % of its faces without a joint slip or part"
+def _touching(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
+    """Return which pairs of blocks (k,) have a face or a corner in common."""
+    faces, owner, count = find_faces(blocks), blocks.owner, blocks.count
+    corners = sp.csr_matrix(
+        (np.ones(len(owner), np.int8), (owner, blocks.nodes)), shape=(count, blocks.nodes.max() + 1)
+    )
+    shared = np.asarray(corners[a].multiply(corners[b]).sum(axis=1)).ravel() > 0
+
+    def key(one: IntArray, other: IntArray) -> IntArray:
+        return np.minimum(one, other).astype(np.int64) * count + np.maximum(one, other)
+
+    touching: BoolArray = shared | np.isin(key(a, b), key(owner[faces.edge_a], owner[faces.edge_b]))
+    return touching
 
 
 def has_joints(model: Model) -> bool:
@@ -91,7 +87,14 @@ def has_joints(model: Model) -> bool:
     return bool((face_joints(model, find_faces(model.blocks)) >= 0).any())
 
 
-def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], number: int, moved_far: bool) -> str:
+def rock_breaks(contacts: ContactForces) -> bool:
+    """Whether faces without a joint slip or part, over more than a negligible length."""
+    length = contacts.length * (contacts.joint < 0)
+    broken = float((length * (contacts.status != ContactStatus.STICKING)).sum())
+    return broken > BROKEN * float(length.sum())
+
+
+def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], number: int, may_move_far: bool) -> str:
     """Return why the continuum's side of a stage cannot be compared; empty if it can.
 
     Parameters
@@ -102,7 +105,7 @@ def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], numb
         As far as the continuum came.
     number : int
         Of the stage.
-    moved_far : bool
+    may_move_far : bool
         Whether displacements may be as large as they like.
     """
     if number >= len(stages):
@@ -110,18 +113,63 @@ def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], numb
     stage = stages[number]
     if not stage.converged:
         return "the finite elements found no equilibrium, which proves nothing"
-    share = np.hypot(*stage.displacement[:, :2].T) / np.sqrt(model.blocks.moments.area)
-    if not moved_far and share.max() > MOVED:
-        block = int(share.argmax())
-        return (
-            f"the finite elements move block {block} by {100 * share.max():.3g} % of its size, and small displacements "
-            f"hold up to {100 * MOVED:g} %"
-        )
+    if not may_move_far and (far := moved_far(model.blocks, stage.displacement, stage.present)):
+        return f"in the finite elements block {far}"
     return ""
 
 
-def slipping_length(contacts: ContactForces, held: BoolArray) -> float:
-    """Return the share of the joints' length that slips or is open, but for joints between two held blocks (n,)."""
+def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
+    """Return which block moved how far where small displacements do not hold; empty where they do.
+
+    What all blocks do together is no matter. A block moves far that turns by more than `MOVED`, or whose faces move
+    against those of a neighbour by more than that part of its size.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        As given.
+    position : (n, 3) float64 [m, m, rad]
+        Their movement.
+    present : (n,) bool
+        Which of them are there.
+    """
+    size, faces = np.sqrt(blocks.moments.area), find_faces(blocks)
+    a, b = blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]
+    apart = np.zeros(len(a))
+    for end in (faces.start, faces.end):
+        relative = displacement_of(blocks, position, a, end) - displacement_of(blocks, position, b, end)
+        apart = np.maximum(apart, np.hypot(*relative.T))
+    share = apart / np.minimum(size[a], size[b]) * (present[a] & present[b])
+    turned = np.abs(position[:, 2]) * present
+    limit = f"and small displacements hold up to {100 * MOVED:g} %"
+    if share.max(initial=0.0) > max(MOVED, turned.max()):
+        worst = int(share.argmax())
+        one, other = (a[worst], b[worst]) if size[a[worst]] <= size[b[worst]] else (b[worst], a[worst])
+        return f"{one} moved {100 * share[worst]:.3g} % of its size against block {other}, {limit}"
+    if turned.max() > MOVED:
+        return f"{int(turned.argmax())} turned by {turned.max():.3g} rad, {limit}"
+    return ""
+
+
+def slipping_length(contacts: ContactForces, held: BoolArray, whole: float | None = None) -> float:
+    """Return the share of the joints' length that slips, or nearly, or is open, but between held blocks (n,).
+
+    Parameters
+    ----------
+    contacts : ContactForces
+        Of blocks, where contacts that are open may be missing, or of a continuum.
+    held : (n,) bool
+        Blocks with a support.
+    whole : float [m]
+        Length of all joints; None: that of the contacts.
+    """
     length = contacts.length * (contacts.joint >= 0) * ~(held[contacts.block_a] & held[contacts.block_b])
-    total = float(length.sum())
-    return float((length * (contacts.status != ContactStatus.STICKING)).sum()) / total if total else 0.0
+    whole = float(length.sum()) if whole is None else whole
+    sticks = (contacts.status == ContactStatus.STICKING) & (contacts.utilisation < NEARLY)
+    sticking = float((length * sticks).sum())
+    return max(0.0, 1.0 - sticking / whole) if whole else 0.0
+
+
+def jointed_length(contacts: ContactForces, held: BoolArray) -> float:
+    """Return the length of the joints [m] among a continuum's contacts, but for those between two held blocks (n,)."""
+    return float((contacts.length * ~(held[contacts.block_a] & held[contacts.block_b])).sum())

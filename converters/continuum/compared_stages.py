@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
-from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.converters.continuum.comparability import (
-    MAY_MOVE_FAR,
-    Comparability,
-    continuum_obstacle,
-    has_joints,
-    obstacle,
-    slipping_length,
-)
+from bsm_mesh.converters.continuum.comparability import Comparability, obstacle
 from bsm_mesh.converters.continuum.comparison import Comparison
-from bsm_mesh.converters.continuum.departures import is_all_rigid
-from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
-from bsm_mesh.converters.continuum.joint_forces import joint_force_error
-from bsm_mesh.converters.continuum.solution import ContinuumSolution
-from bsm_mesh.converters.continuum.stages import Continuum
+from bsm_mesh.converters.continuum.mesh import Mesher
+from bsm_mesh.converters.continuum.references import Request, solve_references
+from bsm_mesh.converters.continuum.stage_comparison import compare_stage
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Fixed
-from bsm_mesh.results.records import Results, StageResult
-
-STILL = 1e-9  # of a block's size: less than this in both methods is no movement
+from bsm_mesh.results.records import Results
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -71,7 +56,14 @@ def compare(model: Model, results: Results, *, order: int | None = None, joints:
 
 
 def compare_stages(
-    model: Model, results: Results, *, order: int | None = None, joints: bool | None = None, refine: bool = True
+    model: Model,
+    results: Results,
+    *,
+    order: int | None = None,
+    joints: bool | None = None,
+    refine: bool = True,
+    refinements: int = 0,
+    mesher: Mesher | None = None,
 ) -> tuple[ComparedStage, ...]:
     """Return every stage of a run with its class, beside the continuum solutions of its model where it has any.
 
@@ -89,6 +81,10 @@ def compare_stages(
     refine : bool
         Whether a continuum of the second order tells what finer elements and interfaces change, where joints are
         interfaces and `order` is 1.
+    refinements : int
+        How often elements and interfaces are halved to find where they lead, instead of the second order.
+    mesher : Mesher or None
+        Meshes the inside of the blocks; None: as `build_continuum_mesh` says.
 
     Raises
     ------
@@ -98,98 +94,21 @@ def compare_stages(
     if results.model_digest != model.digest:
         raise ModelError("the results are not those of this model; run it again")
     reasons = [obstacle(model, results, stage) for stage in results.stages]
-    interfaces = has_joints(model) and joints is not False
     if all(reasons):
         return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))
-    small = results.scheme in MAY_MOVE_FAR
-    solved = _elastic(model) if small else model
-    order = (1 if interfaces else 2) if order is None else order
-    continuum = Continuum(solved, order, interfaces)
-    nominal = continuum.solve("nominal")
-    matched = nominal if is_all_rigid(model) else continuum.solve("matched")
-    finer = Continuum(solved, 2, True).solve("nominal") if refine and interfaces and order == 1 else ()
+    asked = Request(order=order, joints=joints, refine=refine, refinements=refinements, mesher=mesher)
+    count = 1 + max(number for number, reason in enumerate(reasons) if not reason)
+    references = solve_references(model, results, count, asked)
+    kind = Comparability.WITH_INTERFACES if references.interfaces else Comparability.COMPARABLE
     found = []
     for number, stage in enumerate(results.stages):
-        reason = (
-            reasons[number]
-            or continuum_obstacle(model, nominal, number, small)
-            or continuum_obstacle(model, matched, number, small)
-        )
-        if reason:
+        if reason := reasons[number] or references.obstacle(model, number):
             found.append(_refused(stage.name, reason))
             continue
-        compared = _compared(model, results, number, nominal[number], matched[number])
-        if number < len(finer) and finer[number].converged and compared.displacement_errors:
-            compared = replace(compared, refined=_change(finer[number], nominal[number], compared.area))
-        kind = Comparability.WITH_INTERFACES if interfaces else Comparability.COMPARABLE
+        compared = compare_stage(model, results, number, references)
         found.append(ComparedStage(name=stage.name, kind=kind, reason="", comparison=compared))
     return tuple(found)
 
 
 def _refused(name: str, reason: str) -> ComparedStage:
     return ComparedStage(name=name, kind=Comparability.NOT_COMPARABLE, reason=reason, comparison=None)
-
-
-def _elastic(model: Model) -> Model:
-    """Return the model with joints that neither slip nor open, as the linear scheme takes them."""
-    return model.replace(joints=[replace(joint, law=None, tensile_strength=0.0) for joint in model.joints])
-
-
-def _change(finer: ContinuumSolution, coarse: ContinuumSolution, area: FloatArray) -> float:
-    one, other = coarse.displacement[:, :2], finer.displacement[:, :2]
-    return measure_difference("refined", "m", one, other, area).l2
-
-
-def _compared(
-    model: Model, results: Results, number: int, nominal: ContinuumSolution, matched: ContinuumSolution
-) -> Comparison:
-    stage, moments = results.stages[number], model.blocks.moments
-    area = moments.area * stage.present
-    held = np.zeros(model.blocks.count, dtype=bool)
-    held[stage.supports.block] = True
-    forces = joint_force_error(stage.contacts, nominal.contacts, held) if nominal.contacts.length.size else None
-    strained = area * ~_held_as_a_whole(model)
-    counted = (strained > 0)[:, None, None]
-    return Comparison(
-        present=stage.present,
-        stress=stage.stress,
-        displacement=stage.displacement,
-        nominal=nominal,
-        matched=matched,
-        stress_difference=stage.stress - nominal.stress,
-        displacement_difference=stage.displacement - matched.displacement,
-        stress_errors=stress_errors(stage.stress * counted, nominal.stress * counted, strained),
-        displacement_errors=_displacement_errors(stage, nominal, matched, area),
-        force_error=None if forces is None else forces[0],
-        worst_pair=None if forces is None else forces[1],
-        slipping=(slipping_length(stage.contacts, held), slipping_length(nominal.contacts, held)),
-        refined=None,
-        area=moments.area,
-        centroid=moments.centroid,
-        bsm_seconds=sum(before.seconds for before in results.stages[: number + 1]),
-        fem_seconds=nominal.seconds,
-        notes=matched.notes,
-    )
-
-
-def _held_as_a_whole(model: Model) -> BoolArray:
-    held = np.zeros(model.blocks.count, dtype=bool)
-    for support in model.supports:
-        if isinstance(support, Fixed) and support.blocks is not None:
-            held[list(support.blocks)] = True
-    return held if not held.all() else np.zeros_like(held)
-
-
-def _displacement_errors(
-    stage: StageResult, nominal: ContinuumSolution, matched: ContinuumSolution, area: FloatArray
-) -> tuple[Difference, ...]:
-    ours = stage.displacement[:, :2]
-    greatest = max(np.abs(ours).max(), np.abs(matched.displacement[:, :2]).max())
-    if greatest <= STILL * np.sqrt(area[stage.present].mean()):
-        return ()
-    named = {"displacement, matched E*": matched, "displacement, nominal E": nominal}
-    if matched is nominal:
-        named = {"displacement": nominal}
-    return tuple(
-        measure_difference(name, "m", ours, solution.displacement[:, :2], area) for name, solution in named.items()
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,10 +11,11 @@ import numpy.typing as npt
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.differences import Difference
+from bsm_mesh.converters.continuum.history_values import HistoryValue
+from bsm_mesh.converters.continuum.refinement import COARSE, Refinement
 from bsm_mesh.converters.continuum.sections import Section
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
-
-COARSE = 0.1  # change by refining, beyond which the blocks' own contact points are called too coarse
+from bsm_mesh.results.bolts import BoltForces
 
 
 class Row(NamedTuple):
@@ -56,10 +58,20 @@ class Comparison:
         Of the force between every two blocks; None where the continuum has no joints.
     worst_pair : (int, int) or None
         The blocks between which joint forces differ most.
+    bolts : BoltForces
+        By the Block-Spring Model.
+    bolt_error : Difference or None
+        Of the tensions of all elements of bolts; None where there are no bolts, or none with a tension.
+    worst_bolt : str
+        The bolt in which they differ most.
     slipping : (float, float)
-        Share of the joints' length that slips or is open: blocks, continuum.
+        Share of the joints' length that slips, is at 99 % of its strength or more, or is open: blocks, continuum.
+    histories : tuple of HistoryValue
+        The model's histories at the end of the stage.
     refined : float or None
         L2 change of the continuum's displacements by finer elements and interfaces; None where that was not asked.
+    refinement : Refinement or None
+        What halving elements and interfaces does; None where that was not asked, or nothing moves.
     area : (n,) float64 [m2]
         Of the blocks.
     centroid : (n, 2) float64 [m]
@@ -81,8 +93,13 @@ class Comparison:
     displacement_errors: tuple[Difference, ...]
     force_error: Difference | None
     worst_pair: tuple[int, int] | None
+    bolts: BoltForces
+    bolt_error: Difference | None
+    worst_bolt: str
     slipping: tuple[float, float]
+    histories: tuple[HistoryValue, ...]
     refined: float | None
+    refinement: Refinement | None
     area: FloatArray
     centroid: FloatArray
     bsm_seconds: float
@@ -92,7 +109,14 @@ class Comparison:
     @property
     def errors(self) -> tuple[Difference, ...]:
         """All differences."""
-        return (*self.stress_errors, *self.displacement_errors, *([self.force_error] if self.force_error else []))
+        others = (self.force_error, self.bolt_error)
+        return (*self.stress_errors, *self.displacement_errors, *(error for error in others if error is not None))
+
+    def where(self, error: Difference) -> str:
+        """Return where one of the differences is greatest."""
+        if error is self.force_error and self.worst_pair is not None:
+            return "blocks {} and {}".format(*self.worst_pair)
+        return self.worst_bolt if error is self.bolt_error else f"block {error.worst_block}"
 
     def along(self, blocks: npt.ArrayLike) -> Section:
         """Return the stresses in the named blocks, for example along a section."""
@@ -109,12 +133,9 @@ class Comparison:
         """Return lines for a terminal: means and worst blocks, displacements, joint forces, times."""
         rows = []
         for error in self.errors:
-            where = f"block {error.worst_block}"
-            if error is self.force_error and self.worst_pair:
-                where = "blocks {} and {}".format(*self.worst_pair)
             rows.append(Row(f"{error.name}, r.m.s.", error.rms_bsm, error.rms_fem, error.rms_difference, error.unit))
             rows.append(Row(f"{error.name}, L2 difference", None, None, 100 * error.l2, "%"))
-            label = f"{error.name}, worst {where}"
+            label = f"{error.name}, worst {self.where(error)}"
             rows.append(Row(label, error.worst_bsm, error.worst_fem, error.worst_difference, error.unit))
             rows.append(Row(f"{error.name}, largest difference", None, None, 100 * error.largest, "%"))
         if self.force_error is not None:
@@ -133,6 +154,8 @@ class Comparison:
             parts.append(f"{percent(self.force_error.l2)} in joint forces")
         else:
             parts.append(f"{percent(self.stress_errors[-1].l2)} in stress")
+        if self.bolt_error is not None:
+            parts.append(f"{percent(self.bolt_error.l2)} in bolt forces")
         what = " with the same joints" if self.force_error is not None else ""
         begin = (
             f"{'' if self.displacement_errors else 'Nothing moves here. '}Blocks and finite elements{what} differ by "
@@ -140,7 +163,13 @@ class Comparison:
         refined = f"; refining alone changes the elements' by {percent(self.refined)}" if self.refined else ""
         if self.refined is not None and self.refined > COARSE:
             refined += ": for displacements the contact points of both are too coarse"
-        return f"{begin}{' and '.join(parts)}{refined}."
+        study = f"; {self.refinement.sentence}" if self.refinement else ""
+        return f"{begin}{enumerated(parts)}{refined}{study}."
+
+
+def enumerated(parts: Sequence[str]) -> str:
+    """Return the parts of a list in words."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
 def percent(share: float) -> str:

@@ -18,23 +18,13 @@ def is_all_rigid(model: Model) -> bool:
     return all(rock.is_rigid for rock in model.rocks if rock.name in used)
 
 
-def missing(model: Model) -> list[str]:
-    """Return what the model has and the continuum has not, a sentence each."""
-    found = []
-    if model.bolts:
-        found.append(f"the continuum has no bolts, and the model has {len(model.bolts)}")
-    if filling := [stage.name for stage in model.stages if stage.fill]:
-        found.append(f"the continuum cannot put blocks back, as the model does in stage '{filling[0]}'")
-    return found
-
-
 def refuse(model: Model, joints: bool) -> None:
     """Raise for models that the continuum cannot solve, with interfaces at joints or without."""
-    faults = [f"{text}; compare a model without" for text in missing(model)]
-    raise_faults(faults if joints else [*faults, *rigid_rock_faults(model.rocks, rocks_in_use(model))])
+    if not joints:
+        raise_faults(rigid_rock_faults(model.rocks, rocks_in_use(model)))
 
 
-def notes(model: Model, joints: bool) -> tuple[str, ...]:
+def notes(model: Model, joints: bool, rock_breaks: bool) -> tuple[str, ...]:
     """Return what the continuum leaves out of the model or treats in its own way, a sentence each."""
     found = []
     joint = face_joints(model, find_faces(model.blocks))
@@ -47,7 +37,7 @@ def notes(model: Model, joints: bool) -> tuple[str, ...]:
             what = "are interfaces of zero thickness" + ("; without a law they neither slip nor open" * bool(elastic))
         found.append(f"joints{'' if joints else ' are ignored'}: {count} of {len(joint)} faces ({names}) {what}")
     used = [rock for rock in model.rocks if rock.name in rocks_in_use(model)]
-    if (joint < 0).any() and any(rock.has_strength for rock in used):
+    if not rock_breaks and (joint < 0).any() and any(rock.has_strength for rock in used):
         found.append("rock is elastic: the strength of faces without a joint is left out")
     if any(isinstance(load, PointLoad) for load in model.loads):
         found.append("point loads are spread over their blocks, with the same force, moment and average stress")

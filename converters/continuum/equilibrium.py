@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, JointState
+from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
+from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, JointState, remember
 from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
 from bsm_mesh.errors import ModelError
+from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
 ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement
@@ -46,6 +48,8 @@ class Equations:
         The joints.
     history : JointHistory or None
         What they remember.
+    bolts : EmbeddedBolts or None
+        The bolts.
     """
 
     stiffness: Any
@@ -53,6 +57,7 @@ class Equations:
     free: FreeUnknowns
     joints: JointPoints | None
     history: JointHistory | None
+    bolts: EmbeddedBolts | None
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return what is out of balance at displacements u (N,)."""
@@ -60,11 +65,15 @@ class Equations:
         if self.joints is not None and self.history is not None:
             state = self.joints.evaluate(u, self.history, friction_at)
             internal = internal + self.joints.forces(state, self.history)
+        bolts = None if self.bolts is None else self.bolts.evaluate(u)
+        if self.bolts is not None and bolts is not None:
+            internal = internal - self.bolts.forces(bolts)
         residual = self.load - internal
         return Iterate(
             u=u,
             multipliers=multipliers,
             state=state,
+            bolts=bolts,
             residual=residual,
             left=self.free.reduced(residual, multipliers),
             rounding=ROUNDING * float(self.stiffness.diagonal().max() * np.abs(u).max(initial=0.0)),
@@ -73,21 +82,33 @@ class Equations:
 
     def tangent(self, at: Iterate, regularization: float) -> Any:
         """Return the derivative of the internal forces."""
-        if self.joints is None or self.history is None or at.state is None:
-            return self.stiffness
-        K = self.stiffness + self.joints.tangent(at.state, self.history, OPEN_STIFFNESS)
+        K = self.stiffness
+        if self.joints is not None and self.history is not None and at.state is not None:
+            K = K + self.joints.tangent(at.state, self.history, OPEN_STIFFNESS)
+        if self.bolts is not None and at.bolts is not None:
+            K = K + self.bolts.tangent(at.bolts)
         return K + regularization * self.elastic() if regularization else K
 
     def elastic(self) -> Any:
         """Return the stiffness with all joints closed and sticking."""
-        assert self.joints is not None
-        assert self.history is not None
+        if self.joints is None or self.history is None:
+            return self.stiffness
         return self.stiffness + self.joints.elastic_tangent(self.history)
+
+    def after(self, at: Iterate, path: FloatArray | None) -> Equations:
+        """Return them after a state of equilibrium, which joints and bolts remember; `path` as for `remember`."""
+        history, bolts = self.history, self.bolts
+        if history is not None and at.state is not None and path is not None:
+            history = remember(history, at.state, path)
+        if bolts is not None and at.bolts is not None:
+            bolts = bolts.commit(at.bolts, at.u)
+        return replace(self, history=history, bolts=bolts)
 
     @property
     def are_linear(self) -> bool:
         """Whether one correction solves them."""
-        return self.joints is None or self.joints.are_linear
+        bolts = self.bolts is None or self.bolts.elastic is not None
+        return bolts and (self.joints is None or self.joints.are_linear)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -102,6 +123,8 @@ class Iterate:
         Of constraints that take in many unknowns.
     state : JointState or None
         Of the joints.
+    bolts : BoltEvaluation or None
+        Forces of the bolts.
     residual : (N,) float64 [N/m]
         Loads less internal forces, at all unknowns.
     left : (free,) float64 [N/m]
@@ -115,6 +138,7 @@ class Iterate:
     u: FloatArray
     multipliers: FloatArray
     state: JointState | None
+    bolts: BoltEvaluation | None
     residual: FloatArray
     left: FloatArray
     scale: float
@@ -157,9 +181,9 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
 
 
 def _tied(equations: Equations, at: Iterate) -> Iterate:
-    """Return the solution with all joints closed and sticking where no point of a joint carries force yet."""
+    """Return the solution with all joints closed and sticking where some that touch carry no force yet."""
     misses = np.abs(equations.free.misfit(at.u)).max(initial=0.0) > 0
-    if at.state is not None and at.state.closed.any() and not misses:
+    if (at.state is None or not at.state.touching.any()) and not misses:
         return at
     correction, multipliers = equations.free.solve(equations.elastic(), at.residual, at.u)
     return equations.at(at.u + correction, multipliers)
@@ -178,7 +202,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
             continue
         regularization = max(10 * regularization, FIRST_REGULARIZATION)
         if regularization > MAX_REGULARIZATION:
-            if frozen == MAX_FROZEN:
+            if frozen == MAX_FROZEN or at.state is None:
                 break
             frozen, regularization = frozen + 1, 0.0
             at = _with_frozen_friction(equations, at)

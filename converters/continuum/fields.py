@@ -1,4 +1,4 @@
-"""Stiffness of the rock in scikit-fem, and averages of its fields over triangles and blocks."""
+"""Stiffness of the rock in scikit-fem, and averages of its fields over cells and blocks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, 
     """Return the sparse matrices (n_blocks, N) that give the blocks' average displacement in x and in y."""
     import skfem
 
-    constant = basis.with_element(skfem.ElementTriP0())
+    constant = basis.with_element(skfem.ElementQuad0() if basis.mesh.t.shape[0] == 4 else skfem.ElementTriP0())
     gather = sp.csr_matrix((np.ones(len(block)), (block, np.arange(len(block)))), shape=(len(area), len(block)))
     gather = sp.diags(1 / area) @ gather
     x, y = (
@@ -26,7 +26,7 @@ def block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, 
 
 
 def rock_stiffness(basis: Any, stiffness: FloatArray) -> Any:
-    """Return the stiffness matrix of a material that differs from triangle to triangle, (t, 3, 3)."""
+    """Return the stiffness matrix of a material that differs from cell to cell, (t, 3, 3)."""
     import skfem
     from skfem.helpers import sym_grad
 
@@ -45,7 +45,7 @@ def rock_stiffness(basis: Any, stiffness: FloatArray) -> Any:
 
 
 def mean_gradient(basis: Any, u: FloatArray) -> FloatArray:
-    """Return the average displacement gradient H[i, j] = du_i/dx_j of every triangle, (t, 2, 2)."""
+    """Return the average displacement gradient H[i, j] = du_i/dx_j of every cell, (t, 2, 2)."""
     total = np.einsum("ijtq,tq->tij", basis.interpolate(u).grad, basis.dx)
     mean: FloatArray = total / basis.dx.sum(axis=1)[:, None, None]
     return mean
@@ -60,22 +60,24 @@ def stress_of(gradient: FloatArray, stiffness: FloatArray) -> FloatArray:
 
 
 def over_blocks(values: FloatArray, area: FloatArray, block: IntArray, block_area: FloatArray) -> FloatArray:
-    """Return the area-weighted mean over each block of a value a triangle (t, ...)."""
+    """Return the area-weighted mean over each block of a value a cell (t, ...)."""
     total = np.zeros((len(block_area), *values.shape[1:]))
     np.add.at(total, block, values * area.reshape(-1, *(1,) * (values.ndim - 1)))
     mean: FloatArray = total / block_area.reshape(-1, *(1,) * (values.ndim - 1))
     return mean
 
 
-def vtk_triangles(basis: Any) -> tuple[IntArray, FloatArray]:
-    """Return the triangles in VTK's order, counter-clockwise, and the coordinates of all nodes."""
+def vtk_cells(basis: Any) -> tuple[IntArray, FloatArray]:
+    """Return the cells' nodes in VTK's order, counter-clockwise: corners, then middles; and all nodes' coordinates."""
     mesh = basis.mesh
-    corners = mesh.p[:, mesh.t]
-    side1, side2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    clockwise = side1[0] * side2[1] - side1[1] * side2[0] < 0
-    nodes = mesh.t if not basis.facet_dofs.size else np.vstack([mesh.t, mesh.p.shape[1] + mesh.t2f])
-    # Sides of skfem's triangles: 0-1, 1-2, 0-2. Turned round, the corners are 0, 2, 1 and the sides 0-2, 2-1, 1-0.
-    turned = nodes[[0, 2, 1, 5, 4, 3][: len(nodes)]]
-    triangles: IntArray = np.where(clockwise, turned, nodes).T.astype(np.int32)
+    x, y = mesh.p[:, mesh.t]
+    clockwise = (x * np.roll(y, -1, axis=0) - np.roll(x, -1, axis=0) * y).sum(axis=0) < 0
+    # Sides of skfem's triangles are 0-1, 1-2, 0-2; of its quads 0-1, 1-2, 2-3, 0-3. Turned round, the corners are
+    # 0, 2, 1 and the sides 0-2, 2-1, 1-0; or 0, 3, 2, 1 and the sides 0-3, 3-2, 2-1, 1-0.
+    nodes, order = mesh.t, ([0, 2, 1], [0, 3, 2, 1])[len(mesh.t) - 3]
+    if basis.facet_dofs.size:
+        nodes = np.vstack([nodes, mesh.p.shape[1] + mesh.t2f])
+        order = [*order, *range(2 * len(mesh.t) - 1, len(mesh.t) - 1, -1)]
+    cells: IntArray = np.where(clockwise, nodes[order], nodes).T.astype(np.int32)
     points: FloatArray = basis.doflocs[:, nodal_unknowns(basis)[:, 0]].T
-    return np.ascontiguousarray(triangles), np.ascontiguousarray(points)
+    return np.ascontiguousarray(cells), np.ascontiguousarray(points)

@@ -20,7 +20,7 @@ from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.model.water import Water
 from bsm_mesh.model.water_pressure import WaterLoad
 
-WATER_ORDER = 12  # of integration: the pressure has a bend where the table crosses a triangle
+WATER_ORDER = 12  # of integration: the pressure has a bend where the table crosses a cell
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class PoreWater:
     Attributes
     ----------
     pressure : (t, i) float64 [Pa]
-        In the rock, at the integration points of every triangle.
+        In the rock, at the integration points of every cell.
     at_joints : (q,) float64 [Pa]
         In the joints, at their points.
     beyond_table : (q,) float64 [Pa]
@@ -55,7 +55,7 @@ def pore_water(model: Model, water: Water | None, basis: Any, joints: JointPoint
     pressure = load.pressure(x.reshape(2, -1).T.copy(), none).reshape(x.shape[1:])
     own = table = np.zeros(0)
     if joints is not None:
-        own = load.pressure(joints.point, joints.joint)
+        own = load.pressure(joints.point, np.where(joints.are_joints, joints.joint, -1))
         table = load.pressure(joints.point, np.full(len(joints.joint), -1))
     return PoreWater(pressure=pressure, at_joints=own, beyond_table=own - table, load=load)
 

@@ -1,6 +1,6 @@
-"""Joints as interfaces of zero thickness between the continuum's triangles (Goodman, Taylor & Brekke 1968).
+"""Joints as interfaces of zero thickness between the continuum's cells (Goodman, Taylor & Brekke 1968).
 
-The triangles on both sides of a joint have nodes of their own, at the same places; what the joint does to them is
+The cells on both sides of a joint have nodes of their own, at the same places; what the joint does to them is
 `joint_points`.
 
 References
@@ -21,6 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh, facets_between
+from bsm_mesh.converters.continuum.rock_faces import number_between, whole_rock
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
@@ -28,7 +29,7 @@ from bsm_mesh.model.model import Model
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Interfaces:
-    """Pairs of triangle sides that face each other across a joint.
+    """Pairs of sides of cells that face each other across a joint.
 
     Attributes
     ----------
@@ -37,7 +38,7 @@ class Interfaces:
     facet : (k, 2 sides) int32
         The sides, as facets of the mesh.
     joint : (k,) int32
-        Number of the joint in ``model.joints``; their number for unjointed rock that is tied.
+        Number of the joint in ``model.joints``, behind them that of a face of rock (`rock_faces`).
     """
 
     vertex: IntArray
@@ -45,12 +46,13 @@ class Interfaces:
     joint: IntArray
 
 
-def open_joints(model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray]) -> tuple[ContinuumMesh, Interfaces]:
+def open_joints(
+    model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray], rock_breaks: bool = False
+) -> tuple[ContinuumMesh, Interfaces]:
     """Return the mesh with nodes of their own on both sides of every joint, and the interfaces between them.
 
     A joint may end in rock that is excavated later. The two sides of such a tip would still share its node when that
-    rock has gone; faces of unjointed rock about it are therefore opened too, and tied by interfaces of rock
-    (`Interfaces.joint` beyond the model's).
+    rock has gone; faces of unjointed rock about it are therefore opened too, and tied by interfaces of whole rock.
 
     Parameters
     ----------
@@ -60,10 +62,15 @@ def open_joints(model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray]
         The whole mesh.
     presence : sequence of (n,) bool
         Which blocks are there in every stage.
+    rock_breaks : bool
+        Whether the faces of rocks that give a strength are opened too, and tied by interfaces that break.
     """
     one, other, joint = _shared_pieces(model, mesh)
+    if rock_breaks:
+        owner = model.blocks.owner[mesh.edge_of_piece]
+        joint = np.where(joint < 0, number_between(model, owner[one], owner[other]), joint)
     tied = np.isin(mesh.piece_facet[one], _facets_about_tips(mesh, mesh.piece_facet[one[joint >= 0]], presence))
-    joint = np.where((joint < 0) & tied, len(model.joints), joint).astype(np.int32)
+    joint = np.where((joint < 0) & tied, whole_rock(model), joint).astype(np.int32)
     one, other, joint = one[joint >= 0], other[joint >= 0], joint[joint >= 0]
     edge = mesh.edge_of_piece
     t, f2t = mesh.mesh.t, mesh.mesh.f2t
@@ -73,18 +80,15 @@ def open_joints(model: Model, mesh: ContinuumMesh, presence: Sequence[BoolArray]
     split = type(mesh.mesh)(points, label)
     across = f2t[:, mesh.piece_facet]
     own = np.where(mesh.block[across[0]] == model.blocks.owner[edge], across[0], across[1])
-    ends = mesh.mesh.facets[:, mesh.piece_facet]
-    along = mesh.mesh.p[:, ends[1]] - mesh.mesh.p[:, ends[0]]
-    backwards = (along.T * model.blocks.edge_vectors[edge]).sum(axis=1) < 0
-    ends = np.where(backwards, ends[::-1], ends)
-    first, last = (label[_place(t, node, own), own] for node in ends)
+    first, last = (label[_place(t, node, own), own] for node in mesh.piece_ends.T)
     facet = facets_between(split, first, last)
     interfaces = Interfaces(
         vertex=np.stack([first[one], last[other]], axis=1),
         facet=np.stack([facet[one], facet[other]], axis=1),
         joint=joint,
     )
-    return dataclasses.replace(mesh, mesh=split, piece_facet=facet), interfaces
+    ends = np.stack([first, last], axis=1).astype(np.int32)
+    return dataclasses.replace(mesh, mesh=split, piece_ends=ends, piece_facet=facet), interfaces
 
 
 def _shared_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArray, IntArray]:
@@ -109,7 +113,7 @@ def _shared_pieces(model: Model, mesh: ContinuumMesh) -> tuple[IntArray, IntArra
 def _facets_about_tips(mesh: ContinuumMesh, opened: IntArray, presence: Sequence[BoolArray]) -> IntArray:
     """Return the facets between rock that leaves and rock that stays at nodes which hold parts together by the former.
 
-    In some stage the triangles that are there about such a node belong to several parts that share no side.
+    In some stage the cells that are there about such a node belong to several parts that share no side.
     """
     whole = _corner_labels(mesh, opened)
     holds = np.zeros(int(whole.max()) + 1, dtype=bool)
@@ -127,24 +131,21 @@ def _facets_about_tips(mesh: ContinuumMesh, opened: IntArray, presence: Sequence
         crossing[inner] |= there[f2t[0, inner]] != there[f2t[1, inner]]
     crossing[opened] = False
     facets = np.flatnonzero(crossing)
-    triangle = f2t[0, facets]
-    at_ends = (holds[whole[_place(mesh.mesh.t, node, triangle), triangle]] for node in mesh.mesh.facets[:, facets])
+    cell = f2t[0, facets]
+    at_ends = (holds[whole[_place(mesh.mesh.t, node, cell), cell]] for node in mesh.mesh.facets[:, facets])
     found: IntArray = facets[np.logical_or.reduce(list(at_ends))]
     return found
 
 
 def _corner_labels(mesh: ContinuumMesh, opened: IntArray) -> IntArray:
-    """Return the new vertex at every corner of the triangles, (3, t): one where triangles meet across whole sides."""
+    """Return the new vertex at every corner of the cells, (3 or 4, t): one where cells meet across whole sides."""
     t, f2t = mesh.mesh.t, mesh.mesh.f2t
-    count = t.shape[1]
+    corners, count = t.shape
     whole = np.setdiff1d(np.flatnonzero(f2t[1] >= 0), opened)
     ends, sides = mesh.mesh.facets[:, whole], f2t[:, whole]
-    a, b = (
-        np.concatenate([_place(t, node, triangle) * count + triangle for node in ends])
-        for triangle in (sides[0], sides[1])
-    )
-    graph = sp.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(3 * count, 3 * count))
-    label = connected_components(graph, directed=False)[1].reshape(3, count)
+    a, b = (np.concatenate([_place(t, node, cell) * count + cell for node in ends]) for cell in (sides[0], sides[1]))
+    graph = sp.coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(t.size, t.size))
+    label = connected_components(graph, directed=False)[1].reshape(corners, count)
     # In the order of the old vertices: facets run from the lower to the higher, so those of both sides run alike.
     old = np.empty(label.max() + 1, dtype=np.int64)
     old[label] = t
@@ -154,7 +155,7 @@ def _corner_labels(mesh: ContinuumMesh, opened: IntArray) -> IntArray:
     return labels
 
 
-def _place(t: IntArray, vertex: IntArray, triangle: IntArray) -> IntArray:
-    """Return which corner of each triangle a vertex is."""
-    place: IntArray = (t[:, triangle] == vertex).argmax(axis=0)
+def _place(t: IntArray, vertex: IntArray, cell: IntArray) -> IntArray:
+    """Return which corner of each cell a vertex is."""
+    place: IntArray = (t[:, cell] == vertex).argmax(axis=0)
     return place

@@ -18,7 +18,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
 from bsm_mesh.converters.continuum.interfaces import Interfaces
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, ask, closure, wear_length_of
+from bsm_mesh.converters.continuum.rock_faces import interface_closures, interface_laws, interface_tensions
+from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]
@@ -39,7 +40,9 @@ class JointHistory:
     Attributes
     ----------
     initial_pressure : (q,) float64 [N/m]
-        Normal force without relative displacement, compression positive.
+        Normal force at no opening, compression positive.
+    offset : (q,) float64 [m]
+        Relative displacement that counts as no opening: of blocks put back later, that of their neighbours until then.
     slip, shear : (q,) float64 [m], [N/m]
         At the end of the last state of equilibrium.
     slip_path : (q,) float64 [m]
@@ -53,6 +56,7 @@ class JointHistory:
     """
 
     initial_pressure: FloatArray
+    offset: FloatArray
     slip: FloatArray
     shear: FloatArray
     slip_path: FloatArray
@@ -77,8 +81,8 @@ class JointState:
         Derivative of the shear force by the pressure.
     strength : (q,) float64 [N/m]
         Greatest shear force.
-    closed, sticking, failed : (q,) bool
-        Whether a point carries force, whether it does not slip, and its new state.
+    closed, touching, sticking, failed : (q,) bool
+        Whether a point carries force, or would with any pressure at all; whether it does not slip; its new state.
     """
 
     opening: FloatArray
@@ -89,6 +93,7 @@ class JointState:
     by_pressure: FloatArray
     strength: FloatArray
     closed: BoolArray
+    touching: BoolArray
     sticking: BoolArray
     failed: BoolArray
 
@@ -104,7 +109,7 @@ class JointPoints:
     length : (q,) float64 [m]
         That each stands for.
     joint : (q,) int32
-        Number of the joint in ``model.joints``; their number where unjointed rock is tied.
+        Number of the joint in ``model.joints``, behind them that of a face of rock (`rock_faces`).
     block : (q, 2 sides) int32
         The blocks on both sides.
     normal_stiffness, shear_stiffness : (q,) float64 [Pa]
@@ -113,8 +118,10 @@ class JointPoints:
         Tensile strength; infinite for joints without a law.
     closure_limit : (q,) float64 [m]
         Greatest closure; infinite: none.
+    joints : int
+        How many joints the model has.
     laws : tuple of JointLaw
-        Of every joint in the model, and of tied rock.
+        By the number of the joint.
     opening_rows, slip_rows : sparse (q, N)
         Give opening and slip from the unknowns.
     at_ends : bool
@@ -130,6 +137,7 @@ class JointPoints:
     shear_stiffness: FloatArray
     tension: FloatArray
     closure_limit: FloatArray
+    joints: int
     laws: tuple[JointLaw, ...]
     opening_rows: Any
     slip_rows: Any
@@ -138,8 +146,8 @@ class JointPoints:
     @property
     def are_joints(self) -> BoolArray:
         """Which points belong to joints of the model, (q,)."""
-        joints: BoolArray = self.joint < len(self.laws) - 1
-        return joints
+        found: BoolArray = self.joint < self.joints
+        return found
 
     @property
     def are_linear(self) -> bool:
@@ -171,6 +179,7 @@ class JointPoints:
         none = np.zeros(len(zero), dtype=bool)
         return JointHistory(
             initial_pressure=zero,
+            offset=zero,
             slip=zero,
             shear=zero,
             slip_path=zero,
@@ -179,13 +188,35 @@ class JointPoints:
             water=zero,
         )
 
+    def with_strength_of(self, model: Model) -> JointPoints:
+        """Return a copy with the laws and tensile strengths of a model with the same joints."""
+        return replace(self, laws=interface_laws(model), tension=interface_tensions(model)[self.joint] * self.length)
+
+    def put_back(self, history: JointHistory, stays: BoolArray, comes: BoolArray, u: FloatArray) -> JointHistory:
+        """Return the history with no force at displacements u (N,) in joints of blocks (n,) that are put back.
+
+        As the blocks' own contacts that come later these have no cohesion and no tensile strength; only joints without
+        a law keep theirs.
+        """
+        there = (stays | comes)[self.block].all(axis=1)
+        fresh = there & comes[self.block].any(axis=1)
+        return replace(
+            history,
+            initial_pressure=np.where(fresh, 0.0, history.initial_pressure),
+            offset=np.where(fresh, self.opening_rows @ u, history.offset),
+            slip=np.where(fresh, self.slip_rows @ u, history.slip),
+            shear=np.where(fresh, 0.0, history.shear),
+            slip_path=np.where(fresh, 0.0, history.slip_path),
+            failed=np.where(fresh, np.isfinite(self.tension), history.failed),
+        )
+
     def evaluate(self, u: FloatArray, history: JointHistory, friction_at: FloatArray | None = None) -> JointState:
         """Return the state at a displacement u (N,).
 
         With `friction_at` (q,) [N/m] shear strengths are those at these pressures: the forces are then the gradient of
         a convex energy.
         """
-        opening, slip = self.opening_rows @ u, self.slip_rows @ u
+        opening, slip = self.opening_rows @ u - history.offset, self.slip_rows @ u
         pressure, stiffness = self._pressures(opening, history.initial_pressure)
         trial = history.shear + self.shear_stiffness * (slip - history.slip)
         tension = np.where(history.failed, 0.0, self.tension)
@@ -205,6 +236,7 @@ class JointPoints:
             by_pressure=by_pressure if friction_at is None else np.zeros_like(pressure),
             strength=strength,
             closed=closed,
+            touching=history.present & ~closed & ~parted,
             sticking=sticking & rubs,
             failed=failed | (parted & np.isfinite(self.tension)),
         )
@@ -295,10 +327,9 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
     joint = np.repeat(interfaces.joint, count)
     length = first.dx.ravel()
     of_joints = [given.contact_stiffness for given in model.joints]
-    stiffness = np.array([*of_joints, (0.0, 0.0)])[joint]
-    tied = joint == len(of_joints)
+    tied = joint >= len(of_joints)
+    stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
     stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
-    tension = np.array([*(np.inf if given.law is None else given.tensile_strength for given in model.joints), np.inf])
     return JointPoints(
         point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
         normal=normal.T.copy(),
@@ -307,9 +338,10 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
         normal_stiffness=stiffness[:, 0] * length,
         shear_stiffness=stiffness[:, 1] * length,
-        tension=tension[joint] * length,
-        closure_limit=np.array([*(given.max_closure or np.inf for given in model.joints), np.inf])[joint],
-        laws=(*(given.law or Elastic() for given in model.joints), Elastic()),
+        tension=interface_tensions(model)[joint] * length,
+        closure_limit=interface_closures(model)[joint],
+        joints=len(model.joints),
+        laws=interface_laws(model),
         opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),
         slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
         at_ends=rule is ENDS,

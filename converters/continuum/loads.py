@@ -18,7 +18,7 @@ def load_vector(
 ) -> FloatArray:
     """Return the forces of weight and loads on the unknowns of `basis`, (N,) [N/m].
 
-    Tractions act on the sides of the triangles, linear along each edge. A point load becomes a force per volume,
+    Tractions act on the sides of the cells, linear along each edge. A point load becomes a force per volume,
     linear over its block, with the same force, moment and average stress (sum x_i F_j) as the load: the point itself
     would give an infinite displacement in a continuum.
 
@@ -27,7 +27,7 @@ def load_vector(
     model : Model
         Its blocks and their weights.
     mesh : ContinuumMesh
-        The triangles.
+        The cells.
     basis : skfem.CellBasis
         Of the vector-valued element.
     loads : sequence of load
@@ -68,7 +68,7 @@ def pressure_on_new_faces(
     forces: FloatArray = np.zeros(basis.N)
     f2t = basis.mesh.f2t
     whole = np.flatnonzero(f2t[1] >= 0)
-    for side in (0, 1):  # rock without a joint: one facet, seen from the triangle on that side
+    for side in (0, 1):  # rock without a joint: one facet, seen from the cell on that side
         own, other = (mesh.block[f2t[s, whole]] for s in (side, 1 - side))
         bare = whole[stays[own] & leaves[other]]
         if bare.size:

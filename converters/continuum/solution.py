@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypedDict, Unpack
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.continuum.mesh import Discretization, Mesher
 from bsm_mesh.model.model import Model
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces
+
+
+class DiscretizationKeys(TypedDict, total=False):
+    """The fields of `Discretization`, as keyword arguments."""
+
+    order: int
+    joints: bool
+    rock_breaks: bool
+    elastic_bolts: bool
+    refinements: int
+    mesher: Mesher | None
+
 
 ElasticityName = Literal["nominal", "matched"]
 
@@ -34,16 +48,18 @@ class ContinuumSolution:
         end of the in-situ state where it is given.
     contacts : ContactForces
         Forces at the points of the joints; none where joints are ignored.
+    bolts : BoltForces
+        Forces of the bolts.
     points : (p, 2) float64 [m]
-        Nodes: vertices of the triangles, then middles of their sides (second order).
+        Nodes: vertices of the cells, then middles of their sides (second order).
     point_displacement : (p, 2) float64 [m]
         Displacement of the nodes.
-    triangles : (t, 3) or (t, 6) int32
-        Nodes of the triangles, counter-clockwise: corners, then the middles of sides 0-1, 1-2, 2-0 (as in VTK).
-    triangle_block : (t,) int32
-        Block of every triangle.
-    triangle_stress : (t, 2, 2) float64 [Pa]
-        Average total stress of every triangle.
+    cells : (t, 3), (t, 4), (t, 6) or (t, 8) int32
+        Nodes of the triangles or quads, counter-clockwise: corners, then the middles of sides 0-1, 1-2, ... (VTK's).
+    cell_block : (t,) int32
+        Block of every cell.
+    cell_stress : (t, 2, 2) float64 [Pa]
+        Average total stress of every cell.
     total_load, total_reaction : (2,) float64 [N/m]
         Sum of weights, loads and water, and of the forces of the supports.
     unknowns : int
@@ -61,11 +77,12 @@ class ContinuumSolution:
     stress: FloatArray
     displacement: FloatArray
     contacts: ContactForces
+    bolts: BoltForces
     points: FloatArray
     point_displacement: FloatArray
-    triangles: IntArray
-    triangle_block: IntArray
-    triangle_stress: FloatArray
+    cells: IntArray
+    cell_block: IntArray
+    cell_stress: FloatArray
     total_load: FloatArray
     total_reaction: FloatArray
     unknowns: int
@@ -74,7 +91,7 @@ class ContinuumSolution:
 
 
 def solve_continuum(
-    model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2, joints: bool = False
+    model: Model, *, elasticity: ElasticityName = "nominal", **discretization: Unpack[DiscretizationKeys]
 ) -> ContinuumSolution:
     """Return the last stage of the continuum solution of a model, as `solve_continuum_stages` finds it.
 
@@ -88,11 +105,11 @@ def solve_continuum(
     >>> print(f"{solve_continuum(model).stress[0, 1, 1]:.0f} Pa")
     -13000 Pa
     """
-    return solve_continuum_stages(model, elasticity=elasticity, order=order, joints=joints)[-1]
+    return solve_continuum_stages(model, elasticity=elasticity, **discretization)[-1]
 
 
 def solve_continuum_stages(
-    model: Model, *, elasticity: ElasticityName = "nominal", order: int = 2, joints: bool = False
+    model: Model, *, elasticity: ElasticityName = "nominal", **discretization: Unpack[DiscretizationKeys]
 ) -> tuple[ContinuumSolution, ...]:
     """Return the continuum solution of all stages of a model: the same domain, supports, loads, water and stress.
 
@@ -104,17 +121,16 @@ def solve_continuum_stages(
         What is given. Without `joints` every rock in use must be elastic; with them a rigid rock is a very stiff one.
     elasticity : {"nominal", "matched"}
         Elastic constants, see `ContinuumSolution`.
-    order : {1, 2}
-        Polynomial order of the displacements. With 1 joints act at the blocks' own contact points.
-    joints : bool
-        Whether joints are interfaces of zero thickness with the laws of the model (`joint_points`); else they are
-        ignored.
+    **discretization
+        `Discretization`: by default elements of the second order, without joints. With `joints` those of the first
+        order have them at the blocks' own contact points.
 
     Raises
     ------
     ModelError
-        For rigid rocks, bolts and fills, supports that contradict each other at a shared node, or a part free to move.
+        For rigid rocks without `joints`, bolts that end in the void, supports that contradict each other at a shared
+        node, or a part free to move.
     """
     from bsm_mesh.converters.continuum.stages import Continuum
 
-    return Continuum(model, order, joints).solve(elasticity)
+    return Continuum(model, Discretization(**discretization)).solve(elasticity)

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Iterate
-from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_triangles
+from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_cells
+from bsm_mesh.converters.continuum.fills import Fill, gradient_at_fill
 from bsm_mesh.converters.continuum.ground import PoreWater
 from bsm_mesh.converters.continuum.joint_points import JointPoints, JointState
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.supports import nodal_unknowns
+from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.records import ContactForces, ContactStatus
 
 if TYPE_CHECKING:
@@ -34,8 +37,12 @@ class StageEnd:
         Which blocks are there.
     u, origin : (N,) float64 [m]
         Displacements, and those from which results count.
+    fills : tuple of Fill
+        Rock that was put back, and where it was then.
     at : Iterate
-        Forces out of balance there, and the state of joints.
+        Forces out of balance there, and the state of joints and bolts.
+    bolts : EmbeddedBolts or None
+        The bolts.
     stiffness : (t, 3, 3) float64 [Pa]
         Of the rock.
     initial_stress : (3, t, i) float64 or None [Pa]
@@ -53,7 +60,9 @@ class StageEnd:
     present: BoolArray
     u: FloatArray
     origin: FloatArray
+    fills: tuple[Fill, ...]
     at: Iterate
+    bolts: EmbeddedBolts | None
     stiffness: FloatArray
     initial_stress: FloatArray | None
     water: PoreWater | None
@@ -66,31 +75,28 @@ def stage_solution(
 ) -> ContinuumSolution:
     """Return a stage averaged over the blocks."""
     basis, block = of.basis, of.mesh.block
-    area, block_area = basis.dx.sum(axis=1), of.model.blocks.moments.area
-    gradient = mean_gradient(basis, end.u - end.origin)
-    spin = (gradient[:, 1, 0] - gradient[:, 0, 1]) / 2
     stress = _total_stress(of, end)
-    triangles, points = vtk_triangles(basis)
+    cells, points = vtk_cells(basis)
     node_dofs = nodal_unknowns(basis)
     moved = end.u - end.origin
-    there = end.present[:, None]
-    displacement = np.column_stack(
-        [*(part @ moved for part in of.averages), over_blocks(spin, area, block, block_area)]
-    )
+    displacement = _movement(of, moved)
+    for fill in end.fills:
+        displacement = np.where(fill.blocks[:, None], _movement(of, end.u - fill.u), displacement)
     total_load = end.load[node_dofs].sum(axis=0)
     return ContinuumSolution(
         name=end.name,
         converged=end.converged,
         elasticity=elasticity,
         present=end.present,
-        stress=over_blocks(stress, area, block, block_area),
-        displacement=displacement * there,
+        stress=over_blocks(stress, basis.dx.sum(axis=1), block, of.model.blocks.moments.area),
+        displacement=displacement * end.present[:, None],
         contacts=_contacts(of.joints, end),
+        bolts=_bolts(of, end),
         points=points,
         point_displacement=moved[node_dofs],
-        triangles=triangles,
-        triangle_block=block,
-        triangle_stress=stress,
+        cells=cells,
+        cell_block=block,
+        cell_stress=stress,
         total_load=total_load,
         total_reaction=-end.at.residual[node_dofs].sum(axis=0),
         unknowns=end.unknowns,
@@ -99,17 +105,32 @@ def stage_solution(
     )
 
 
+def _movement(of: Continuum, u: FloatArray) -> FloatArray:
+    """Return the blocks' average displacement and rotation under displacements u (N,), (n, 3) [m, m, rad]."""
+    gradient = mean_gradient(of.basis, u)
+    spin = (gradient[:, 1, 0] - gradient[:, 0, 1]) / 2
+    turned = over_blocks(spin, of.basis.dx.sum(axis=1), of.mesh.block, of.model.blocks.moments.area)
+    return np.column_stack([*(part @ u for part in of.averages), turned])
+
+
 def _total_stress(of: Continuum, end: StageEnd) -> FloatArray:
-    """Return the average total stress of every triangle, (t, 2, 2) [Pa]; zero where there is none."""
-    basis = of.basis
-    stress = stress_of(mean_gradient(basis, end.u), end.stiffness)
+    """Return the average total stress of every cell, (t, 2, 2) [Pa]; zero where there is none."""
+    basis, block = of.basis, of.mesh.block
+    stress = stress_of(mean_gradient(basis, end.u) - gradient_at_fill(end.fills, basis, block), end.stiffness)
     area = basis.dx.sum(axis=1)
     if end.initial_stress is not None:
         xx, yy, xy = (end.initial_stress * basis.dx).sum(axis=2) / area
-        stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
+        virgin = ~np.any([np.zeros_like(end.present), *(fill.blocks for fill in end.fills)], axis=0)[block]
+        stress = stress + np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2) * virgin[:, None, None]
     if end.water is not None:
         stress = stress - ((end.water.pressure * basis.dx).sum(axis=1) / area)[:, None, None] * np.eye(2)
-    return stress * end.present[of.mesh.block][:, None, None]
+    return stress * end.present[block][:, None, None]
+
+
+def _bolts(of: Continuum, end: StageEnd) -> BoltForces:
+    if end.bolts is None or end.at.bolts is None:
+        return BoltForces.none()
+    return end.bolts.record(of.model, end.at.bolts)
 
 
 def _contacts(joints: JointPoints | None, end: StageEnd) -> ContactForces:

@@ -1,7 +1,8 @@
 """The continuum through the stages of construction, as the Block-Spring Model goes through them.
 
-A stage takes triangles away and brings loads, a pressure on the new faces and water; the forces that the removed rock
-exerted on the rest are released by parts. Rock is elastic and displacements are small; joints keep their history.
+A stage takes cells away or puts them back and brings loads, a pressure on the new faces, water, bolts and another
+strength; the forces that the removed rock exerted on the rest are released by parts. Rock is elastic and displacements
+are small; joints and bolts keep their history.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum import departures
 from bsm_mesh.converters.continuum.elasticity import matched_stiffness, nominal_stiffness
+from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
 from bsm_mesh.converters.continuum.fields import block_averages, rock_stiffness
+from bsm_mesh.converters.continuum.fills import Fill
 from bsm_mesh.converters.continuum.ground import (
     PoreWater,
     initial_history,
@@ -26,39 +29,39 @@ from bsm_mesh.converters.continuum.ground import (
     seepage_forces,
 )
 from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_points import (
-    JointHistory,
-    JointPoints,
-    joint_points,
-    remember,
-    slip_path_after,
-)
+from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, slip_path_after
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
-from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
+from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
 from bsm_mesh.converters.continuum.supports import held_displacements
 from bsm_mesh.converters.continuum.system import FreeUnknowns, refuse_free_motion
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
 
+PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
 WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
 
 
 @dataclass(eq=False, slots=True)
 class _State:
-    """What changes from stage to stage."""
+    """What changes from stage to stage; `model` and `joints` have the strength and the gravity of the stage."""
 
+    model: Model
     u: FloatArray
     origin: FloatArray
+    joints: JointPoints | None
     history: JointHistory | None
+    bolts: EmbeddedBolts | None
     loads: tuple[ActingLoad, ...]
     water: PoreWater | None
     pressures: FloatArray
     unreleased: list[tuple[FloatArray, float]] = field(default_factory=list)  # forces; part released
+    fills: tuple[Fill, ...] = ()
 
     def held_back(self, part: float) -> FloatArray:
         """Return what is left of excavation forces once a part is released; forget what is released whole."""
@@ -74,49 +77,55 @@ class Continuum:
     ----------
     model : Model
         What is given.
-    order : {1, 2}
-        Polynomial order of the displacements.
-    joints : bool
-        Whether joints are interfaces of zero thickness (`joint_points`); else they are ignored.
+    discretization : Discretization
+        Elements and interfaces.
     """
 
-    def __init__(self, model: Model, order: int = 2, joints: bool = False) -> None:
+    def __init__(self, model: Model, discretization: Discretization) -> None:
         import skfem
 
-        if order not in (1, 2):
-            raise ModelError(f"order = {order!r} must be 1 or 2")
-        departures.refuse(model, joints)
+        departures.refuse(model, discretization.joints)
         began = time.perf_counter()
-        self.model = model
+        self.model, self.discretization = model, discretization
         self.presence = presence(model.stages, model.blocks)
-        self.mesh = build_continuum_mesh(model.blocks)
+        self.mesh = continuum_mesh(model.blocks, discretization)
         interfaces = None
-        if joints:
-            self.mesh, interfaces = open_joints(model, self.mesh, self.presence)
-        element = skfem.ElementTriP2() if order == 2 else skfem.ElementTriP1()
+        if discretization.joints:
+            self.mesh, interfaces = open_joints(model, self.mesh, self.presence, discretization.rock_breaks)
+        elements = {
+            False: (skfem.ElementTriP1, skfem.ElementTriP2),
+            True: (skfem.ElementQuad1, skfem.ElementQuadS2),
+        }[self.mesh.are_quads]
+        element = elements[discretization.order - 1]()
         self.basis = skfem.CellBasis(self.mesh.mesh, skfem.ElementVector(element))
         self.averages = block_averages(self.basis, self.mesh.block, model.blocks.moments.area)
         self.joints: JointPoints | None = None
         self.facets = np.zeros((0, 2), dtype=np.int32)
         self.ties = np.zeros((2, 0), dtype=np.int32)
         if interfaces is not None and interfaces.joint.size:
-            self.joints = joint_points(model, self.mesh, interfaces, self.basis, order)
+            self.joints = joint_points(model, self.mesh, interfaces, self.basis, discretization.order)
             self.facets = interfaces.facet
             self.ties = self.basis.nodal_dofs[0, interfaces.vertex.T]
+        self.bolts: EmbeddedBolts | None = None
+        if model.bolts:
+            self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis, elastic=discretization.elastic_bolts)
         self.seconds = time.perf_counter() - began
 
-    def solve(self, elasticity: ElasticityName) -> tuple[ContinuumSolution, ...]:
-        """Return the stages with the named elastic constants, up to the first without equilibrium."""
+    def solve(self, elasticity: ElasticityName, count: int | None = None) -> tuple[ContinuumSolution, ...]:
+        """Return the first `count` stages with the named elastic constants, up to the first without equilibrium."""
         if elasticity not in ("nominal", "matched"):
             raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
         began = time.perf_counter()
         of_block, notes = nominal_stiffness(self.model) if elasticity == "nominal" else matched_stiffness(self.model)
-        notes = (*departures.notes(self.model, self.joints is not None), *notes)
+        notes = (*departures.notes(self.model, self.joints is not None, self.discretization.rock_breaks), *notes)
         run = _Run(self, of_block[self.mesh.block])
         found: list[ContinuumSolution] = []
         stages: tuple[Stage | None, ...] = (None, *self.model.stages)
-        for stage, (before, present) in zip(stages, pairwise([self.presence[0], *self.presence]), strict=True):
-            end = run.first(present) if stage is None else run.next(stage, before, present)
+        for number, (before, present) in enumerate(
+            pairwise([self.presence[0], *self.presence][: None if count is None else count + 1])
+        ):
+            stage = stages[number]
+            end = run.first(present) if stage is None else run.next(stage, number, before, present)
             seconds = self.seconds + time.perf_counter() - began
             found.append(stage_solution(self, end, elasticity, seconds, notes))
             if not end.converged:
@@ -134,7 +143,8 @@ class _Run:
         self.initial_stress = initial_stress(model, continuum.mesh, basis, water)
         history = None if joints is None else initial_history(model, joints, water)
         zero = np.zeros(basis.N)
-        self.state = _State(zero, zero, history, model.acting_loads, water, zero)
+        bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
+        self.state = _State(model, zero, zero, joints, history, bolts, model.acting_loads, water, zero)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
 
     def first(self, present: BoolArray) -> StageEnd:
@@ -145,17 +155,27 @@ class _Run:
             self.state.origin = self.state.u
         return end
 
-    def next(self, stage: Stage, before: BoolArray, present: BoolArray) -> StageEnd:
+    def next(self, stage: Stage, number: int, before: BoolArray, present: BoolArray) -> StageEnd:
         """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
         state, of = self.state, self.of
-        equations = self.equations(present)
+        stays = before & present
+        equations = self.equations(stays)
         old = equations.at(state.u, equations.free.none)
         excavation = old.residual - state.held_back(0.0) - self.reactions
         state.unreleased.append((excavation, 0.0))
+        state.model = model_in_stage(of.model, number)
+        if state.joints is not None:
+            state.joints = state.joints.with_strength_of(state.model)
+        if state.bolts is not None:
+            state.bolts = state.bolts.without(~stays)
+        if (present & ~before).any():
+            self._fill(stays, present & ~before)
+        if state.bolts is not None:
+            state.bolts = state.bolts.install(number, state.u)
         if stage.pressure:
             leaves = before & ~present
             state.pressures = state.pressures + pressure_on_new_faces(
-                of.mesh, of.basis, present & before, leaves, of.facets, stage.pressure
+                of.mesh, of.basis, stays, leaves, of.facets, stage.pressure
             )
         state.loads = (*state.loads, *of.model.worked_out(stage.loads))
         if stage.water is not None:
@@ -163,9 +183,20 @@ class _Run:
             self._wet()
         return self._solved(stage.name, present, stage.relaxation)
 
+    def _fill(self, stays: BoolArray, comes: BoolArray) -> None:
+        """Put blocks (n,) back as they were given, without stress and without force in their joints."""
+        state, of = self.state, self.of
+        fresh = np.zeros(of.basis.N, dtype=bool)
+        fresh[of.basis.element_dofs[:, comes[of.mesh.block]]] = True
+        fresh[of.basis.element_dofs[:, stays[of.mesh.block]]] = False
+        state.u, state.origin = np.where(fresh, 0.0, state.u), np.where(fresh, 0.0, state.origin)
+        state.fills = (*(fill.without(comes) for fill in state.fills), Fill(blocks=comes, u=state.u))
+        if state.joints is not None and state.history is not None:
+            state.history = state.joints.put_back(state.history, stays, comes, state.u)
+
     def _wet(self) -> None:
         """Put the water's own pressure into the joints."""
-        state, joints = self.state, self.of.joints
+        state, joints = self.state, self.state.joints
         if joints is not None and state.history is not None and state.water is not None:
             state.history = replace(state.history, water=joints.lumped(state.water.beyond_table))
 
@@ -180,9 +211,9 @@ class _Run:
         refuse_free_motion(held, of.basis, cells, of.ties[:, both])
         for part in parts:
             held_back = state.held_back(part)
-            equations, at, converged = self._settled(replace(equations, load=equations.load - held_back))
+            equations, at, converged = self._reached(replace(equations, load=equations.load - held_back))
             equations = replace(equations, load=equations.load + held_back)
-            state.u, state.history = at.u, equations.history
+            state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
             if not converged:
                 break
         self.reactions = held.rows.T @ at.multipliers
@@ -192,13 +223,31 @@ class _Run:
             present=present,
             u=at.u,
             origin=state.origin,
+            fills=state.fills,
             at=at,
+            bolts=equations.bolts,
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,
             load=self._loads(present),
             unknowns=equations.free.free.size,
         )
+
+    def _reached(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
+        """Return equilibrium, sought at once and, where that fails, in parts of what is out of balance."""
+        u = self.state.u
+        first = self._settled(equations)
+        if first[2]:
+            return first
+        out_of_balance = equations.at(u, equations.free.none).residual
+        self.state.u, now = u, equations
+        for part in range(1, PARTS + 1):
+            held_back = (1 - part / PARTS) * out_of_balance
+            now, at, converged = self._settled(replace(now, load=equations.load - held_back))
+            if not converged:
+                return first
+            self.state.u = at.u
+        return now, at, True
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
         """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it."""
@@ -210,12 +259,15 @@ class _Run:
                 converged = True
             history = equations.history
             joints = equations.joints
-            if history is None or start is None or joints is None or at.state is None or not converged:
+            if not converged:
+                break
+            if history is None or start is None or joints is None or at.state is None:
+                equations = equations.after(at, None)
                 break
             path = slip_path_after(joints, start, at.state)
             wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
             if (at.state.failed == history.failed).all() and not wears.any():
-                equations = replace(equations, history=remember(history, at.state, path))
+                equations = equations.after(at, path)
                 break
             self.state.u = at.u
             equations = replace(equations, history=replace(history, failed=at.state.failed, slip_path=path))
@@ -226,25 +278,35 @@ class _Run:
     def _loads(self, present: BoolArray) -> FloatArray:
         """Return weights, loads and water on the rock that is there, (N,)."""
         of, state = self.of, self.state
-        loads = load_vector(of.model, of.mesh, of.basis, state.loads, present) + state.pressures
+        loads = load_vector(state.model, of.mesh, of.basis, state.loads, present) + state.pressures
         return loads if state.water is None else loads + seepage_forces(state.water, present, of.mesh, of.basis)
 
     def equations(self, present: BoolArray) -> Equations:
         """Return what has to be in balance in the rock that is there."""
-        of, history = self.of, self.state.history
-        on = present[of.mesh.block]
+        of, state = self.of, self.state
+        history, on = state.history, present[of.mesh.block]
         stiffness = rock_stiffness(of.basis, self.stiffness * on[:, None, None])
         load = self._loads(present)
+        virgin = on.copy()
+        for fill in state.fills:
+            filled = on & fill.blocks[of.mesh.block]
+            load = load + rock_stiffness(of.basis, self.stiffness * filled[:, None, None]) @ fill.u
+            virgin &= ~filled
         if self.initial_stress is not None:
-            load = load - _forces_of_stress(of.basis, self.initial_stress * on[:, None])
+            load = load - _forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
         held = held_displacements(of.model, of.mesh, of.basis, of.averages, present)
         idle = np.ones(of.basis.N, dtype=bool)
         idle[of.basis.element_dofs[:, on]] = False
-        if of.joints is not None and history is not None:
-            first, second = of.joints.block.T
+        if state.joints is not None and history is not None:
+            first, second = state.joints.block.T
             history = replace(history, present=present[first] & present[second])
         return Equations(
-            stiffness=stiffness, load=load, free=FreeUnknowns(held, idle), joints=of.joints, history=history
+            stiffness=stiffness,
+            load=load,
+            free=FreeUnknowns(held, idle),
+            joints=state.joints,
+            history=history,
+            bolts=state.bolts,
         )
 
 

@@ -71,7 +71,7 @@ def held_displacements(
     model : Model
         Its supports, checked when it was made.
     mesh : ContinuumMesh
-        The triangles.
+        The cells.
     basis : skfem.CellBasis
         Of the vector-valued element.
     averages : pair of sparse (n_blocks, N)
@@ -133,7 +133,7 @@ def _here(blocks: tuple[int, ...], present: BoolArray) -> IntArray:
 
 
 def _nodes_of_blocks(mesh: ContinuumMesh, blocks: IntArray, count: int) -> IntArray:
-    """Return all nodes of the triangles of some blocks."""
+    """Return all nodes of the cells of some blocks."""
     chosen = np.isin(mesh.block, blocks)
     nodes = np.concatenate([mesh.mesh.t[:, chosen].ravel(), mesh.mesh.p.shape[1] + mesh.mesh.t2f[:, chosen].ravel()])
     return np.unique(nodes[nodes < count])

@@ -27,7 +27,7 @@ class FreeUnknowns:
     supports : HeldDisplacements
         The constraints.
     idle : (N,) bool
-        Unknowns of no triangle that is there.
+        Unknowns of no cell that is there.
     """
 
     def __init__(self, supports: HeldDisplacements, idle: BoolArray) -> None:
@@ -117,12 +117,12 @@ def refuse_free_motion(supports: HeldDisplacements, basis: Any, cells: IntArray,
     basis : skfem.CellBasis
         Of the whole mesh.
     cells : (k,) int
-        The triangles that are there.
+        The cells that are there.
     ties : (2, l) int
-        Pairs of unknowns that hold two triangles together besides the nodes that these share.
+        Pairs of unknowns that hold two cells together besides the nodes that these share.
     """
     node_dofs = nodal_unknowns(basis)
-    together = basis.element_dofs[:, cells]  # each triangle ties its first unknown to all its others
+    together = basis.element_dofs[:, cells]  # each cell ties its first unknown to all its others
     pairs = np.hstack([np.stack([np.tile(together[0], len(together)), together.ravel()]), ties])
     graph = sp.coo_matrix((np.ones(pairs.shape[1], np.int8), tuple(pairs)), shape=(basis.N, basis.N))
     count, part_of_dof = connected_components(graph, directed=False)

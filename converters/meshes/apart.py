@@ -15,17 +15,19 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import CellGroup, MeshCells
+from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import temporary_place, unnamed_file
 from bsm_mesh.processes import python_command
 
+Found = TypeVar("Found", MeshCells, ForeignResult)
 # Ten times what the slowest reader needs (a megabyte a second), and what small files take at most.
 SECONDS, SECONDS_A_MEGABYTE = 5.0, 10.0  # of the processor: other programs on it do not count
 WAITING = 60.0  # more of these may pass on the wall, and four times as many: a slow disk, a busy machine
@@ -35,7 +37,7 @@ _NO_ROOM = 74  # exit code of the process whose answer found no room
 ARRAYS = ("points", "corners", "offsets", "numbers", "pieces")
 
 
-def read_apart(read: Callable[[Path], MeshCells], path: Path) -> MeshCells:
+def read_apart(read: Callable[[Path], Found], path: Path) -> Found:
     """Return what a reader finds in a file, read in a process of its own.
 
     Parameters
@@ -61,7 +63,7 @@ def read_apart(read: Callable[[Path], MeshCells], path: Path) -> MeshCells:
             code = -_TIME_IS_UP
         found.seek(0)
         if code == 0:
-            return _receive(found)
+            return cast(Found, _receive(found))
         said.seek(0)
         raise ModelError(f"{path}: {_reason(code, said.read().decode(errors='replace'), seconds)}")
 
@@ -80,30 +82,40 @@ def _reason(code: int, said: str, seconds: int) -> str:
     return f"the reader of this format failed ({last}); {_CURE}"
 
 
-def _send(cells: MeshCells | ModelError, stream: IO[bytes]) -> None:
-    if isinstance(cells, ModelError):
-        stream.write(json.dumps({"faults": cells.faults}).encode() + b"\n")
+def _send(found: MeshCells | ForeignResult | ModelError, stream: IO[bytes]) -> None:
+    if isinstance(found, ModelError):
+        stream.write(json.dumps({"faults": found.faults}).encode() + b"\n")
         return
+    told, arrays = _packed(found) if isinstance(found, MeshCells) else found.packed()
+    stream.write(json.dumps({"kind": type(found).__name__, **told}).encode() + b"\n")
+    for array in arrays:
+        np.lib.format.write_array(stream, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def _receive(stream: IO[bytes]) -> MeshCells | ForeignResult:
+    told = json.loads(stream.readline())
+    if "faults" in told:
+        raise ModelError(told["faults"])
+    kind, arrays = told.pop("kind"), _arrays(stream)
+    return _unpacked(told, arrays) if kind == MeshCells.__name__ else ForeignResult.unpacked(told, arrays)
+
+
+def _packed(cells: MeshCells) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
     told = {
         "source": cells.source,
         "groups": [group.name for group in cells.groups],
         "arrays": list(cells.arrays),
         "notes": [[note.kind.value, note.name, note.count, note.text] for note in cells.notes],
     }
-    stream.write(json.dumps(told).encode() + b"\n")
-    for array in (
+    arrays = [
         *(getattr(cells, name) for name in ARRAYS),
         *(part for group in cells.groups for part in (group.elements, group.pieces)),
         *(part for parts in cells.arrays.values() for part in parts),
-    ):
-        np.lib.format.write_array(stream, np.ascontiguousarray(array), allow_pickle=False)
+    ]
+    return told, arrays
 
 
-def _receive(stream: IO[bytes]) -> MeshCells:
-    told = json.loads(stream.readline())
-    if "faults" in told:
-        raise ModelError(told["faults"])
-    arrays = _arrays(stream)
+def _unpacked(told: dict[str, Any], arrays: Iterator[npt.NDArray[Any]]) -> MeshCells:
     return MeshCells(
         source=told["source"],
         **{name: next(arrays) for name in ARRAYS},

@@ -32,7 +32,7 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
         If the file is missing, empty, unreadable, damaged or of no known format, or holds no plane mesh.
     """
     file = as_path("mesh", path)
-    _refuse_unreadable(file)
+    refuse_unreadable(file)
     from bsm_mesh.converters.meshes.from_msh import is_msh41, read_msh41
     from bsm_mesh.converters.meshes.from_vtk import SUFFIXES, read_vtk
 
@@ -71,7 +71,8 @@ def may_name_others(file: Path) -> bool:
         return False  # reading says what is wrong
 
 
-def _refuse_unreadable(file: Path) -> None:
+def refuse_unreadable(file: Path) -> None:
+    """Raise a `ModelError` for a path that is no file with something in it."""
     refuse_special(file)
     if file.is_dir():
         raise ModelError(f"{file}: is a folder; give the mesh file in it")

@@ -28,6 +28,18 @@ def read_by_meshio(path: Path) -> MeshCells:
     ModelError
         If meshio cannot read the file.
     """
+    mesh, remarks = read_mesh(path)
+    return cells_of_meshio(mesh, str(path), remarks=remarks)
+
+
+def read_mesh(path: Path) -> tuple[Any, list[str]]:
+    """Return the ``meshio.Mesh`` of a file, and what meshio printed.
+
+    Raises
+    ------
+    ModelError
+        If meshio cannot read the file.
+    """
     meshio = load_meshio()
     said = io.StringIO()
     try:
@@ -44,7 +56,7 @@ def read_by_meshio(path: Path) -> MeshCells:
     remarks = [line.strip() for line in said.getvalue().splitlines() if line.strip()]
     if any("not closed by" in line for line in remarks):
         raise ModelError(f"{path}: cut off or damaged: {remarks[-1]}; write the file again")
-    return cells_of_meshio(mesh, str(path), remarks=remarks)
+    return mesh, remarks
 
 
 def cells_of_meshio(mesh: Any, source: str = "mesh", *, remarks: Sequence[str] = ()) -> MeshCells:

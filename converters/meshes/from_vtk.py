@@ -47,8 +47,8 @@ def read_vtk(path: Path) -> MeshCells:
     ModelError
         If VTK cannot read the file.
     """
-    data = _read(path)
-    types, offsets, connectivity = _cell_arrays(data)
+    data = read_data(path)
+    types, offsets, connectivity = cell_arrays(data)
     arrays = {name: values for name, values in _cell_data(data).items() if len(values) == len(types)}
     cells: list[tuple[str, LongArray]] = []
     numbers: list[LongArray] = []
@@ -66,7 +66,7 @@ def read_vtk(path: Path) -> MeshCells:
         numbers.append(which)
     return gather_cells(
         str(path),
-        _numpy(data.GetPoints().GetData()) if data.GetPoints() else np.empty((0, 3)),
+        numpy_of(data.GetPoints().GetData()) if data.GetPoints() else np.empty((0, 3)),
         cells,
         sets=_named_sets(data, arrays, numbers),
         arrays={name: [values[which] for which in numbers] for name, values in arrays.items()},
@@ -74,7 +74,14 @@ def read_vtk(path: Path) -> MeshCells:
     )
 
 
-def _read(path: Path) -> Any:
+def read_data(path: Path) -> Any:
+    """Return VTK's own data set of a VTU, VTP or legacy VTK file.
+
+    Raises
+    ------
+    ModelError
+        If VTK cannot read the file, or it holds neither an unstructured grid nor polygons.
+    """
     load_vtk()
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
@@ -116,7 +123,7 @@ def _read(path: Path) -> Any:
     return data
 
 
-def _cell_arrays(data: Any) -> tuple[LongArray, LongArray, LongArray]:
+def cell_arrays(data: Any) -> tuple[LongArray, LongArray, LongArray]:
     """Return type, offsets and nodes of all cells."""
     if data.IsA("vtkUnstructuredGrid"):
         if data.GetNumberOfCells() == 0:
@@ -125,7 +132,11 @@ def _cell_arrays(data: Any) -> tuple[LongArray, LongArray, LongArray]:
             kinds = data.GetCellTypes()
         except TypeError:  # before VTK 9.6
             kinds = data.GetCellTypesArray()
-        return _numpy(kinds), _numpy(data.GetCells().GetOffsetsArray()), _numpy(data.GetCells().GetConnectivityArray())
+        return (
+            numpy_of(kinds),
+            numpy_of(data.GetCells().GetOffsetsArray()),
+            numpy_of(data.GetCells().GetConnectivityArray()),
+        )
     types: list[LongArray] = [np.empty(0, np.int64)]
     offsets: list[LongArray] = [np.zeros(1, np.int64)]
     nodes: list[LongArray] = [np.empty(0, np.int64)]
@@ -133,8 +144,8 @@ def _cell_arrays(data: Any) -> tuple[LongArray, LongArray, LongArray]:
     for part, kind in parts:  # in this order VTK numbers the cells of polygonal data
         if part.GetNumberOfCells():
             types.append(np.full(part.GetNumberOfCells(), kind))
-            offsets.append(_numpy(part.GetOffsetsArray())[1:] + offsets[-1][-1])
-            nodes.append(_numpy(part.GetConnectivityArray()))
+            offsets.append(numpy_of(part.GetOffsetsArray())[1:] + offsets[-1][-1])
+            nodes.append(numpy_of(part.GetConnectivityArray()))
     return np.concatenate(types), np.concatenate(offsets), np.concatenate(nodes)
 
 
@@ -143,7 +154,7 @@ def _cell_data(data: Any) -> dict[str, npt.NDArray[Any]]:
     for k in range(data.GetCellData().GetNumberOfArrays()):
         array = data.GetCellData().GetArray(k)  # None for strings
         if array is not None and array.GetNumberOfComponents() == 1 and array.GetName():
-            found[array.GetName()] = _numpy(array)
+            found[array.GetName()] = numpy_of(array)
     return found
 
 
@@ -160,7 +171,8 @@ def _named_sets(
     return found
 
 
-def _numpy(array: Any) -> npt.NDArray[Any]:
+def numpy_of(array: Any) -> npt.NDArray[Any]:
+    """Return a copy of a VTK array; whole numbers as int64."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     values: npt.NDArray[Any] = np.array(vtk_to_numpy(array))  # VTK frees its own with the reader

@@ -171,6 +171,18 @@ def test_compare_with_joints_says_so(case: Case) -> None:
     assert ignored["stages"][0]["class"] == "comparable"
 
 
+def test_compare_refines_and_meshes_by_gmsh(case: Case) -> None:
+    (stage,) = json.loads(case.run("compare", "model.toml", "--json", "--refine", "2", "--size", "0.4").out)["stages"]
+    cells = [level["cells"] for level in stage["refinement"]["levels"]]
+    assert cells == [cells[0], 4 * cells[0], 16 * cells[0]]
+    assert "halving elements and interfaces twice" in stage["sentence"]
+    printed = case.run("compare", "model.toml", "--refine", "1").out
+    assert "Halved: greatest" in printed
+    refused = case.run("compare", "model.toml", "--size", "0")
+    assert refused.code == 2
+    assert "size = 0.0 must be a length above 0 m" in refused.err
+
+
 def test_compare_writes_both_and_their_difference(case: Case) -> None:
     outcome = case.run("compare", "model.toml", "-q")
     assert outcome.code == 0

@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
-from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
+from bsm_mesh.converters.continuum.mesh import Discretization, build_continuum_mesh, continuum_mesh
+from bsm_mesh.geometries import OutlineMesher
 from tests.scenes.continuum import EXACT, HEAVY, MU, PINNED, ROCK, SHAPES, STRESS, E, slab
 from tests.scenes.models import framed, stress_on_sides
 from tests.scenes.shapes import grid, turned
@@ -26,8 +27,8 @@ class TestMesh:
         blocks = slab(shape)
         found = build_continuum_mesh(blocks)
         p, t = found.mesh.p, found.mesh.t
-        sides = p[:, t[1:]] - p[:, t[:1]]
-        area = np.abs(sides[0, 0] * sides[1, 1] - sides[1, 0] * sides[0, 1]) / 2
+        x, y = p[:, t]
+        area = np.abs((x * np.roll(y, -1, axis=0) - np.roll(x, -1, axis=0) * y).sum(axis=0)) / 2
         assert area.min() > 0
         assert_allclose(np.bincount(found.block, area), blocks.moments.area, rtol=1e-12)
 
@@ -181,8 +182,52 @@ def test_quadratic_triangles_are_in_vtk_order():
     solution = solve_continuum(
         bsm.Model(blocks=slab("concave"), rocks=[HEAVY], supports=[bsm.Fixed(boundary="bottom")])
     )
-    p, t = solution.points, solution.triangles
+    p, t = solution.points, solution.cells
     a, b, c = p[t[:, 0]], p[t[:, 1]], p[t[:, 2]]
     assert ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0).all()
     for middle, one, other in ((3, a, b), (4, b, c), (5, c, a)):
         assert_allclose(p[t[:, middle]], (one + other) / 2, atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+class TestMeshing:
+    def test_gmsh_and_refinement_fill_every_block(self, shape):
+        """Areas of the blocks; pieces along every edge from its start to its end, of the size asked for."""
+        blocks = slab(shape)
+        coarse, fine = (
+            continuum_mesh(blocks, Discretization(mesher=OutlineMesher(size=0.4), refinements=k)) for k in (0, 1)
+        )
+        halved = continuum_mesh(blocks, Discretization(refinements=2))
+        for found in (coarse, fine, halved):
+            x, y = found.mesh.p[:, found.mesh.t]
+            area = np.abs((x * np.roll(y, -1, axis=0) - np.roll(x, -1, axis=0) * y).sum(axis=0)) / 2
+            assert_allclose(np.bincount(found.block, area), blocks.moments.area, rtol=1e-12)
+            ends = found.mesh.p.T[found.piece_ends]
+            assert_allclose(ends[found.piece_start[:-1], 0], blocks.vertices, atol=1e-12)
+            assert_allclose(ends[found.piece_start[1:] - 1, 1], blocks.vertices[blocks.following], atol=1e-12)
+            inner = np.diff(found.edge_of_piece) == 0
+            assert_allclose(ends[1:, 0][inner], ends[:-1, 1][inner], atol=1e-12)
+        assert (
+            np.hypot(*(coarse.mesh.p[:, coarse.mesh.facets[0]] - coarse.mesh.p[:, coarse.mesh.facets[1]])).max() < 0.6
+        )
+        assert len(fine.block) == 4 * len(coarse.block)
+
+    @pytest.mark.parametrize("order", [1, 2])
+    def test_patch_with_interfaces(self, shape, order):
+        """Uniform stress in any mesh, across joints that only add their closure."""
+        blocks = slab(shape)
+        joint = bsm.Joint("J", normal_stiffness=1e14, shear_stiffness=1e14)
+        loads = [bsm.Pressure(boundary=side, pressure=p) for side, p in (("top", 7e6), ("right", 3e6))]
+        model = bsm.Model(
+            blocks=blocks,
+            rocks=[ROCK],
+            joints=[joint],
+            default_joint="J",
+            supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
+            loads=loads,
+        )
+        for keys in ({"refinements": 1}, {"mesher": OutlineMesher(size=0.7)}):
+            found = solve_continuum(model, order=order, joints=True, **keys)
+            assert_allclose(
+                found.cell_stress, np.broadcast_to(np.diag([-3e6, -7e6]), found.cell_stress.shape), atol=7e6 * 1e-3
+            )

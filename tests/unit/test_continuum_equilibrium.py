@@ -8,7 +8,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
+from bsm_mesh.converters.continuum import solve_continuum_stages
 from bsm_mesh.converters.continuum.equilibrium import BALANCED, find_equilibrium
+from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from tests.scenes.continuum import HEAVY
 from tests.scenes.models import framed
@@ -32,7 +34,7 @@ def stack(law, tension=0.0, **fields):
 
 
 def equations(model, order):
-    continuum = Continuum(model, order, True)
+    continuum = Continuum(model, Discretization(order=order, joints=True))
     run = _Run(continuum, np.tile(np.eye(3) * 30e9, (continuum.mesh.mesh.t.shape[1], 1, 1)))
     return continuum, run.equations(np.ones(model.blocks.count, dtype=bool))
 
@@ -88,15 +90,39 @@ def test_what_slides_for_ever_is_not_converged_or_far():
     assert not stage.converged or np.abs(stage.displacement).max() > 1.0
 
 
-class TestRefusals:
-    def test_bolts(self):
-        bolt = bsm.Bolt(
-            start=(0.5, 2.5), end=(0.5, 0.5), kind="end_anchored", diameter=0.02, young=200e9, yield_strength=500e6
-        )
-        with pytest.raises(bsm.ModelError, match="has no bolts, and the model has 1; compare a model without"):
-            solve_continuum(stack(LAWS["patton"], bolts=[bolt]), joints=True)
+STAGES = (
+    bsm.Stage(name="out", excavate=(8, 9)),
+    bsm.Stage(name="back", fill=(8, 9)),
+    bsm.Stage(name="quake", gravity=(0.2, 0.0)),
+    bsm.Stage(name="weak", strength={"J": 0.3}),
+)
 
-    def test_fill(self):
-        stages = [bsm.Stage(name="out", excavate=(9,)), bsm.Stage(name="back", fill=(9,))]
-        with pytest.raises(bsm.ModelError, match="cannot put blocks back, as the model does in stage 'back'"):
-            solve_continuum(stack(LAWS["patton"], stages=stages), joints=True)
+
+def test_blocks_put_back_gravity_and_strength_of_stages():
+    """As rigid blocks: what is put back lies where it was given, unstressed, and counts its movement from there."""
+    model = stack(bsm.MohrCoulomb(friction=35.0), stages=STAGES)
+    sides = [bsm.Roller(boundary=side, direction=0) for side in ("left", "right")]
+    model = model.replace(supports=[*model.supports, *sides], rocks=[bsm.Rock("rock", unit_weight=26e3)])
+    ours, theirs = bsm.run(model).stages, solve_continuum_stages(model, order=1, joints=True)
+    assert len(theirs) == len(ours) == 5
+    for one, other in zip(ours, theirs, strict=True):
+        assert_allclose(other.displacement, one.displacement, rtol=2e-3, atol=2e-8)
+        assert_allclose(other.stress[1:], one.stress[1:], atol=100.0)  # the base is held as a whole
+    assert np.abs(theirs[3].displacement[8:, 0]).max() > 1e-6
+
+
+def test_rock_put_back_without_joints_has_no_stress_but_its_own():
+    """A column of rock: half of it taken off and put back bears its weight, and nothing of what was before."""
+    blocks = framed(bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], rock="rock"), 1.0, 2.0)
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=26e3, young=50e9, poisson=0.0)],
+        supports=[bsm.Fixed(boundary="bottom")],
+        in_situ=bsm.InSitu(stress={"xx": -1e6, "yy": (-52e3, 0.0, 26e3)}),
+        stages=(bsm.Stage(name="out", excavate=(1,)), bsm.Stage(name="back", fill=(1,))),
+    )
+    _, out, back = solve_continuum_stages(model)
+    assert_allclose(out.stress[0, 1, 1], -13e3, rtol=1e-6)
+    assert_allclose(back.stress[:, 1, 1], [-39e3, -13e3], rtol=1e-6)
+    assert_allclose(back.stress[1, 0, 0], 0.0, atol=1e4)  # the in-situ 1 MPa went with the rock
+    assert_allclose(back.displacement[1, 1], -26e3 / 50e9 - 26e3 / 50e9 / 3, rtol=1e-3)

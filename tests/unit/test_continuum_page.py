@@ -21,12 +21,13 @@ def test_a_model_is_told_stage_by_stage():
 
 def test_what_stands_between_the_marks_is_replaced(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{continuum.BEGIN}\nold\n{continuum.END}\nafter\n")
-    continuum.put(page, "new\n")
-    assert page.read_text() == f"before\n{continuum.BEGIN}\nnew\n{continuum.END}\nafter\n"
+    begin, end = marks = continuum.marks("a command")
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
+    continuum.put(page, "new\n", marks)
+    assert page.read_text() == f"before\n{begin}\nnew\n{end}\nafter\n"
     page.write_text("no marks\n")
     with pytest.raises(SystemExit, match="has not both marks"):
-        continuum.put(page, "new\n")
+        continuum.put(page, "new\n", marks)
 
 
 def test_the_page_names_every_model():
@@ -36,7 +37,9 @@ def test_the_page_names_every_model():
 
 
 def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
-    rows = [row.split(" | ") for row in PAGE.read_text(encoding="utf-8").splitlines() if row.startswith("| ")]
+    begin, end = continuum.marks(continuum.COMMAND)
+    table = PAGE.read_text(encoding="utf-8").partition(begin)[2].partition(end)[0]
+    rows = [row.split(" | ") for row in table.splitlines() if row.startswith("| ")]
     refused = [row for row in rows if row[2] == "not comparable"]
     assert refused
     assert not any("differ" in row[3] for row in refused)

@@ -230,7 +230,8 @@ def test_a_joint_that_ends_at_an_excavation(order):
 
     As the same two blocks alone, under what the excavation takes off their tops.
     """
-    shapes = [rectangle(0, 0, 2, 2), rectangle(2, 0, 4, 2), rectangle(0, 2, 4, 3)]
+    lower = np.array([(0, 0), (1, 0), (2, 0), (2, 2), (0, 2)])  # a fan of triangles in both models
+    shapes = [lower, lower + np.array([2, 0]), rectangle(0, 2, 4, 3)]
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(shapes, rock="rock")
         .with_boundary("bottom", lambda x, y: y < 1e-9)

@@ -109,6 +109,12 @@ class Dowels:
             rest=np.zeros(len(element)),
         )
 
+    def at_points(self, first: int) -> Dowels:
+        """Return a copy whose sides are fixed to bodies of their own, two a crossing from number `first` on."""
+        near = first + 2 * np.arange(len(self.near), dtype=np.int32)
+        nothing = np.zeros_like(self.arm_near)
+        return replace(self, near=near, far=near + 1, arm_near=nothing, arm_far=nothing)
+
     def evaluate(self, position: FloatArray, alive: BoolArray) -> DowelEvaluation:
         """Return the shear at a position (n_blocks, 3); elements (n_elements,) that are not alive have none."""
         across = _turned(self.across, position[self.near, 2])
@@ -120,6 +126,11 @@ class Dowels:
         force = np.clip(self.stiffness * shear, -self.strength, self.strength) * alive[self.element]
         point = self.crossing + moved
         return DowelEvaluation(across=across, arm_near=arm_near, arm_far=arm_far, point=point, shear=shear, force=force)
+
+    def tangent(self, at: DowelEvaluation, alive: BoolArray) -> FloatArray:
+        """Return the derivative of every crossing's force by its shear, (k,) [N/m]."""
+        stiffness: FloatArray = self.stiffness * (np.abs(at.force) < self.strength) * alive[self.element]
+        return stiffness
 
     def strained(self, at: DowelEvaluation, U: FloatArray, alive: BoolArray) -> DowelEvaluation:
         """Return the shear after further small displacements U (n_blocks, 3), nothing giving way."""
@@ -141,8 +152,7 @@ class Dowels:
         self, at: DowelEvaluation, alive: BoolArray, places: IntArray, data: FloatArray, *, turning: bool
     ) -> None:
         """Add the tangent of minus the forces to the blocks of a matrix; `places` are those of the bolts."""
-        elastic = np.abs(at.force) < self.strength
-        stiffness = self.stiffness * elastic * alive[self.element] / self.spacing
+        stiffness = self.tangent(at, alive) / self.spacing
         force = at.force / self.spacing if turning else np.zeros_like(at.force)
         _add_tangent(places[self.place], stiffness, force, at.across, at.arm_near, at.arm_far, data)
 

@@ -83,6 +83,17 @@ class InstalledBolts:
         return cls._not_installed(BoltLayout.none(), np.zeros((0, 2)))
 
     @classmethod
+    def at_points(cls, layout: BoltLayout) -> InstalledBolts:
+        """Return bolts, none of them installed, in rock that is not rigid: what holds them moves point by point.
+
+        Node k is fixed to a body of its own, k, and the near and the far side of crossing c are the bodies
+        ``n_nodes + 2 c`` and ``n_nodes + 2 c + 1``; a position has a row a body. None of them has an arm.
+        """
+        nodes = len(layout.block)
+        bolts = cls._not_installed(replace(layout, block=np.arange(nodes, dtype=np.int32)), layout.point)
+        return replace(bolts, dowels=bolts.dowels.at_points(nodes))
+
+    @classmethod
     def _not_installed(cls, layout: BoltLayout, centroid: FloatArray) -> InstalledBolts:
         first = layout.first_node
         length = layout.station[first + 1] - layout.station[first]

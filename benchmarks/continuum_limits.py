@@ -1,0 +1,136 @@
+"""Slopes under gravity, refinement and a large continuum: ``python -m benchmarks.continuum_limits``.
+
+Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
+equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
+the tables take the place of what stands between that page's marks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+import bsm_mesh as bsm
+from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
+from benchmarks.continuum import ROOT, marks, put
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.tables import engineering
+from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.results.records import ContactStatus
+from tests.scenes.large import blocky_rock
+
+SLOPES = 10
+MOST_SEEDS = 100
+SAYING = "Greatest displacement of a block in the elements, and how many blocks refining moves by more than a tenth:"
+LARGE, HALVINGS = 1000, 2  # Voronoi blocks, and how often their fans are halved: 1e5 triangles
+ROCK = {"young": 20e9, "poisson": 0.2}
+HEADER = ("seed", "family", "blocks", "joints that slip or are open", "balance checked", "what compare says")
+REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/model")  # in elastic rock
+REFINEMENTS = 3
+LEVELS = (
+    "model",
+    "stage",
+    "as given",
+    *(f"halved {k} times" for k in range(1, REFINEMENTS + 1)),
+    "limit",
+    "too coarse",
+)
+COMMAND = "python -m benchmarks.continuum_limits"
+
+
+def slope(seed: int) -> tuple[str, bsm.Model]:
+    """Return a random slope of rigid blocks whose gravity is switched on at once, and its family."""
+    family, draw = (("slope", draw_slope), ("leaning", draw_leaning))[seed % 2]
+    scene = draw(np.random.default_rng(seed)).scene
+    return family, dataclasses.replace(scene, k0=None).model()
+
+
+def slope_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for each of the first slopes at rest that small displacements hold for."""
+    found, skipped = 0, 0
+    for seed in range(MOST_SEEDS):
+        family, model = slope(seed)
+        results = bsm.run(model)
+        (stage,) = compare_stages(model, results, refine=False)
+        print(f"slope {seed}: {stage.sentence}", file=sys.stderr, flush=True)
+        compared = stage.comparison
+        if compared is None and "finite elements" not in stage.reason:
+            skipped += 1
+            continue
+        found += 1
+        checked, shares = "blocks" if results.check().ok else "none", "-"
+        if compared is not None:
+            checked = "both" if results.check().ok and compared.nominal.converged else checked
+            shares = " and ".join(f"{100 * share:.0f} %" for share in compared.slipping)
+        yield str(seed), family, str(model.blocks.count), shares, checked, stage.sentence
+        if found == SLOPES:
+            break
+    yield "", "", "", "", "", f"{skipped} seeds between them collapse, or move too far for small displacements"
+
+
+def refined_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row a stage of the examples whose elements and interfaces are halved."""
+    for name in REFINED:
+        loaded = load_model_file(ROOT / "examples" / f"{name}.toml", lambda _: None)
+        results = bsm.run(loaded.model, loaded.options)
+        for stage in compare_stages(loaded.model, results, refinements=REFINEMENTS):
+            study = None if stage.comparison is None else stage.comparison.refinement
+            if study is None:
+                continue
+            greatest = [engineering(level.greatest, "m") for level in study.levels]
+            greatest += ["no equilibrium"] * (REFINEMENTS + 1 - len(greatest))
+            limit = "-" if study.greatest_limit is None else engineering(study.greatest_limit, "m")
+            coarse = f"{study.too_coarse.size} of {loaded.model.blocks.count} blocks"
+            yield name, stage.name, *greatest, limit, coarse
+            print(f"{name}, {stage.name}: {study.sentence}", file=sys.stderr, flush=True)
+
+
+def large_model() -> bsm.Model:
+    """Return elastic Voronoi rock at depth, of which a stage excavates a circle."""
+    model = blocky_rock(LARGE).model(0.5)
+    return model.replace(rocks=[dataclasses.replace(rock, **ROCK) for rock in model.rocks])
+
+
+def large_text() -> str:
+    """Return what solving the large continuum took."""
+    model = large_model()
+    began, used = time.perf_counter(), time.process_time()
+    stages = solve_continuum_stages(model, order=1, joints=True, refinements=HALVINGS)
+    seconds, processor = time.perf_counter() - began, time.process_time() - used
+    last = stages[-1]
+    slipping = (last.contacts.status != ContactStatus.STICKING).mean()
+    return (
+        f"An excavation in {model.blocks.count} Voronoi blocks at depth, every side halved {HALVINGS} times: "
+        f"{len(last.cell_block)} triangles, {last.contacts.length.size // 2} interface faces, {last.unknowns} "
+        f"unknowns, in-situ state and excavation, {100 * slipping:.2g} % of the points slipping or open at the end: "
+        f"{processor:.0f} s of one processor ({seconds:.0f} s on the wall, which other programs shared); "
+        f"{'equilibrium in both stages' if all(stage.converged for stage in stages) else 'no equilibrium'}."
+    )
+
+
+def markdown(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """Return a table."""
+    return "".join(f"| {' | '.join(row)} |\n" for row in (header, tuple("---" for _ in header), *rows))
+
+
+def main() -> int:
+    """Make the tables, and print them or put them into a page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    given = parser.parse_args()
+    text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n{large_text()}\n"
+    if given.into:
+        put(given.into, text, marks(COMMAND))
+    else:
+        print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,53 @@
+"""Faces of rock without a joint in the continuum: interfaces of great stiffness where they may break, or are cut open.
+
+Behind the joints of a model the interfaces have numbers for every pair of rocks, and one for rock that is whole.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.model.materials import Rock, law_between, tension_between
+from bsm_mesh.model.model import Model
+
+
+def interface_laws(model: Model) -> tuple[JointLaw, ...]:
+    """Return the laws of all interfaces, by number."""
+    rocks = _rocks(model)
+    between = (law_between(one, other) for one in rocks for other in rocks)
+    return (*(joint.law or Elastic() for joint in model.joints), *between, Elastic())
+
+
+def interface_tensions(model: Model) -> FloatArray:
+    """Return the tensile strengths of all interfaces, by number [Pa]."""
+    rocks = _rocks(model)
+    of_joints = (np.inf if joint.law is None else joint.tensile_strength for joint in model.joints)
+    between = (tension_between(one, other) for one in rocks for other in rocks)
+    return np.array([*of_joints, *between, np.inf])
+
+
+def interface_closures(model: Model) -> FloatArray:
+    """Return the greatest closures of all interfaces, by number [m]; infinite where there is none."""
+    of_joints = [joint.max_closure or np.inf for joint in model.joints]
+    return np.array([*of_joints, *np.full(whole_rock(model) + 1 - len(of_joints), np.inf)])
+
+
+def whole_rock(model: Model) -> int:
+    """Return the number of interfaces that never break."""
+    return len(model.joints) + len(model.blocks.rock_names) ** 2
+
+
+def number_between(model: Model, one: IntArray, other: IntArray) -> IntArray:
+    """Return the number of the faces between blocks (k,) and others (k,); -1 where they never break."""
+    rock, count = model.blocks.rock, len(model.blocks.rock_names)
+    number = len(model.joints) + rock[one] * count + rock[other]
+    never = np.isinf(interface_tensions(model))
+    found: IntArray = np.where(never[number], -1, number).astype(np.int32)
+    return found
+
+
+def _rocks(model: Model) -> list[Rock]:
+    by_name = {rock.name: rock for rock in model.rocks}
+    return [by_name[name] for name in model.blocks.rock_names]

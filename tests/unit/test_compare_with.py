@@ -1,0 +1,263 @@
+"""compare --with: results of other programs, by whatever reader, names, units and signs, averaged over the blocks."""
+
+import json
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.comparing_with import field_names
+from bsm_mesh.converters import solve_continuum
+from bsm_mesh.converters.continuum import compare_stages
+from bsm_mesh.converters.continuum.foreign_fields import FieldNames, plane_fields
+from bsm_mesh.converters.continuum.outside import compare_with
+from bsm_mesh.converters.continuum.sampled import block_averages_of
+from bsm_mesh.converters.meshes.foreign_files import read_foreign
+from bsm_mesh.converters.vtk_files import read_vtu
+from bsm_mesh.errors import ModelError
+from tests.scenes.continuum import HEAVY, slab
+from tests.scenes.models import LINEAR
+from tests.scenes.small_case import Case
+
+TUNNEL = Path(__file__).parents[2] / "examples/01_circular_tunnel/homogeneous.toml"
+EXACT = 1e-9  # of the greatest: linear fields are averaged exactly
+NONE = FieldNames(arrays={}, factors={})
+
+
+def theirs(n=7, kind="triangle"):
+    """Return points and elements of a mesh of 4 m x 3 m that fits no block."""
+    x, y = np.meshgrid(np.linspace(0, 4, n + 1), np.linspace(0, 3, n + 1))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    i = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    quads = np.stack([i, i + 1, i + n + 2, i + n + 1], axis=1)
+    cells = quads if kind == "quad" else np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return points, cells
+
+
+def linear(points):
+    """Return a displacement and a stress (xx, yy, xy) that are linear in x and y."""
+    x, y = points[:, 0], points[:, 1]
+    u = 1e-3 * np.stack([1 + x - 2 * y, 0.5 * x + y], axis=1)
+    return u, 1e6 * np.stack([-1 - x, -3 + y, 0.2 * x], axis=1)
+
+
+def check(averages, blocks):
+    u, s = linear(blocks.moments.centroid)
+    for name, exact in zip(("ux", "uy", "sxx", "syy", "sxy"), np.hstack([u, s]).T, strict=True):
+        assert_allclose(averages.fields[name], exact, atol=EXACT * np.abs(exact).max())
+    assert_allclose(averages.covered, 1.0, rtol=1e-9)
+
+
+CONVENTIONS = {
+    "SI, six components": (lambda u, s: {"U": u, "S": six(s)}, NONE),
+    "Code_Aster": (lambda u, s: {"res__DEPL": u, "res__SIEF_NOEU": np.insert(s, 2, 0.0, axis=1)}, NONE),
+    "single components": (
+        lambda u, s: {"ux": u[:, 0], "uy": u[:, 1], "sigma_xx": s[:, 0], "sigma_yy": s[:, 1], "sigma_xy": s[:, 2]},
+        NONE,
+    ),
+    "tensor": (lambda u, s: {"displacement": u, "Stress": tensor(s)}, NONE),
+    "mm, kPa, compression positive": (
+        lambda u, s: {"D": 1e3 * u, "T": -1e-3 * s},
+        field_names(["displacement=D:mm", "stress=T:kPa"], None, True),
+    ),
+    "named components": (
+        lambda u, s: {"a": u, "p": s[:, 0], "q": s[:, 1], "r": s[:, 2]},
+        field_names(["displacement=a", "sxx=p", "syy=q", "sxy=r"], None, False),
+    ),
+}
+
+
+def six(s):
+    zero = np.zeros(len(s))
+    return np.stack([s[:, 0], s[:, 1], zero, s[:, 2], zero, zero], axis=1)
+
+
+def tensor(s):
+    zero = np.zeros(len(s))
+    return np.stack([s[:, 0], s[:, 2], zero, s[:, 2], s[:, 1], zero, zero, zero, zero], axis=1)
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+def test_names_units_and_signs(name, tmp_path):
+    arrays, names = CONVENTIONS[name]
+    points, cells = theirs()
+    path = tmp_path / "theirs.vtu"
+    meshio.Mesh(points, [("triangle", cells)], point_data=arrays(*linear(points))).write(path)
+    result = read_foreign(path)
+    blocks = slab("wall in bond")
+    check(block_averages_of(result, plane_fields(result, names), blocks, 1.0), blocks)
+
+
+@pytest.mark.parametrize("ending", ["vtu", "vtk", "avs"])
+@pytest.mark.parametrize("kind", ["triangle", "quad"])
+def test_formats(ending, kind, tmp_path):
+    points, cells = theirs(kind=kind)
+    u, s = linear(points)
+    fields = {"U": np.column_stack([u, np.zeros(len(u))]), "S": six(s)}
+    path = tmp_path / f"theirs.{ending}"
+    meshio.Mesh(points, [(kind, cells)], point_data=fields).write(path)
+    result = read_foreign(path)
+    blocks = slab("concave")
+    check(block_averages_of(result, plane_fields(result, NONE), blocks, 1.0), blocks)
+
+
+def test_fields_of_elements_are_averaged_by_area(tmp_path):
+    """Two elements of constant stress; half of each block lies in either."""
+    points = np.array([(0, 0), (4, 0), (4, 3), (0, 3), (2, 0), (2, 3)], dtype=float) * 1e3
+    s = np.array([(-1.0, -2.0, 0.0), (-3.0, -6.0, 1.0)]) * 1e6
+    path = tmp_path / "theirs.vtu"
+    meshio.Mesh(
+        np.column_stack([points, np.zeros(6)]), [("quad", [[0, 4, 5, 3], [4, 1, 2, 5]])], cell_data={"stress": [six(s)]}
+    ).write(path)
+    result = read_foreign(path)
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (4, 0), (4, 1), (0, 1)], [(0, 1), (4, 1), (4, 3), (0, 3)]], rock="r")
+    averages = block_averages_of(result, plane_fields(result, NONE), blocks, 1e-3)
+    for k, part in enumerate(("sxx", "syy", "sxy")):
+        assert_allclose(averages.fields[part], s[:, k].mean(), rtol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def solved():
+    model = bsm.Model(blocks=slab("squares"), rocks=[HEAVY], supports=[bsm.Fixed(boundary="bottom")])
+    return model, bsm.run(model, LINEAR)
+
+
+def written(tmp_path, points, cells, **point_data):
+    path = tmp_path / "theirs.vtu"
+    meshio.Mesh(points, [("triangle", cells)], point_data=point_data).write(path)
+    return read_foreign(path)
+
+
+def test_differences_are_those_of_the_averages(solved, tmp_path):
+    model, results = solved
+    points, cells = theirs()
+    u, s = linear(points)
+    found = compare_with(model, results, written(tmp_path, points, cells, U=u, S=six(s)), NONE)
+    exact = linear(model.blocks.moments.centroid)[0]
+    off = np.linalg.norm(results.stages[-1].displacement[:, :2] - exact) / np.linalg.norm(exact)
+    by_name = {error.name: error for error in found.errors}
+    assert_allclose(by_name["displacement"].l2, off, rtol=1e-9)
+    assert set(by_name) == {"sigma_xx", "sigma_yy", "sigma_xy", "sigma_1", "stress", "displacement"}
+    assert found.sentence.startswith("Blocks and theirs.vtu differ by ")
+    taken, constants, why = found.notes
+    assert taken == "taken from the other result: U, S"
+    assert "most blocks are quads" in constants
+    assert why.startswith("displacements can agree only with a continuum of these constants")
+
+
+def test_our_own_elements_as_another_program_would_write_them(tmp_path):
+    """In mm and kPa, compression positive, second-order elements of the rock that is left: the table of compare."""
+    loaded = load_model_file(TUNNEL, lambda _: None)
+    model, results = loaded.model, bsm.run(loaded.model, loaded.options)
+    solved = solve_continuum(model)
+    there = np.isin(solved.cell_block, np.flatnonzero(solved.present))
+    xx, yy, xy = solved.cell_stress[there][:, (0, 1, 0), (0, 1, 1)].T
+    meshio.Mesh(
+        1e3 * np.column_stack([solved.points, np.zeros(len(solved.points))]),
+        [("triangle6", solved.cells[there])],
+        point_data={"U": 1e3 * solved.point_displacement},
+        cell_data={"SIG": [-1e-3 * np.stack([xx, yy, xy], axis=1)]},
+    ).write(tmp_path / "theirs.vtu")
+    names = field_names(["displacement=U:mm", "stress=SIG:kPa"], "mm", True)
+    found = compare_with(model, results, read_foreign(tmp_path / "theirs.vtu"), names)
+    own = compare_stages(model, results)[-1].comparison
+    named = {error.name: error for error in own.errors}
+    named["displacement"] = named["displacement, nominal E"]
+    for error in found.errors:
+        assert_allclose(error.l2, named[error.name].l2, rtol=2e-3)
+        assert_allclose(error.rms_fem, named[error.name].rms_fem, rtol=1e-3)
+        assert error.worst_block == named[error.name].worst_block
+
+
+def test_half_a_mesh(solved, tmp_path):
+    model, results = solved
+    points, cells = theirs()
+    left = points[cells, 0].max(axis=1) < 2.1
+    found = compare_with(model, results, written(tmp_path, points, cells[left], U=linear(points)[0]), NONE)
+    assert_allclose(found.compared, model.blocks.moments.centroid[:, 0] < 1.7)
+    assert found.stress is None
+    assert "not compared: 6 blocks, less than half of which the other mesh covers" in found.notes
+
+
+def test_a_collapse_is_not_comparable(tmp_path):
+    model = bsm.Model(
+        blocks=slab("squares"),
+        rocks=[bsm.Rock("rock", unit_weight=26e3)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+    points, cells = theirs()
+    result = written(tmp_path, points, cells, U=linear(points)[0])
+    found = compare_with(model, bsm.run(model), result, NONE)
+    assert found.sentence.startswith("Not comparable: the blocks' stage 'initial' is unstable")
+    assert found.errors == ()
+
+
+def refused(solved, result, names=NONE, **keys):
+    with pytest.raises(ModelError) as caught:
+        compare_with(*solved, result, names, **keys)
+    return str(caught.value)
+
+
+def test_what_cannot_be_taken(solved, tmp_path):
+    points, cells = theirs()
+    u, s = linear(points)
+    nothing = written(tmp_path, points, cells, temperature=u[:, 0])
+    assert "neither a displacement nor a stress" in refused(solved, nothing)
+    assert "'temperature' at nodes" in refused(solved, nothing)
+    good = written(tmp_path, points, cells, U=u, S=s, five=np.ones((len(u), 5)))
+    assert "has no array 'V'" in refused(solved, good, FieldNames(arrays={"displacement": "V"}, factors={}))
+    assert "has 5 components" in refused(solved, good, FieldNames(arrays={"stress": "five"}, factors={}))
+    assert "covers no block" in refused(solved, written(tmp_path, points + np.array([50, 0, 0]), cells, U=u))
+    upright = written(tmp_path, points[:, [0, 2, 1]], cells, U=u)
+    assert "not in a plane of x and y" in refused(solved, upright)
+    assert "there is no stage 'two'" in refused(solved, good, stage="two")
+    with pytest.raises(ModelError, match=r"field 'strain' is none of displacement, stress"):
+        field_names(["strain=E"], None, False)
+    with pytest.raises(ModelError, match="unit 'furlongs squared'"):
+        field_names(["stress=S:furlongs squared"], None, False)
+    with pytest.raises(ModelError, match="there is no such file"):
+        read_foreign(tmp_path / "nowhere.vtu")
+    (tmp_path / "solid.vtu").unlink(missing_ok=True)
+    meshio.Mesh(np.eye(4, 3), [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "solid.vtu")
+    with pytest.raises(ModelError, match="holds solid elements; give a plane section"):
+        read_foreign(tmp_path / "solid.vtu")
+
+
+def test_command(case: Case) -> None:
+    points, cells = theirs()
+    u, s = linear(points)
+    meshio.Mesh(points, [("triangle", cells)], point_data={"disp": 1e3 * u, "S": s}).write(case.folder / "theirs.vtu")
+    asked = ("compare", "model.toml", "--with", "theirs.vtu", "--field", "displacement=disp:mm")
+    outcome = case.run(*asked)
+    assert outcome.code == 0
+    assert "Blocks and theirs.vtu differ by" in outcome.out
+    grid = read_vtu(case.folder / "out/model/compare_with.vtu")
+    difference = grid.cell_data["displacement"] - grid.cell_data["displacement_fem"]
+    assert_allclose(grid.cell_data["displacement_difference"], difference)
+    told = json.loads(case.run(*asked, "--json").out)
+    assert {row["name"] for row in told["differences"]} >= {"stress", "displacement"}
+    assert case.run("compare", "model.toml", "--stage", "initial").code == 2
+    assert case.run(*asked, "--refine", "1").code == 2
+
+
+def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
+    points, cells = theirs()
+    u, s = linear(points)
+    meshio.Mesh(points, [("triangle", cells)], point_data={"U": u, "S": s}).write(case.folder / "theirs.vtu")
+    case.run("compare", "model.toml", "--with", "theirs.vtu", "--pictures", "-q")
+    own = case.run("compare", "model.toml", "--pictures", "-q")
+    assert "written: out/model/pictures/compare_displacement.png" in own.out
+    from PIL import Image
+
+    for name in ("compare", "compare_with"):
+        for quantity in ("displacement", "sigma_1"):
+            with Image.open(case.folder / f"out/model/pictures/{name}_{quantity}.png") as image:
+                colours = np.asarray(image.convert("RGB")).reshape(-1, 3)
+                assert len(np.unique(colours, axis=0)) > 10  # blocks of several colours
+                assert image.width == 1850  # three panels side by side
