@@ -346,7 +346,7 @@ class SolverTable(Table):
         default=None, description="unstable beyond; default: the model's size"
     )
     sliding_stiffness: Annotated[float, In(q.PART)] = Field(
-        default=1.0, description="wang: part of their shear stiffness that sliding contacts keep in the matrix"
+        default=1e-6, description="wang: least part of their shear stiffness that sliding contacts keep in the matrix"
     )
     linear_solver: LinearSolverName = "auto"
     threads: Annotated[int, In(q.THREADS)] = 0
