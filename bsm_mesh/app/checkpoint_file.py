@@ -46,8 +46,9 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.linear.state import LinearState
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 
-    listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, Fall, History, LinearState)
-    return {kind.__name__: kind for kind in (*listed, CycleMemory, LoopState, Pace, PointForces, StageProgress, StepRecord)}
+    listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
+    others = (LinearState, LoopState, Pace, PointForces, StageProgress, StepRecord)
+    return {kind.__name__: kind for kind in (*listed, *others)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:

@@ -99,7 +99,7 @@ def table_8_4() -> str:
     by_route = np.array([points for points in routes().values() if not np.isnan(points).any()])
     meshes = [told.once for name, told in varied(sweep.of_the_mesh).items() if name.startswith("elements")]
     by_mesh = np.array([main_case().once, *meshes])
-    settled = main_case().whole[0]
+    settled, by_water = main_case().whole[0], main_case().since_dry[-1]
     lines = []
     for k in range(7):
         published = [
@@ -109,7 +109,7 @@ def table_8_4() -> str:
             _range(by_route[:, k]),
             _range(by_mesh[:, k]),
             _length(settled[k]),
-            _length(main_case().since_dry[-1, k]),
+            _length(by_water[k]),
         )
         lines.append((f"{k + 1}", *published, *ours))
     header = ("point", "UDEC", "BLOSMER", "observed", "range over routes", f"over elements of {min(sweep.SIZES)} to "

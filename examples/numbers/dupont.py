@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -165,72 +166,73 @@ def _side(told: Told, reading: str, side: str) -> float:
     return float(np.mean([pressure for name, pressure in told[reading].items() if name.startswith(side)]))
 
 
+@dataclass(frozen=True)
+class Finding:
+    """Something published: what it is, in which bounds a run agrees, and what is measured of a run."""
+
+    name: str
+    published: str
+    measure: Callable[[Told], float | str]
+    agrees: Callable[[float | str], bool]
+
+
+def between(low: float, high: float) -> Callable[[float], bool]:
+    """Return whether a number lies from `low` to `high`."""
+    return lambda value: low <= value <= high
+
+
 def findings() -> str:
     """Return the table of what was published, and how often it comes out."""
     first, second, drawn = (list(runs.values()) for runs in (routes("Case 1"), routes("Case 2"), layouts()))
     standing = [told for told in drawn if told["verdict"] == "stable"]
-    lines = [
-        ("the opening stands", "yes", *_counted([first, drawn], lambda told: told["verdict"] == "stable")),
-    ]
-    for name, published, measure, holds in MOVED:
-        spans = (spread(measure(told) for told in runs) for runs in (first, standing))
-        lines.append((name, published, *spans, _agrees([first, standing], lambda told: holds(measure(told)))))
-    lines += [_of_bolts(second, *finding) for finding in BOLTED]
-    return markdown(("finding", "published", "range over routes", "range over layouts that stand", "agrees?"), lines)
+    stands = Finding("the opening stands", "yes", lambda told: told["verdict"], lambda verdict: verdict == "stable")
+    lines = [_line(stands, first, drawn)]
+    lines += [_line(finding, first, standing) for finding in MOVED]
+    lines += [_line(finding, second, []) for finding in BOLTED]
+    header = ("finding", "published", "over routes", "agrees", "over layouts by seed that stand", "agrees")
+    return markdown(header, lines)
 
 
-def _counted(groups: Sequence[Sequence[Told]], holds: Callable[[Told], bool]) -> tuple[str, ...]:
-    counts = [f"{sum(map(holds, runs))} of {len(runs)}" for runs in groups]
-    return *counts, _agrees(groups, holds)
-
-
-def _agrees(groups: Sequence[Sequence[Told]], holds: Callable[[Told], bool]) -> str:
-    return "; ".join(f"{sum(map(holds, runs))} of {len(runs)}" for runs in groups)
-
-
-def _of_bolts(runs: Sequence[Told], name: str, published: str, reading: str, holds: Callable[[Told, str], bool],
-              span: Callable[[Told, str], object]) -> tuple[str, ...]:  # fmt: skip
-    values = [span(told, reading) for told in runs]
-    shown = _pressures(values) if not isinstance(values[0], str) else ", ".join(sorted(set(values)))
-    return name, published, shown, "-", _agrees([runs], lambda told: holds(told, reading))
+def _line(finding: Finding, *groups: Sequence[Told]) -> tuple[str, ...]:
+    cells: list[str] = []
+    for runs in groups:
+        values = [finding.measure(told) for told in runs]
+        shown = ", ".join(sorted(set(values))) if values and isinstance(values[0], str) else spread(values)
+        cells += [shown, f"{sum(map(finding.agrees, values))} of {len(values)}"] if values else ["-", "-"]
+    return finding.name, finding.published, *cells
 
 
 MOVED = (
-    ("greatest settlement of the top of rock, mm", "4 (finite elements), 10 (BLOSMER)", lambda told: told["settlement"],
-     lambda mm: 4 <= mm <= 10),
-    ("where, m right of the centre line", "about 8", lambda told: told["at"], lambda m: 6 <= m <= 10),
-    ("crown, mean mm", "measured 5 to 10", lambda told: told["crown"], lambda mm: CROWN[0] <= mm <= CROWN[1]),
-    ("left wall, mean mm", "measured 1.3 to 2.5", lambda told: told["left wall"],
-     lambda mm: WALLS[0] <= mm <= WALLS[1]),
-    ("right wall, mean mm", "measured 1.3 to 2.5", lambda told: told["right wall"],
-     lambda mm: WALLS[0] <= mm <= WALLS[1]),
-    ("crown over walls", "measured: about 4", lambda told: told["crown over walls"], lambda ratio: 3 <= ratio <= 5),
-    ("right wall less left wall, mm", "more than 0", lambda told: told["right wall"] - told["left wall"],
-     lambda mm: mm > 0),
+    Finding("greatest settlement of the top of rock, mm", "4 (finite elements), 10 (BLOSMER)",
+            lambda told: told["settlement"], between(4, 10)),
+    Finding("where, m right of the centre line", "about 8", lambda told: told["at"], between(6, 10)),
+    Finding("crown, mean mm", "measured 5 to 10", lambda told: told["crown"], between(*CROWN)),
+    Finding("left wall, mean mm", "measured 1.3 to 2.5", lambda told: told["left wall"], between(*WALLS)),
+    Finding("right wall, mean mm", "measured 1.3 to 2.5", lambda told: told["right wall"], between(*WALLS)),
+    Finding("crown over walls", "measured: about 4", lambda told: told["crown over walls"], between(3, 5)),
+    Finding("right wall less left wall, mm", "more than 0", lambda told: told["right wall"] - told["left wall"],
+            lambda mm: mm > 0),
 )  # fmt: skip
 
 
-def _mean(told: Told, reading: str) -> float:
-    return float(np.mean(list(told[reading].values())))
+def _of_bolts(reading: str, where: str) -> tuple[Finding, ...]:
+    def mean(told: Told) -> float:
+        return float(np.mean(list(told[reading].values())))
 
+    def most(told: Told) -> str:
+        return max(told[reading], key=told[reading].get)
 
-def _most(told: Told, reading: str) -> str:
-    return max(told[reading], key=told[reading].get)
+    def order(told: Told) -> str:
+        return " > ".join(sorted(SIDES, key=lambda side: -_side(told, reading, side)))
 
-
-def _order(told: Told, reading: str) -> str:
-    return " > ".join(sorted(SIDES, key=lambda side: -_side(told, reading, side)))
-
-
-BOLTED = tuple(
-    (f"{name}, {where}", published, reading, holds, span)
-    for reading, where in zip(READINGS, ("at the head", "along the bolt"), strict=True)
-    for name, published, holds, span in (
-        ("pressure of the bolts, mean kPa", "of the order of 69", lambda t, r: P_I / 2 <= _mean(t, r) <= 2 * P_I, _mean),
-        ("most pressure", "upper right corner: C4, R1", lambda t, r: _most(t, r) in ("C4", "R1"), _most),
-        ("crown and right wall more than left wall", "yes", lambda t, r: _order(t, r).endswith("L"), _order),
+    return (
+        Finding(f"pressure of the bolts {where}, mean kPa", "of the order of 69", mean, between(P_I / 2, 2 * P_I)),
+        Finding(f"most pressure {where}", "upper right corner: C4 or R1", most, lambda name: name in ("C4", "R1")),
+        Finding(f"order {where}: crown, left, right", "L least", order, lambda sides: sides.endswith("L")),
     )
-)  # fmt: skip
+
+
+BOLTED = (*_of_bolts("head", "at the head"), *_of_bolts("along", "along the bolt"))
 
 
 TABLES: tuple[Table, ...] = (

@@ -1,4 +1,4 @@
-"""Ways to an equilibrium that no result may depend on: blocks in another order, another solver, another method first."""
+"""Ways to an equilibrium of which none is better: blocks in another order, another solver, another method first."""
 
 from __future__ import annotations
 

@@ -61,7 +61,9 @@ def slides() -> str:
         ]
         closed_form = 0.5 * stiffness / (30e3 - 26e3 * 3**-0.5)
         lines.append((f"{stiffness / 1e6:g} MPa/m", f"{closed_form:.0f}", *map(str, counts)))
-    return markdown(("shear stiffness", "L k_s / ΔP", "cycles, all of it kept", "cycles, `sliding_stiffness = 1e-6`"), lines)
+    return markdown(
+        ("shear stiffness", "L k_s / ΔP", "cycles, all of it kept", "cycles, `sliding_stiffness = 1e-6`"), lines
+    )
 
 
 TABLES: tuple[Table, ...] = (

@@ -1,0 +1,174 @@
+"""Numbers of Examples 2 to 5 of the thesis."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import bsm_mesh as bsm
+from examples.numbers.pages import Table, markdown
+from examples.numbers.runs import admits, load, moved, proves, run, statics, verdict
+
+PUSHED, SLOPE, OPENING, DAM = (
+    "02_pushed_block",
+    "03_stratified_slope",
+    "04_bolted_opening",
+    "05_dam_foundation",
+)
+
+
+def pushed_block() -> str:
+    """Return the table and the forces of Example 2."""
+    lines = []
+    for file, what in (
+        ("model", "the block must move: P is twice the friction"),
+        ("apart", "it must move; not how far"),
+    ):
+        results = run(f"{PUSHED}/{file}")
+        down = results.unstable_blocks.tolist()
+        far = f"{moved(results, [1])[0]:.3f} m" + (" when contact is lost" if down else "")
+        named = f"block {down[0]} (Wang's {down[0] + 1})" if down else "none"
+        name = f"{PUSHED}/{file}"
+        lines.append((f"{file}.toml", verdict(results), far, named, admits(name), proves(name, what)))
+    table = markdown(
+        ("file", "verdict", "moved", "unstable", "`bsm-mesh limit`, start geometry", "which proves"), lines
+    )
+    model = load(f"{PUSHED}/model")
+    factor = bsm.limit_analysis(model.replace(loads=()), model.loads).factor
+    contacts = run(f"{PUSHED}/model").stages[-1].contacts
+    level = np.abs(contacts.normal[:, 0]) < 0.5
+    push = abs(contacts.normal_force[~level]).sum() / 1e3
+    base = abs(contacts.shear_force[level]).sum() / 1e3
+    return f"""{table}
+
+Coulomb's law holds W tan 30 = {26 * math.tan(math.radians(30)):.2f} kN: of P = 30 kN the factor
+{factor:.5f}, which `bsm-mesh limit examples/02_pushed_block/model.toml --load 1` gives. At rest, friction on the base
+carries {base:.1f} kN and block 3 {push:.1f} kN (the base a little more than W tan 30, as friction on block 3 holds the
+block down). How the two share P depends on the way there; their sum does not."""
+
+
+def stratified_slope() -> str:
+    """Return the table of Example 3."""
+    lines = []
+    for file, law in (
+        ("dip_24_5", "Patton"),
+        ("dip_25_5", "Patton"),
+        ("model", "Patton"),
+        ("mohr_coulomb", "Mohr-Coulomb"),
+    ):
+        name = f"{SLOPE}/{file}"
+        model, results = load(name), run(name)
+        lower, upper = (moved(results, rows).mean() for rows in layers(model))
+        far = f"{lower:.3f}, {upper:.3f} m" if upper > 0.1 else f"{1e3 * upper:.3f} mm"
+        place = ", at the toe" if upper > 0.1 else ""
+        found = statics(name)
+        answer = admits(name) + (f", weights x {found.factor:.0f}" if 1 < found.factor < 1e6 else "")
+        lines.append(
+            (
+                f"{file}.toml",
+                f"{DIPS[file]}°",
+                law,
+                verdict(results) + place,
+                far,
+                answer,
+                proves(name, "the layers must move"),
+            )
+        )
+    header = (
+        "file",
+        "dip",
+        "law",
+        "verdict",
+        "lower, upper layer moved",
+        "`bsm-mesh limit`, start geometry",
+        "which proves",
+    )
+    return markdown(header, lines)
+
+
+DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40"}
+
+
+def layers(model: bsm.Model) -> tuple[list[int], list[int]]:
+    """Return the blocks of the lower and of the upper layer of Example 3."""
+    return list(range(3, 9)), list(range(9, 15))
+
+
+def on_its_way() -> str:
+    """Return the step of Example 3 at which the lower layer has reached the toe and the upper slides over it."""
+    model = load(f"{SLOPE}/model")
+    lower, upper = layers(model)
+    states: list[np.ndarray] = []
+    results = bsm.run(model, snapshot=lambda record, now: states.append(moved(now())))
+    last = len(states)
+    arrived = next(
+        k for k, now in enumerate(states) if abs(now[lower] - 2).max() < 0.05 and 2.0 < now[upper].min() < 2.8
+    )
+    now = states[arrived]
+    spans = [f"{now[rows].min():.2f} to {now[rows].max():.2f} m" for rows in (lower, upper)]
+    ends = [f"{moved(results, rows).mean():.3f} m" for rows in (lower, upper)]
+    rebound = max(2.0 - state[lower].min() for state in states[arrived:])
+    return f"""After step {arrived} of {last} the lower layer has moved {spans[0]} and the upper {spans[1]} (as Fig. 4.21);
+at the end {ends[0]} and {ends[1]} (Fig. 4.22). What moves has inertia: blocks of the lower layer rebound from the toe
+by up to {rebound:.2f} m before they rest there. The contact of two blocks is damped critically, the spring that a whole
+layer is much less."""
+
+
+def bolted_opening() -> str:
+    """Return the table and the forces of Example 4."""
+    lines = []
+    for file, bolts in (
+        ("unbolted", "none"),
+        ("roof_bolt", "roof"),
+        ("two_bolts", "roof, wall"),
+        ("model", "roof, wall, corner"),
+    ):
+        name = f"{OPENING}/{file}"
+        results = run(name)
+        stage, down = results.stages[-1], results.unstable_blocks.tolist()
+        named = {15: "block 15, the roof wedge", 10: "block 10, the wall wedge"}
+        forces = ", ".join(f"{force / 1e3:.1f}" for force in stage.bolts.greatest_force)
+        inwards = f"{1e3 * stage.displacement[6, 0]:.1f} mm" if not down else "-"
+        lines.append((f"{file}.toml", bolts, verdict(results), ", ".join(named[b] for b in down) or "none",
+                      f"{forces} kN" if forces else "-", inwards, admits(name)))  # fmt: skip
+    forced, inward = "force in roof, wall, corner bolt", "corner block moves into the opening"
+    header = ("file", "bolts", "verdict", "unstable", forced, inward, "`bsm-mesh limit`")
+    model = load(f"{OPENING}/model")
+    area = model.blocks.moments.area[15]
+    force = run(f"{OPENING}/model").stages[-1].bolts.greatest_force[0] / 1e3
+    closes = 1e6 / model.joints[0].normal_stiffness
+    return f"""{markdown(header, lines)}
+
+At rest the roof bolt carries {force:.2f} kN, the weight of the wedge: 26 kN/m³ times {area:.3f} m². It hangs on the
+bolt alone; its joints are open. The wall bolt holds the thrust of the rock above as well, which squeezes the wedge out.
+A filling that soft closes under 1 MPa by {1e3 * closes:.1f} mm, {closes / THICKNESS:.1f} times its thickness, whatever
+that is: the thickness sets how far blocks move, not which of them stand."""
+
+
+THICKNESS = 0.2e-3  # m, of the filling of Example 4
+
+
+def dam_foundation() -> str:
+    """Return the table and the water's force of Example 5."""
+    lines = []
+    for file, scheme in (("model", "linear"), ("slip", "continuation: joints slip and open")):
+        stage = run(f"{DAM}/{file}").stages[-1]
+        u = 1e3 * stage.displacement
+        dam, heel, upstream, toe = u[0], u[34], u[33], u[37]
+        moves = f"{dam[0]:.2f} mm downstream, {dam[1]:.2f} mm up"
+        lines.append((f"{file}.toml", scheme, moves, f"{heel[0] - upstream[0]:.2f} mm", f"{toe[1]:.2f} mm up"))
+    uplift = run(f"{DAM}/slip").stages[-1].water[:, 1].sum() / 1e6
+    table = markdown(("file", "scheme", "dam", "opening of the joint at the heel", "block at the toe"), lines)
+    return f"""{table}
+
+The water takes {uplift:.1f} MN/m off the weight of dam and rock; the forces in the contacts are the effective ones."""
+
+
+TABLES: tuple[Table, ...] = (
+    Table(name="pushed-block", page=f"examples/{PUSHED}/README.md", make=pushed_block),
+    Table(name="stratified-slope", page=f"examples/{SLOPE}/README.md", make=stratified_slope),
+    Table(name="stratified-slope-way", page=f"examples/{SLOPE}/README.md", make=on_its_way),
+    Table(name="bolted-opening", page=f"examples/{OPENING}/README.md", make=bolted_opening),
+    Table(name="dam-foundation", page=f"examples/{DAM}/README.md", make=dam_foundation),
+)
