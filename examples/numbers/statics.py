@@ -90,10 +90,12 @@ def incline() -> str:
     return f"""{markdown(header, lines)}
 
 Of the block that stands, N = {normal.sum() / 1e3:.2f} kN = W cos ψ and S = {shear.sum() / 1e3:.2f} kN = W sin ψ.
-The heel, lightly loaded ({normal[heel] / 1e3:.1f} kN), has slipped; the toe carries {shear[toe] / 1e3:.1f} kN of the shear.
+The heel, lightly loaded ({normal[heel] / 1e3:.1f} kN), has slipped; the toe carries {shear[toe] / 1e3:.1f} kN
+of the shear.
 
 "Unstable" is here: moved more than `displacement_limit` = 10 m. Without that key the run of
-topples.toml ends `{free.status.value}` after {free.max_displacement:.0f} m: the block falls on its side and slides on. Friction of 40° would hold it on a longer plane of 30°."""
+topples.toml ends `{free.status.value}` after {free.max_displacement:.0f} m: the
+block falls on its side and slides on. Friction of 40° would hold it on a longer plane of 30°."""
 
 
 INCLINES = (("model", 10.0, 40.1, 40.0), ("slides", 5.0, 20.0, 40.0), ("topples", 25.0, 40.0, 30.0),
