@@ -13,7 +13,7 @@ from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results
 from bsm_mesh.results.spread import RouteEnd
-from bsm_mesh.results.stress import principal_stresses
+from bsm_mesh.results.stress import extreme_stresses
 
 PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""), (1e-6, 1e-3, "m"), (0.0, 1e-6, "u"))
 
@@ -81,7 +81,8 @@ def _bolt_counts(bolts: BoltForces) -> str:
 def result_rows(results: Results) -> list[tuple[str, str]]:
     """Return what ``run`` prints: the verdict and the numbers that a reader asks for first."""
     stage = results.stages[-1]
-    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    most_compressive, most_tensile, unknown = extreme_stresses(results.blocks, stage)
+    without = f" (without {unknown} blocks that supports hold, and slivers)" if unknown else ""
     lift = vector(stage.water[:, :2].sum(axis=0), "N/m")
     water = [("of these by the water (x, y)", lift)] if len(stage.water_table) or stage.water.any() else []
     lifted = stage.uplifted_blocks
@@ -94,8 +95,8 @@ def result_rows(results: Results) -> list[tuple[str, str]]:
         ("blocks", f"{int(stage.present.sum())}"),
         ("contacts", f"{len(stage.contacts.length)}"),
         ("greatest displacement", engineering(stage.max_displacement, "m")),
-        ("most compressive stress (sigma_1)", engineering(float(sigma_1.min()), "Pa")),
-        ("most tensile stress (sigma_3)", engineering(float(sigma_3.max()), "Pa")),
+        ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
+        ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
         ("sum of loads (x, y)", vector(stage.total_load, "N/m")),
         *water,
         ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),

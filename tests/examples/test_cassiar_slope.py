@@ -1,4 +1,4 @@
-"""The Cassiar slope (Wang 8.3.2, Table 8.4): what holds of the meshed section, and of ten blocks, its simplification."""
+"""The Cassiar slope (Wang 8.3.2, Table 8.4): what holds of the meshed section, and of its ten blocks."""
 
 from __future__ import annotations
 
