@@ -20,12 +20,7 @@ def arch() -> str:
     for file, ratio in (("model", "0.10815, 1 % above"), ("thin", "0.10601, 1 % below")):
         name = f"arch/{file}"
         results = run(name)
-        down = results.unstable_blocks
-        told = (
-            f", {len(down)} of blocks {down.min()} to {down.max()}"
-            if down.size
-            else f", moved {1e3 * moved(results).max():.3f} mm"
-        )
+        told = "" if results.unstable_blocks.size else f", moved {1e3 * moved(results).max():.3f} mm"
         lines.append((f"{file}.toml", ratio, verdict(results) + told, admits(name), proves(name, "the arch must move")))
     return markdown(("file", "t/R", "verdict", LIMIT, "which proves"), lines)
 
@@ -112,7 +107,7 @@ def staged_tunnel() -> str:
         far = ", ".join(
             f"{stage.name} {1e3 * np.hypot(*stage.displacement[stage.present, :2].T).max():.2f} mm"
             if stage.status.is_stable
-            else f"{stage.name}: {stage.status.value}, {len(stage.unstable_blocks)} blocks named"
+            else f"{stage.name}: {stage.status.value}, a block of the wall"
             for stage in stages
         )  # fmt: skip
         lines.append((f"{file}.toml", strength, stand, far))
@@ -125,9 +120,7 @@ def tilted_wall() -> str:
     for file, tilt in (("model", 5), ("tilt_27", 27), ("tilt_28", 28), ("tilt_30", 30)):
         name = f"tilted_wall/{file}"
         results = run(name)
-        down = len(results.unstable_blocks)
-        far = 1e3 * moved(results).max()
-        told = f", {down} bricks named" if down else f", moved {far:.3f} mm"
+        told = "" if results.unstable_blocks.size else f", moved {1e3 * moved(results).max():.3f} mm"
         lines.append(
             (f"{file}.toml", f"{tilt}°", verdict(results) + told, admits(name), proves(name, "the wall must move"))
         )
@@ -138,13 +131,14 @@ def tilted_wall() -> str:
             base = load("tilted_wall/tilt_28")
             joints = [_stiff(joint, stiffness) for joint in base.joints]
             model = base.replace(joints=joints, gravity_direction=-90.0 + tilt)
-            stiff.append(f"{bsm.run(model).status.value} at {tilt:g}° with {stiffness / 1e9:g} GPa/m")
+            stiff.append(f"{verdict(bsm.run(model))} at {tilt:g}° with {stiffness / 1e9:g} GPa/m")
     return f"""{markdown(("file", "tilt", "verdict", LIMIT, "which proves"), lines)}
 
 By limit analysis the greatest tilt is {5 + beyond:.2f}° ({beyond:.2f}° beyond the 5° of model.toml). Beyond it the
 wall must fail. Below it forces within strength exist, but whether the bricks find them is another matter: with
 friction, limit analysis gives an upper bound, and here the bricks come down earlier. This is why "admissible" proves
-nothing. Stiffness of the joints (10 GPa/m) does not change it much: {", ".join(stiff)}."""
+nothing. Stiffness of the joints (10 GPa/m) does not change it much:
+{", ".join(stiff)}. Which bricks are named as unstable depends on how far the wall is followed."""
 
 
 def _stiff(joint: bsm.Joint, stiffness: float) -> bsm.Joint:
@@ -221,9 +215,9 @@ def _quarters(values: np.ndarray, failed: np.ndarray) -> list[str]:
 TABLES: tuple[Table, ...] = (
     Table(name="arch", page="examples/arch/README.md", make=arch),
     Table(name="falling-table", page="examples/falling_table/README.md", make=falling_table),
-    Table(name="incline", page="examples/incline/README.md", make=incline),
+    Table(name="incline", page="examples/incline/README.md", make=incline, tolerance=0.1),
     Table(name="staged-tunnel", page="examples/staged_tunnel/README.md", make=staged_tunnel),
     Table(name="tilted-wall", page="examples/tilted_wall/README.md", make=tilted_wall),
-    Table(name="toppling-column", page="examples/toppling_column/README.md", make=toppling_column),
+    Table(name="toppling-column", page="examples/toppling_column/README.md", make=toppling_column, tolerance=0.1),
     Table(name="uncertain-slope", page="examples/uncertain_slope/README.md", make=uncertain_slope, is_slow=True),
 )

@@ -36,16 +36,20 @@ def pushed_block() -> str:
     )
     model = load(f"{PUSHED}/model")
     factor = bsm.limit_analysis(model.replace(loads=()), model.loads).factor
-    contacts = run(f"{PUSHED}/model").stages[-1].contacts
-    level = np.abs(contacts.normal[:, 0]) < 0.5
-    push = abs(contacts.normal_force[~level]).sum() / 1e3
-    base = abs(contacts.shear_force[level]).sum() / 1e3
+    base, push = (_against(run(f"{PUSHED}/model").stages[-1].contacts, other) / 1e3 for other in (0, 2))
     return f"""{table}
 
 Coulomb's law holds W tan 30 = {26 * math.tan(math.radians(30)):.2f} kN: of P = 30 kN the factor
-{factor:.5f}, which `bsm-mesh limit examples/02_pushed_block/model.toml --load 1` gives. At rest, friction on the base
-carries {base:.1f} kN and block 3 {push:.1f} kN (the base a little more than W tan 30, as friction on block 3 holds the
-block down). How the two share P depends on the way there; their sum does not."""
+{factor:.5f}, which `bsm-mesh limit examples/02_pushed_block/model.toml --load 1` gives. At rest the base
+holds {base:.1f} kN of P and block 3 {push:.1f} kN. How the two share P depends on the way there; their sum does not."""
+
+
+def _against(contacts: bsm.results.ContactForces, other: int) -> float:
+    """Return the force of another block on the pushed one, against P [N/m]."""
+    force = contacts.normal_force * contacts.normal[:, 0] - contacts.shear_force * contacts.normal[:, 1]
+    on_b = (contacts.block_b == 1) & (contacts.block_a == other)
+    on_a = (contacts.block_a == 1) & (contacts.block_b == other)
+    return float(force[on_a].sum() - force[on_b].sum())
 
 
 def stratified_slope() -> str:
@@ -110,8 +114,8 @@ def on_its_way() -> str:
     ends = [f"{moved(results, rows).mean():.3f} m" for rows in (lower, upper)]
     rebound = max(2.0 - state[lower].min() for state in states[arrived:])
     return f"""After step {arrived} of {last} the lower layer has moved {spans[0]} and the upper {spans[1]} (as
-Fig. 4.21); at the end {ends[0]} and {ends[1]} (Fig. 4.22). What moves has inertia: blocks of the lower layer rebound from the toe
-by up to {rebound:.2f} m before they rest there. The contact of two blocks is damped critically, the spring that a whole
+Fig. 4.21); at the end {ends[0]} and {ends[1]} (Fig. 4.22). What moves has inertia: blocks of the lower
+layer rebound from the toe by up to {rebound:.2f} m before they rest there. The contact of two blocks is damped critically, the spring that a whole
 layer is much less."""
 
 
@@ -137,16 +141,15 @@ def bolted_opening() -> str:
     model = load(f"{OPENING}/model")
     area = model.blocks.moments.area[15]
     force = run(f"{OPENING}/model").stages[-1].bolts.greatest_force[0] / 1e3
-    closes = 1e6 / model.joints[0].normal_stiffness
+    filling = model.joints[0].filling
+    modulus = filling.young * (1 - filling.poisson) / ((1 + filling.poisson) * (1 - 2 * filling.poisson))
+    closes = 1e6 / modulus * filling.thickness
     return f"""{markdown(header, lines)}
 
 At rest the roof bolt carries {force:.2f} kN, the weight of the wedge: 26 kN/m³ times {area:.3f} m². It hangs on the
 bolt alone; its joints are open. The wall bolt holds the thrust of the rock above as well, which squeezes the wedge out.
-A filling that soft closes under 1 MPa by {1e3 * closes:.1f} mm, {closes / THICKNESS:.1f} times its thickness, whatever
-that is: the thickness sets how far blocks move, not which of them stand."""
-
-
-THICKNESS = 0.2e-3  # m, of the filling of Example 4
+A filling that soft closes under 1 MPa by {1e3 * closes:.1f} mm, {closes / filling.thickness:.1f} times its thickness,
+whatever that is: the thickness sets how far blocks move, not which of them stand."""
 
 
 def dam_foundation() -> str:
@@ -166,9 +169,9 @@ The water takes {uplift:.1f} MN/m off the weight of dam and rock; the forces in 
 
 
 TABLES: tuple[Table, ...] = (
-    Table(name="pushed-block", page=f"examples/{PUSHED}/README.md", make=pushed_block),
+    Table(name="pushed-block", page=f"examples/{PUSHED}/README.md", make=pushed_block, tolerance=0.1),
     Table(name="stratified-slope", page=f"examples/{SLOPE}/README.md", make=stratified_slope),
-    Table(name="stratified-slope-way", page=f"examples/{SLOPE}/README.md", make=on_its_way),
+    Table(name="stratified-slope-way", page=f"examples/{SLOPE}/README.md", make=on_its_way, tolerance=0.1),
     Table(name="bolted-opening", page=f"examples/{OPENING}/README.md", make=bolted_opening),
     Table(name="dam-foundation", page=f"examples/{DAM}/README.md", make=dam_foundation),
 )
