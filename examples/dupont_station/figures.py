@@ -173,7 +173,7 @@ def main():
     layouts = [bsm.run(model, OPTIONS) for _, model in sweep.layouts(pressure)]
     draw_mesh(pressure, bolts)
     draw_vectors(movements)
-    draw_trough(movements, [station.movement_of(run) for run in layouts if run.status is bsm.Status.STABLE])
+    draw_trough(movements, [station.movement_of(run) for run in layouts if run.status == "stable"])
     draw_extensometers(movements)
     draw_bolts(runs[1].stages[-1].bolts)
 

@@ -115,8 +115,8 @@ def on_its_way() -> str:
     rebound = max(2.0 - state[lower].min() for state in states[arrived:])
     return f"""After step {arrived} of {last} the lower layer has moved {spans[0]} and the upper {spans[1]} (as
 Fig. 4.21); at the end {ends[0]} and {ends[1]} (Fig. 4.22). What moves has inertia: blocks of the lower
-layer rebound from the toe by up to {rebound:.2f} m before they rest there. The contact of two blocks is damped critically, the spring that a whole
-layer is much less."""
+layer rebound from the toe by up to {rebound:.2f} m before they rest there. The contact of two blocks
+is damped critically, the spring that a whole layer is much less."""
 
 
 def bolted_opening() -> str:
