@@ -48,8 +48,9 @@ def _permuted(blocks: Blocks, order: np.ndarray) -> Blocks:
 
 def other_routes(model: bsm.Model, options: bsm.Options) -> Iterator[tuple[str, Callable[[], bsm.Results]]]:
     """Yield the name of a route, and a function that runs the model by it."""
-    relaxation = next(route for route in OTHERS if route.name == "relaxation first")
-    yield "relaxation first", lambda: solve(model, options, route=relaxation)
+    for route in OTHERS:
+        if model.in_situ is None or len(route.parts) == 1:  # in-situ stress acts from the start: nothing in parts
+            yield route.name, lambda route=route: solve(model, options, route=route)
     yield "solver SuperLU", lambda: bsm.run(model, dataclasses.replace(options, linear_solver="superlu"))
     for seed in ORDERS:
         yield f"blocks in another order, {seed}", lambda seed=seed: bsm.run(reordered(model, seed), options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -152,6 +153,23 @@ A filling that soft closes under 1 MPa by {1e3 * closes:.1f} mm, {closes / filli
 whatever that is: the thickness sets how far blocks move, not which of them stand."""
 
 
+def filling_thickness() -> str:
+    """Return what Example 4 does with thicker fillings."""
+    lines = []
+    for thickness in (0.2e-3, 0.5e-3, 1e-3, 2e-3, 3e-3):
+        stages = {}
+        for file in ("unbolted", "roof_bolt", "two_bolts", "model"):
+            model = load(f"{OPENING}/{file}")
+            joints = [replace(joint, filling=replace(joint.filling, thickness=thickness)) for joint in model.joints]
+            stages[file] = bsm.run(model.replace(joints=joints)).stages[-1]
+        down = [f"blocks {', '.join(map(str, stages[file].unstable_blocks))}" for file in ("unbolted", "roof_bolt")]
+        far = [f"{1e3 * stages[file].displacement[6, 0]:.1f} mm" for file in ("two_bolts", "model")]
+        held = [stages[file].status.value for file in ("two_bolts", "model")]
+        lines.append((f"{1e3 * thickness:g} mm", *down, *(f"{one}, {two}" for one, two in zip(held, far, strict=True))))
+    header = ("filling", "come down unbolted", "with the roof bolt", "two bolts; corner block moves", "three bolts")
+    return markdown(header, lines)
+
+
 def dam_foundation() -> str:
     """Return the table and the water's force of Example 5."""
     lines = []
@@ -173,5 +191,6 @@ TABLES: tuple[Table, ...] = (
     Table(name="stratified-slope", page=f"examples/{SLOPE}/README.md", make=stratified_slope),
     Table(name="stratified-slope-way", page=f"examples/{SLOPE}/README.md", make=on_its_way, tolerance=0.1),
     Table(name="bolted-opening", page=f"examples/{OPENING}/README.md", make=bolted_opening),
+    Table(name="filling-thickness", page=f"examples/{OPENING}/README.md", make=filling_thickness, tolerance=0.02),
     Table(name="dam-foundation", page=f"examples/{DAM}/README.md", make=dam_foundation),
 )
