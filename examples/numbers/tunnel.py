@@ -6,6 +6,7 @@ import warnings
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -58,7 +59,7 @@ def stresses() -> str:
             parts.append(section.binned(comparison.along(on), component, EDGES))
         lines = [
             (f"{low:g}-{high:g}", *(" / ".join(f"{value:.0f}" for value in part[k]) for part in parts))
-            for k, (low, high) in enumerate(zip(EDGES[:-1], EDGES[1:], strict=True))
+            for k, (low, high) in enumerate(pairwise(EDGES))
         ]
         tables.append(markdown((f"{name}, x [m]", *(f"{model.blocks.count} blocks" for model, _ in runs)), lines))
     return "\n\n".join(tables)
