@@ -74,9 +74,6 @@ def told_of(found: BackAnalysis) -> dict[str, Any]:
             }
             for each in found.estimates
         ],
-        "trials": [
-            {"value": trial.value, "status": None if trial.status is None else trial.status.value}
-            for trial in found.trials
-        ],
+        "trials": [{"value": trial.value, "status": trial.status.value} for trial in found.trials],
         "answer": str(found),
     }

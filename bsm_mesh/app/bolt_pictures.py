@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH, add_paper, scalar_bar, scaled
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.files import whole_file
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 
 if TYPE_CHECKING:
@@ -53,11 +53,6 @@ def draw_bolts(plotter: Any, scene: Scene) -> str:
 
 def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
     """Draw axial and bond force along the most utilised bolts, and the support pressures."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
     used = np.zeros(bolts.count)
     np.maximum.at(
         used, bolts.bolt, np.maximum(bolts.utilisation, bolts.axial_force / max(bolts.axial_force.max(), 1.0))
@@ -66,7 +61,8 @@ def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
     chosen = np.sort(np.argsort(-used, kind="stable")[:MOST_CHARTS])
     chosen = chosen[used[chosen] >= 0]
     rows = max(1, -(-len(chosen) // 3))
-    figure, axes = plt.subplots(rows + 1, 3, figsize=(WIDTH / 100, 2.6 * (rows + 1)), dpi=100, layout="constrained")
+    figure = paper((WIDTH / 100, 2.6 * (rows + 1)))
+    axes = figure.subplots(rows + 1, 3)
     for place in axes[:rows].reshape(-1)[len(chosen) :]:
         place.axis("off")
     for place, bolt in zip(axes[:rows].reshape(-1), chosen.tolist(), strict=False):
@@ -76,12 +72,7 @@ def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
         place.remove()
     _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
     figure.suptitle(title, parse_math=False)  # a $ is a $
-    try:
-        with whole_file(path) as draft:
-            figure.savefig(draft)
-    finally:
-        plt.close(figure)
-    return path
+    return save(figure, path)
 
 
 def _draw_along(axes: Any, bolts: BoltForces, bolt: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, inputs_of, load_model_file
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
 from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError, placed
-from bsm_mesh.files import whole_file
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.linear.readiness import make_ready
 
@@ -129,18 +128,15 @@ def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str)
     """
     if path.suffix.lower() != ".png":
         raise ModelError(f"{path}: the picture is a PNG; give a name that ends in .png")
-    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.collections import PolyCollection
-        from matplotlib.figure import Figure
-        from matplotlib.patches import Patch
-
     colour = np.full(blocks.count, PLAIN, dtype="<U7")
     for key, value in COLOURS.items():
         colour[report[key]] = value
     low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
     aspect = float(np.clip((high - low)[1] / (high - low)[0], 0.3, 2.0))
-    figure = Figure(figsize=(10, 10 * aspect + 1.2), layout="constrained")
+    figure = paper((10, 10 * aspect + 1.2))
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Patch
+
     axes = figure.add_subplot()
     outlines = np.split(blocks.vertices, blocks.offsets[1:-1])
     width = 0.6 if blocks.count < 5000 else 0.1
@@ -157,5 +153,4 @@ def draw_quality(blocks: Blocks, report: dict[str, Any], path: Path, title: str)
         if report[key]
     ]
     figure.legend(handles=shown or [Patch(facecolor=PLAIN, label="no poor block")], loc="outside lower center", ncols=4)
-    with whole_file(path, parents=True) as draft:
-        FigureCanvasAgg(figure).print_png(str(draft))
+    save(figure, path)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH, scaled
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.files import whole_file
 from bsm_mesh.results.histories import HistorySeries
 from bsm_mesh.results.records import Results
 
@@ -21,28 +21,18 @@ WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at streng
 
 def draw_histories(results: Results, title: str, path: Path) -> Path:
     """Draw every history over the steps of the run."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
     series = list(results.histories.values())
     columns = min(2, len(series))
     rows = -(-len(series) // columns)
-    size = (WIDTH / 100, HEIGHT * rows + 0.6)
-    figure, axes = plt.subplots(rows, columns, figsize=size, dpi=100, layout="constrained", squeeze=False)
+    figure = paper((WIDTH / 100, HEIGHT * rows + 0.6))
+    axes = figure.subplots(rows, columns, squeeze=False)
     for place in axes.reshape(-1)[len(series) :]:
         place.axis("off")
     names = [stage.name for stage in results.stages]
     for place, one in zip(axes.reshape(-1), series, strict=False):
         _draw_one(place, one, names)
     figure.suptitle(title, parse_math=False)  # a $ is a $
-    try:
-        with whole_file(path) as draft:
-            figure.savefig(draft)
-    finally:
-        plt.close(figure)
-    return path
+    return save(figure, path)
 
 
 def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:

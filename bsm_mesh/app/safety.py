@@ -25,8 +25,8 @@ EXIT_DONE, EXIT_UNDECIDED = 0, 3
 
 def safety_folder(loaded: LoadedModel) -> Path:
     """Return the default folder of the answer: beside the results of the run."""
-    folder = loaded.output_folder
-    return folder.with_name(f"{folder.name}-safety")
+    results = Path(loaded.file.output.folder or f"out/{loaded.path.stem}")
+    return loaded.reach.output(str(results.with_name(f"{results.name}-safety")) if results.name else "safety")
 
 
 def ask_safety(

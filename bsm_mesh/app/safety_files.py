@@ -63,7 +63,7 @@ def _write_trials(answer: Safety, draft: Path) -> None:
     table = csv.writer(rows, lineterminator="\n")
     table.writerow(TRIALS_HEADER)
     for trial in answer.trials:
-        status = "" if trial.status is None else trial.status.value
+        status = trial.status.value
         row = (repr(trial.value), trial.verdict.value, f"{trial.moved:.6g}", len(trial.blocks), status)
         table.writerow((*row, f"{trial.seconds:.3f}", trial.reason))
     write_text(draft, rows.getvalue())

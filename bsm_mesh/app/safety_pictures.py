@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.files import whole_file
+from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.bracket import Verdict
 
+DPI = 130
 COLOURS = {Verdict.STABLE: "#2e7d32", Verdict.UNSTABLE: "#c62828", Verdict.UNDECIDED: "#9e9e9e"}
 MARKS = {Verdict.STABLE: "o", Verdict.UNSTABLE: "s", Verdict.UNDECIDED: "D"}
 SLIPS, OPENS, FAILS, PAPER = "#e08214", "#1f6fb2", "#ef9a9a", "#f4f1ea"
@@ -21,9 +22,10 @@ LEAST_MOVEMENT = 1e-5  # of a block's size: nothing smaller is told apart in the
 SHOWN = 0.5  # sizes of the largest block that fails: what moved farther is drawn no farther, what moved less as far
 
 
-def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Path, quantity: str = "factor") -> None:
+def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Path) -> None:
     """Draw the greatest movement of a block against the value that was tried, with the bracket."""
-    figure, axes = _paper((8.0, 5.0))
+    figure = paper((8.0, 5.0), DPI)
+    axes = figure.add_subplot()
     stable = [trial for trial in safety.trials if trial.verdict is Verdict.STABLE]
     rows = [(trial.value, max(trial.moved, LEAST_MOVEMENT)) for trial in stable]
     axes.plot(*np.reshape(rows, (-1, 2)).T, color=COLOURS[Verdict.STABLE], linewidth=1, alpha=0.5)
@@ -40,12 +42,11 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
         axes.axvline(safety.limit.factor, color="black", linestyle="--", linewidth=1, label="bound by limit analysis")
     axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="counts as failure from here on")
     axes.set_yscale("log")
-    axes.set_xlabel(quantity, parse_math=False)
+    axes.set_xlabel(safety.quantity, parse_math=False)
     axes.set_ylabel("greatest movement of a block over its size")
     axes.set_title(title, parse_math=False, fontsize=11)
     axes.legend(fontsize=8, frameon=False)
-    with whole_file(path) as draft:
-        figure.savefig(draft, format="png", dpi=130)
+    save(figure, path)
 
 
 def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
@@ -53,7 +54,8 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
     good, bad = safety.stable, safety.unstable
     corners = next(iter(safety.states.values())).blocks.vertices
     width, height = corners.max(axis=0) - corners.min(axis=0)
-    figure, (left, right) = _paper((13.0, 1.2 + 6.2 * float(np.clip(height / width, 0.25, 1.5))), 2)
+    figure = paper((13.0, 1.2 + 6.2 * float(np.clip(height / width, 0.25, 1.5))), DPI)
+    left, right = figure.subplots(1, 2)
     if good is not None and good in safety.states:
         _draw_joints(left, safety.states[good])
         left.set_title(f"last stable, {good:.4g}: joints that slip (orange) or are open (blue)", fontsize=10)
@@ -63,18 +65,7 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
         shown = f", {factor:.2g} times as far" if factor > 1.05 else ""
         right.set_title(f"first unstable, {bad:.4g}: blocks that fail (red), and where they go{shown}", fontsize=10)
     figure.suptitle(title, parse_math=False, fontsize=11)
-    with whole_file(path) as draft:
-        figure.savefig(draft, format="png", dpi=130)
-
-
-def _paper(size: tuple[float, float], columns: int = 1) -> tuple[Any, Any]:
-    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=size, layout="constrained")
-        FigureCanvasAgg(figure)
-        return figure, figure.subplots(1, columns)
+    save(figure, path)
 
 
 def _draw_joints(axes: Any, results: Results) -> None:
@@ -128,12 +119,9 @@ def _draw_failure(axes: Any, results: Results, fails: IntArray) -> float:
 
 def _outlines(results: Results, stage: StageResult, moved: FloatArray) -> list[FloatArray]:
     """Return the corners of the blocks that are there, moved (n, 3) from where the stage found them."""
-    blocks = results.blocks
-    centroid, owner = blocks.moments.centroid, blocks.owner
-    u, v, turn = (stage.displacement - stage.stage_displacement + moved)[owner].T
-    x, y = (blocks.vertices - centroid[owner]).T
-    cosine, sine = np.cos(turn), np.sin(turn)
-    corners = centroid[owner] + np.column_stack([u + cosine * x - sine * y, v + sine * x + cosine * y])
+    blocks, owner = results.blocks, results.blocks.owner
+    there = stage.displacement - stage.stage_displacement + moved
+    corners = blocks.vertices + displacement_of(blocks, there, owner, blocks.vertices)
     sizes = np.diff(blocks.offsets)[stage.present]
     return np.split(corners[stage.present[owner]], np.cumsum(sizes)[:-1])
 

@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -156,8 +155,6 @@ def _cores() -> int:
 
 def _identity(study: Study) -> dict[str, str]:
     """Return what the runs are of; the model as it is in its file, built once here so that its faults come first."""
-    if "factor_of_safety" in study.file.answers and find_spec("bsm_mesh.safety") is None:
-        raise ModelError(f"{study.path.name}: answers: this version has no factor of safety; leave it out")
     model = study.variation.model({}).model
     for scatter in study.scatters:
         scatter_joint(model, scatter, (study.file.seed,))

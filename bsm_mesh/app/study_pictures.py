@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.study_tables import NAMES, failure_in_words
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.files import whole_file
 from bsm_mesh.studies.statistics import answers_of, effects_on, fails, main_answer, stands
 from bsm_mesh.studies.table import StudyTable
 
@@ -29,19 +28,12 @@ def draw_study(table: StudyTable, title: str, folder: Path) -> list[Path]:
     answer = main_answer(table)
     if answer is None:
         return []
-    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
     drawn = []
     for name, draw in _drawers(table, answer).items():
-        figure = Figure(dpi=100, layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = paper((WIDTH / 140, 5.5))
         draw(figure, table, answer)
         figure.suptitle(f"{title}: {failure_in_words(table)}", fontsize=12, parse_math=False)  # a $ is a $
-        path = folder / PICTURES_FOLDER / f"{name}.png"
-        with whole_file(path, parents=True) as draft:
-            figure.savefig(draft)
-        drawn.append(path)
+        drawn.append(save(figure, folder / PICTURES_FOLDER / f"{name}.png"))
     return drawn
 
 
@@ -62,7 +54,6 @@ def _label(answer: str) -> str:
 
 def _draw_histogram(figure: Any, table: StudyTable, answer: str) -> None:
     """Draw how often which value of the answer comes; of a verdict alone the movement of stable runs."""
-    figure.set_size_inches(WIDTH / 140, 5.5)
     axes, answers = figure.add_subplot(), answers_of(table)
     shown = answer if answer != "failure" or "max_displacement" not in answers else "max_displacement"
     values = answers[shown]

@@ -8,7 +8,7 @@ from bsm_mesh.app.build import LoadedModel
 from bsm_mesh.app.variation import Variation
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
-from bsm_mesh.safety.changes import change_of
+from bsm_mesh.safety.changes import NAMES, change_of
 
 
 class Varied:
@@ -22,10 +22,23 @@ class Varied:
         A dotted key of it, or a number of `bsm_mesh.safety.changes`.
     scripts : bool
         Whether the file may run a geometry script and name any path.
+
+    Raises
+    ------
+    ModelError
+        For faults of the file, and where it cannot have the key.
     """
 
     def __init__(self, path: Path, name: str, *, scripts: bool = True) -> None:
         self._variation, self._name = Variation(path, scripts=scripts), name
+        if change_of(name) is not None:
+            return
+        try:
+            self._variation.check([name])
+        except ModelError as error:
+            raise ModelError(
+                [f"{fault}; beside keys of the file there are {NAMES}" for fault in error.faults]
+            ) from error
 
     def given(self) -> LoadedModel:
         """Return the model as the file gives it."""

@@ -1,4 +1,4 @@
-"""A model as it is in a stage: the strength that is left, and the gravity with what an earthquake adds."""
+"""A model as it is in a stage: its strength, its gravity with what an earthquake adds, its bolts."""
 
 from __future__ import annotations
 
@@ -19,10 +19,8 @@ def model_in_stage(model: Model, number: int) -> Model:
     number : int
         Of the stage; 0: before the first.
     """
-    strength: dict[str, float] = {}
-    gravity = None
+    strength, gravity = strength_in_stage(model, number), None
     for stage in model.stages[:number]:
-        strength |= resolved(model, stage.strength)
         gravity = gravity if stage.gravity is None else stage.gravity
     if not strength and gravity is None:
         return model
@@ -31,3 +29,22 @@ def model_in_stage(model: Model, number: int) -> Model:
     return model.replace(
         joints=joints, rocks=rocks, gravity_horizontal=horizontal, gravity_vertical=vertical, stages=(), bolts=()
     )
+
+
+def strength_in_stage(model: Model, number: int) -> dict[str, float]:
+    """Return the part of its strength that joints and rocks have in a stage, by name, where a stage so far named them.
+
+    A part is one of the strength given to the model; it stays until a later stage gives another. Rocks are
+    ``rock:NAME``.
+    """
+    strength: dict[str, float] = {}
+    for stage in model.stages[:number]:
+        strength |= resolved(model, stage.strength)
+    return strength
+
+
+def model_up_to(model: Model, number: int) -> Model:
+    """Return a model with its first stages, so many, and without the bolts that later ones install."""
+    stages = model.stages[:number]
+    there = [None, *(stage.name for stage in stages)]
+    return model.replace(stages=stages, bolts=[bolt for bolt in model.bolts if bolt.stage in there])

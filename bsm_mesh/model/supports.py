@@ -17,6 +17,8 @@ from bsm_mesh.model.values import Rules, plain_numbers
 
 Point: TypeAlias = tuple[float, float]
 
+RIGID = 1e-6  # least eigenvalue of unit bars on a block, rotations times its radius of gyration, that hold it
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
@@ -147,6 +149,16 @@ class Bars:
     value: FloatArray
     support: IntArray
     edge: IntArray
+
+    def held_blocks(self, blocks: Blocks) -> BoolArray:
+        """Return which blocks the bars hold in every direction and against rotation, (n,)."""
+        arm = self.point - blocks.moments.centroid[self.block]
+        turn = arm[:, 0] * self.direction[:, 1] - arm[:, 1] * self.direction[:, 0]
+        radius = blocks.moments.gyration[self.block]
+        along = np.column_stack([self.direction, np.where(self.holds_rotation, 1.0, turn / radius)])
+        stiffness = np.zeros((blocks.count, 3, 3))
+        np.add.at(stiffness, self.block, along[:, :, None] * along[:, None, :])
+        return np.asarray(np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == 3)
 
 
 GIVEN_SUPPORTS = (Fixed, Roller, NormalRoller, PrescribedDisplacement)

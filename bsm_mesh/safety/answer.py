@@ -163,7 +163,7 @@ def answer_of(found: Found, limit: Limit, quantity: str, stage: str, start: str,
     )
 
 
-def notes_on(found: Found, limit: Limit, settings: Settings) -> tuple[str, ...]:
+def notes_on(found: Found, settings: Settings) -> tuple[str, ...]:
     """Say what a reader of a bracket should know, a sentence each."""
     notes = []
     if found.bracket.stable_beyond:
@@ -179,7 +179,7 @@ def notes_on(found: Found, limit: Limit, settings: Settings) -> tuple[str, ...]:
             "is that of where the blocks came to rest"
         )
     bad = next((trial for trial in found.trials if trial.value == found.bracket.unstable), None)
-    if bad is not None and bad.status is not None and bad.status.is_stable:
+    if bad is not None and bad.status.is_stable:
         notes.append(
             f"at {bad.value:.4g} blocks move, and come to rest again after {100 * bad.moved:.3g} % of their size"
         )

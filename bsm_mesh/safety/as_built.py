@@ -46,18 +46,18 @@ def as_built(model: Model) -> SubModel:
     return replace(part, model=part.model.replace(bolts=bolts))
 
 
-def held_blocks(model: Model) -> BoolArray:
-    """Return the blocks that supports hold, (n,)."""
-    held = np.zeros(model.blocks.count, dtype=bool)
-    held[bars_of(model.supports, model.blocks).block] = True
-    return held
-
-
 def counted_blocks(model: Model, falls: Falls) -> BoolArray:
-    """Return the blocks whose movement counts, (n,): no support holds them, and they are not too small."""
-    free = ~held_blocks(model)
-    counted: BoolArray = free & ~falls.small(model.blocks, free)
-    return counted
+    """Return the blocks whose movement counts, (n,): supports do not hold them fast, and they are not too small."""
+    return _free(model) & ~small_blocks(model, falls)
+
+
+def small_blocks(model: Model, falls: Falls) -> BoolArray:
+    """Return the blocks that are too small to count, (n,), of those that supports do not hold fast."""
+    return falls.small(model.blocks, _free(model))
+
+
+def _free(model: Model) -> BoolArray:
+    return ~bars_of(model.supports, model.blocks).held_blocks(model.blocks)
 
 
 def part_of(part: SubModel, stays: BoolArray) -> SubModel:

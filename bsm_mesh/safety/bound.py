@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.evidence import Proof
-from bsm_mesh.safety.as_built import as_built, held_blocks, part_of
+from bsm_mesh.safety.as_built import as_built, part_of, small_blocks
 from bsm_mesh.safety.trials import Reduction
 from bsm_mesh.solve.stages.falls import Falls
 
@@ -49,7 +49,7 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
 
     try:
         part = as_built(model)
-        small = falls.small(part.model.blocks, ~held_blocks(part.model))
+        small = small_blocks(part.model, falls)
         while True:
             found = strength_limit(part.model, reduction.joints, rocks=reduction.rocks, bolts=reduction.bolts)
             moves = _moving(part.model, found.mechanism)

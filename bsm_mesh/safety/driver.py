@@ -30,11 +30,10 @@ class Trial:
         Stable, unstable or undecided.
     reason : str
         Why, in words.
-    status : Status or None
-        The verdict of the run; None: not run, but proved by limit analysis.
+    status : Status
+        The verdict of the run.
     moved : float
-        Greatest movement of a block from where it is in the reference state, over its size; infinite where blocks come
-        down.
+        Greatest movement of a block from where it is in the reference state, over its size.
     blocks : (k,) int32
         Blocks that fail.
     seconds : float
@@ -44,7 +43,7 @@ class Trial:
     value: float
     verdict: Verdict
     reason: str
-    status: Status | None
+    status: Status
     moved: float
     blocks: IntArray
     seconds: float
@@ -92,11 +91,13 @@ class Search:
     blocks : Blocks
         The model's blocks.
     counts : (n,) bool
-        Those whose movement counts: no support holds them, and they are not too small.
+        Those whose movement counts: supports do not hold them fast, and they are not too small.
     report : callable
         Told every trial.
     known : iterable of Ended
         What was run before.
+    states : bool
+        Whether the states at both ends of the bracket are wanted; not wanted, what is proved or known is not run.
     """
 
     def __init__(
@@ -108,10 +109,12 @@ class Search:
         counts: BoolArray,
         report: Callable[[str], None],
         known: Iterable[Ended] = (),
+        *,
+        states: bool = True,
     ) -> None:
         self._trials, self._within, self._criterion, self._blocks = trials, within, criterion, blocks
         self._report = report
-        self._counts = counts
+        self._counts, self._wants_states = counts, states
         self._ended: dict[float, Ended] = {each.value: each for each in known}
         self._reference: Ended | None = None
 
@@ -130,7 +133,7 @@ class Search:
 
     def _unseen(self) -> list[float]:
         """Return the ends of the bracket whose states are not there: proved and not run, or forgotten."""
-        return [value for value in self._ends if self._state(value) is None]
+        return [value for value in self._ends if self._wants_states and self._state(value) is None]
 
     @property
     def _ends(self) -> list[float]:
@@ -160,7 +163,7 @@ class Search:
         part of it that counts as failure.
         """
         part, bound = self._criterion.movement, self._within.bound
-        if self._reference is None or not math.isfinite(part):
+        if self._reference is None or not math.isfinite(part) or not self._counts.any():
             return None
         size = np.sqrt(self._blocks.moments.area[self._counts])
         proved = bound is not None and self._within.at(value) >= self._within.at(bound)

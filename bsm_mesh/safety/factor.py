@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import get_args
 
-from bsm_mesh.errors import raise_faults
+from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.model.in_stage import model_up_to
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.values import Rules
@@ -16,7 +18,7 @@ from bsm_mesh.safety.bound import Limit, limit_of
 from bsm_mesh.safety.bracket import Bracket, Range
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Search
-from bsm_mesh.safety.trials import STARTS, Reduction, Start, stage_number, strength_trials
+from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, stage_number, strength_trials
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.sequence import INITIAL
 
@@ -90,36 +92,33 @@ def factor_of_safety(
     reduction = Reduction(joints=chosen, rocks=chosen is None if rocks is None else rocks, bolts=bolts)
     given = run_options(model, options, processes)
     name = [INITIAL, *(each.name for each in model.stages)][stage_number(model, stage)]
-    model = model.replace(stages=model.stages[: stage_number(model, stage)])
+    model = model_up_to(model, stage_number(model, stage))
     reduction.parts(model, 1.0)
     report("limit analysis")
     limit = limit_of(model, reduction, given.falls)
-    found = _search(model, given, reduction, start, limit, settings, report)
-    notes = notes_on(found, limit, settings)
+    runs = strength_trials(model, given, reduction, None, start, report)
+    found = _search(runs, limit, settings, report)
+    notes = [*notes_on(found, settings), *_on_bound(runs, limit)]
     others: list[tuple[str, Bracket]] = []
-    if spread:
-        for text, changed, other in _others(model, start):
-            report(f"spread: {text}")
-            others.append((text, _search(changed, given, reduction, other, limit, settings, report).bracket))
-        notes = (*notes, *_on_spread(found.bracket, others))
+    for text, changed, other in _others(model, start) if spread else ():
+        report(f"spread: {text}")
+        try:
+            other_runs = strength_trials(changed, given, reduction, None, other, report)
+        except ModelError as error:  # what comes before does not stand so, which is no fault of the answer
+            notes.append(f"not in the spread: {text}: {error}")
+            continue
+        others.append((text, _search(other_runs, limit, settings, report).bracket))
+    notes += _on_spread(found.bracket, others)
     answer = answer_of(found, limit, "factor of safety", name, STARTS[start].format(stage=name), str(reduction))
-    return replace(answer, spread=tuple(others), notes=notes)
+    return replace(answer, spread=tuple(others), notes=tuple(notes))
 
 
-def _search(
-    model: Model,
-    options: Options,
-    reduction: Reduction,
-    start: Start,
-    limit: Limit,
-    settings: Settings,
-    report: Callable[[str], None],
-) -> Found:
-    trials = strength_trials(model, options, reduction, None, start, report)
-    bound = None if trials.has_moved else _bound(limit, settings.tolerance)
+def _search(runs: StrengthTrials, limit: Limit, settings: Settings, report: Callable[[str], None]) -> Found:
+    bound = None if runs.has_moved else _bound(limit, settings.tolerance)
     first = 1.0 if bound is None or bound > 1 or bound == LEAST else bound * (1 - 0.8 * settings.tolerance)
     within = Range(good=LEAST, bad=GREATEST, first=first, bound=bound, tolerance=settings.tolerance, is_factor=True)
-    search = Search(trials, within, settings.failure, model.blocks, counted_blocks(model, options.falls), report)
+    model = runs.model
+    search = Search(runs, within, settings.failure, model.blocks, counted_blocks(model, runs.options.falls), report)
     return search.run(settings.trials, settings.processes)
 
 
@@ -147,6 +146,16 @@ def _stiffer(joint: Joint) -> Joint:
     assert joint.shear_stiffness is not None
     return replace(
         joint, normal_stiffness=STIFFER * joint.normal_stiffness, shear_stiffness=STIFFER * joint.shear_stiffness
+    )
+
+
+def _on_bound(runs: StrengthTrials, limit: Limit) -> tuple[str, ...]:
+    """Say where the bound is not one of this stage."""
+    if not runs.has_moved or math.isinf(limit.factor):
+        return ()
+    return (
+        "blocks have moved in earlier stages: the bound by limit analysis is that of where they were given, and was "
+        "not used",
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.model.in_stage import model_up_to
 from bsm_mesh.model.model import Model
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
 from bsm_mesh.safety.as_built import counted_blocks
@@ -36,7 +37,7 @@ class ValueTrials:
     def run(self, value: float, limit: float | None = None) -> Ended:
         """Return how the model ends with a value, or once a block has moved that far [m]."""
         model = self.model_at(value)
-        return ended(model.replace(stages=model.stages[: self.stage]), limited(self.options, limit), value)
+        return ended(model_up_to(model, self.stage), limited(self.options, limit), value)
 
 
 def limit_value(
@@ -89,7 +90,7 @@ def limit_value(
     )
     start = f"whole runs up to stage '{name}'"
     answer = answer_of(found, NO_BOUND, quantity, name, start, f"{quantity} from {good:g} to {bad:g}")
-    return replace(answer, notes=notes_on(found, NO_BOUND, settings))
+    return replace(answer, notes=notes_on(found, settings))
 
 
 def range_of(good: float, bad: float, tolerance: float) -> Range:

@@ -15,6 +15,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.quantities import COORDINATE
 from bsm_mesh.model.values import Rules
+from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import Status
 from bsm_mesh.safety.answer import Settings, run_options
 from bsm_mesh.safety.as_built import counted_blocks
@@ -55,8 +56,13 @@ class Measured:
         rules.choice("component", self.component, get_args(Component))
         rules.number("movement", self.movement, COORDINATE)
         rules.number("deviation", self.deviation, COORDINATE)
-        if not rules.faults and self.deviation < 0:
-            rules.faults.append(f"measured: deviation = {self.deviation:g} m must not be negative")
+        if not rules.faults and self.movement == 0:
+            rules.faults.append("measured: movement = 0 m: a point that did not move tells nothing; leave it out")
+        elif not rules.faults and not 0 <= self.deviation < abs(self.movement):
+            rules.faults.append(
+                f"measured: deviation = {self.deviation:g} m must be 0 or more, and less than the movement of "
+                f"{abs(self.movement):g} m: what may as well be no movement tells nothing"
+            )
         raise_faults(rules.faults)
 
     def of(self, ended: Ended, blocks: Blocks) -> float:
@@ -70,12 +76,8 @@ class Measured:
         inside = blocks_at(blocks, self.point)
         if not len(inside):
             raise ModelError(f"measured: the point ({self.point[0]:g}, {self.point[1]:g}) is in no block")
-        block = int(inside[0])
-        u, v, turn = ended.displacement[block]
-        x, y = np.asarray(self.point) - blocks.moments.centroid[block]
-        versed, sine = -2 * math.sin(turn / 2) ** 2, math.sin(turn)
-        along = {"x": u + versed * x - sine * y, "y": v + sine * x + versed * y}
-        return float(math.hypot(*along.values()) if self.component == "total" else along[self.component])
+        ((x, y),) = displacement_of(blocks, ended.displacement, inside[:1], np.array([self.point]))
+        return float({"x": x, "y": y, "total": math.hypot(x, y)}[self.component])
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +99,7 @@ class Reaches:
         if not ended.status.is_stable:
             return Judgement(Verdict.UNDECIDED, ended.reason)
         moved = self.measured.of(ended, blocks)
-        there = moved / self.reached >= 1 if self.reached else moved >= 0
-        verdict = Verdict.UNSTABLE if there else Verdict.STABLE
+        verdict = Verdict.UNSTABLE if moved / self.reached >= 1 else Verdict.STABLE
         return Judgement(verdict, f"moves by {moved:.5g} m")
 
 
@@ -213,6 +214,7 @@ def back_analysis(
                 counted_blocks(model, run.options.falls),
                 report,
                 known,
+                states=False,
             )
             found = search.run(len(known) + settings.trials, processes)
             known, shown = search.ended, list(found.trials)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.model.in_stage import model_up_to, strength_in_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
@@ -152,25 +153,14 @@ class StrengthTrials:
         if self.reduction.bolts:
             model = with_bolt_capacities(model, 1 / factor)
         parts = self.reduction.parts(model, factor)
+        if self.start == "throughout" or (self.start == "stage" and not model.stages):
+            return with_strength(model, parts)
+        has = strength_in_stage(model, len(model.stages))
+        left = {name: part * has.get(name, 1.0) for name, part in ({**dict.fromkeys(has, 1.0), **parts}).items()}
         if self.start == "after":
-            return model.replace(stages=[*model.stages, Stage(name=REDUCED, strength=parts)])
-        if self.start == "throughout" or not model.stages:
-            return _weaker(model, parts)
+            return model.replace(stages=[*model.stages, Stage(name=REDUCED, strength=left)])
         *former, last = model.stages
-        return model.replace(stages=[*former, replace(last, strength=_times(last.strength, parts))])
-
-
-def _weaker(model: Model, parts: Mapping[str, float]) -> Model:
-    """Return a model with parts of its strength in every stage."""
-    stages = [
-        replace(stage, strength={name: part * parts.get(name, 1.0) for name, part in stage.strength.items()})
-        for stage in model.stages
-    ]
-    return with_strength(model, parts).replace(stages=stages)
-
-
-def _times(given: Mapping[str, float], parts: Mapping[str, float]) -> dict[str, float]:
-    return {**given, **{name: part * given.get(name, 1.0) for name, part in parts.items()}}
+        return model.replace(stages=[*former, replace(last, strength=left)])
 
 
 def strength_trials(
@@ -184,7 +174,7 @@ def strength_trials(
         If what comes before is not stable with the strength that is given, so that the stage is never reached.
     """
     number = stage_number(model, stage)
-    model = model.replace(stages=model.stages[:number])
+    model = model_up_to(model, number)
     reduction.parts(model, 1.0)
     trials = StrengthTrials(model=model, options=options, reduction=reduction, start=start)
     first = number if start == "stage" else number + 1  # of the stages in which strength is reduced
@@ -196,9 +186,7 @@ def strength_trials(
         if is_end:
             kept[:] = [make()]
 
-    before = solve(
-        model.replace(stages=model.stages[: first - 1]), options, report=report, resumption=Resumption(keep=keep)
-    )
+    before = solve(model, options, report=report, resumption=Resumption(keep=keep, until=first - 1))
     if not before.status.is_stable:
         failed = before.stages[-1]
         raise ModelError(

@@ -11,6 +11,7 @@ from bsm_mesh.errors import ModelError, nearest, placed
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.water import Water
 
 CLASSES = 9
@@ -85,10 +86,7 @@ def scatter_joint(model: Model, scatter: Scatter, seed: tuple[int, ...]) -> Mode
         blocks=blocks,
         joints=(*others, *classes),
         water=None if model.water is None else _water_in(model.water, joint.name, part_names),
-        stages=tuple(
-            stage if stage.water is None else replace(stage, water=_water_in(stage.water, joint.name, part_names))
-            for stage in model.stages
-        ),
+        stages=tuple(_stage_in(stage, joint.name, part_names, is_kept=is_default) for stage in model.stages),
     )
 
 
@@ -132,3 +130,13 @@ def _water_in(water: Water, joint: str, classes: tuple[str, ...]) -> Water:
         return water
     others = {name: pressure for name, pressure in water.joint_pressure.items() if name != joint}
     return replace(water, joint_pressure={**others, **dict.fromkeys(classes, water.joint_pressure[joint])})
+
+
+def _stage_in(stage: Stage, joint: str, classes: tuple[str, ...], *, is_kept: bool) -> Stage:
+    """Return a stage whose water and strength of a joint are those of all its classes; of itself too if it is kept."""
+    strength = dict(stage.strength)
+    if joint in strength:
+        part = strength[joint] if is_kept else strength.pop(joint)
+        strength |= dict.fromkeys(classes, part)
+    water = None if stage.water is None else _water_in(stage.water, joint, classes)
+    return replace(stage, strength=strength, water=water)

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.kernels import set_turns
 from bsm_mesh.solve.motion.masses import MotionSettings
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
@@ -237,3 +238,13 @@ def test_a_block_on_an_inclined_roller_falls_along_it(degrees):
     assert abs(moved @ across) < 1e-9
     assert moved[1] < 0
     assert (velocity**2).sum() / 2 == pytest.approx(-moved[1], rel=0.02)
+
+
+def test_turns_within_a_window_are_exact_however_far_a_splinter_spins():
+    turn = np.concatenate([np.linspace(-20, 20, 4001), np.linspace(-0.11, 0.11, 101), [0.0, 1e-7]])
+    moved = np.zeros((len(turn), 3))
+    moved[:, 2] = turn
+    sine, versine = np.zeros((2, len(turn)), np.float32)
+    set_turns(moved, np.arange(len(turn)), sine, versine)
+    assert_allclose(sine, np.sin(turn), rtol=2e-7, atol=1e-7)
+    assert_allclose(versine, 2 * np.sin(turn / 2) ** 2, rtol=2e-7, atol=1e-13)

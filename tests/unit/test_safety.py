@@ -8,6 +8,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.results.records import Status
+from bsm_mesh.safety.as_built import counted_blocks
 from bsm_mesh.safety.bracket import Range, Verdict
 from bsm_mesh.safety.criterion import Ended, Failure
 from bsm_mesh.safety.driver import Search
@@ -239,3 +240,73 @@ def test_where_no_strength_is_enough_there_is_no_factor():
     assert "whatever the strength" in found.limit.text
     assert found.stable is None
     assert str(found) == "factor of safety: none found; no trial was stable"
+
+
+def staged(**given):
+    """Return an incline whose joint weathers in a stage, which a later one does not name."""
+    stages = [bsm.Stage(name="rain", strength={"J": 0.9}), bsm.Stage(name="later", loads=[])]
+    return incline().replace(stages=stages, **given)
+
+
+@pytest.mark.parametrize("start", ["stage", "after", "throughout"])
+def test_strength_that_stages_have_left_is_what_is_divided(start):
+    """As of the stage in question, whether it names a part of strength itself or a former one did."""
+    for stage, part in (("later", 0.9), ("rain", 0.9), ("initial", 1.0)):
+        found = factor_of_safety(staged(), stage=stage, start=start)
+        assert found.stable < part * EXACT <= found.unstable * (1 + 1e-4), (stage, str(found))
+        assert found.limit.factor == pytest.approx(part * EXACT, rel=1e-4)
+
+
+def test_a_stage_is_asked_about_before_the_bolts_of_a_later_one_are_there():
+    """The bolt would hold the block at any strength that is tried."""
+    along = np.array([np.cos(np.radians(DIP)), np.sin(np.radians(DIP))])
+    across = np.array([-along[1], along[0]])
+    start, end = (tuple(distance * across) for distance in (0.25, -3.0))
+    bolt = bsm.Bolt(
+        start=start, end=end, kind="end_anchored", diameter=0.05, young=200e9, pretension=1e6, stage="bolts"
+    )
+    stages = [bsm.Stage(name="first", loads=[]), bsm.Stage(name="bolts")]
+    model = incline().replace(stages=stages, bolts=[bolt])
+    for stage in ("initial", "first"):
+        found = factor_of_safety(model, stage=stage)
+        assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
+    assert factor_of_safety(model).stable > 3.0
+
+
+def test_a_block_on_rollers_counts_and_a_fixed_one_does_not():
+    model = model_of([rectangle(-5, -1, 5, 0), rectangle(-1, 0, 1, 1), rectangle(1, 0, 3, 1)], fixed=(0,))
+    model = model.replace(supports=[*model.supports, bsm.Roller(blocks=[1], direction=0.0)])
+    assert counted_blocks(model, bsm.Options().falls).tolist() == [False, True, True]
+
+
+def test_nothing_that_could_fail_is_no_error():
+    model = model_of([rectangle(-5, -1, 5, 0), rectangle(-1, 0, 1, 1)], fixed=(0, 1))
+    model = model.replace(loads=[bsm.PointLoad(block=1, point=(0, 0.5), force=(0.0, -1.0))])
+    assert factor_of_safety(model).unstable is None
+
+
+def test_another_start_that_has_no_answer_leaves_the_answer():
+    """The block slides as it is given, so that nothing can be weakened after it has come to rest."""
+    weak = incline().replace(joints=[replace(incline().joints[0], law=bsm.MohrCoulomb(friction=20.0))])
+    found = factor_of_safety(weak, spread=True)
+    assert found.stable == pytest.approx(np.tan(np.radians(20.0)) / np.tan(np.radians(DIP)), rel=0.006)
+    assert [text for text, _ in found.spread] == ["joints 10 times as stiff"]
+    assert any(note.startswith("not in the spread: strength reduced after") for note in found.notes)
+
+
+def test_a_bound_of_where_blocks_were_given_is_none_after_they_have_moved():
+    """The block is let down by the excavation of what it leans on, and slides to the next one."""
+    polygons = [
+        turned(p, DIP)
+        for p in (
+            rectangle(-20, -5, 5, 0),
+            rectangle(-1, 0, 1, 0.5),
+            rectangle(-2, 0, -1, 0.5),
+            rectangle(-4, 0, -2, 0.5),
+        )
+    ]
+    model = model_of(polygons, friction=20.0, kn=1e10, fixed=(0, 2, 3)).replace(
+        stages=[bsm.Stage(name="dig", excavate=[2]), bsm.Stage(name="later", loads=[])]
+    )
+    found = factor_of_safety(model, bsm.Options(displacement_limit=50.0))
+    assert any("blocks have moved in earlier stages" in note for note in found.notes)

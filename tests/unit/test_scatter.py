@@ -112,3 +112,12 @@ def test_an_elastic_joint_has_nothing_to_scatter() -> None:
     model = wall(joints=[bsm.Joint("J1", **STIFF), bsm.Joint("J2", **STIFF)])
     with pytest.raises(ModelError, match="the joint has no friction; give it a law"):
         scatter_joint(model, FRICTION, (1, 0))
+
+
+@pytest.mark.parametrize("joint", ["J1", "J2"])
+def test_what_a_stage_leaves_of_a_joint_is_left_of_all_its_classes(joint: str) -> None:
+    model = wall(stages=[bsm.Stage(name="rain", strength={joint: 0.5})])
+    scattered = scatter_joint(model, Scatter(joint=joint, strength="friction", deviation=1.0, classes=3), (1, 0))
+    ((name, strength),) = [(stage.name, dict(stage.strength)) for stage in scattered.stages]
+    kept = {joint: 0.5} if joint == "J2" else {}  # the default joint stays for contacts that arise
+    assert (name, strength) == ("rain", {**kept, **{f"{joint}~{k}": 0.5 for k in (1, 2, 3)}})

@@ -136,7 +136,7 @@ class Continuation:
         iterate = Iterate(residual=residual, velocity=state.velocity, moving_steps=self._solver.pace.moving_steps)
         tried, attempt = self._solver.solve(equations, iterate, number, quiet=state.quiet > 0)  # (2), (3)
         if attempt is None:
-            reason = f"no method found the end of a step: {', '.join(tried)} were tried"
+            reason = f"no method found the end of a step; tried: {', '.join(tried)}"
             return self._end(Status.NOT_CONVERGED, reason, contacts, state.position)
         contacts, position, velocity = attempt.contacts, attempt.position, attempt.velocity
         at, system.bolts = attempt.at, attempt.equations.system.bolts

@@ -12,10 +12,9 @@ from scipy.sparse import block_array, block_diag, coo_array, csr_array, hstack
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.table import initial_contacts
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Bars, bars_of
+from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.bolts.dowels import Dowels
 from bsm_mesh.solve.limit.interior_point import Answer, Solution, minimise
 from bsm_mesh.solve.limit.measure import Measure, Measured
@@ -23,7 +22,6 @@ from bsm_mesh.solve.limit.strength import Strength
 
 NOTHING = 1e-8  # over loads on blocks: what lacks less lacks nothing; programs are solved to 1e-10
 HARDLY = 1e-6  # of the loads: where less is borne nothing is
-RIGID = 1e-6  # least eigenvalue of unit bars on a block, rotations times its radius of gyration, that hold it
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,7 +100,7 @@ class LimitProgram:
         self.crossing = model.blocks.moments.centroid[self.dowels.near] + self.dowels.arm_near
         self.strength = Strength.of(model, self.contacts, self.bolts, self.dowels)
         self.radius = model.blocks.moments.gyration
-        self.movable = ~_held(self.bars, model.blocks)
+        self.movable = ~self.bars.held_blocks(model.blocks)
         self.acting = np.flatnonzero(self.movable[self.bars.block])  # bars of held blocks balance whatever comes
         self.equilibrium = csr_array(self._equilibrium())
 
@@ -277,14 +275,3 @@ class LimitProgram:
 def _any(matrix: csr_array) -> BoolArray:
     """Return which rows of a matrix hold anything."""
     return np.asarray(abs(matrix).sum(axis=1) > 0).reshape(-1)
-
-
-def _held(bars: Bars, blocks: Blocks) -> BoolArray:
-    """Return which blocks their supports hold in every direction, (n,)."""
-    arm = bars.point - blocks.moments.centroid[bars.block]
-    turn = arm[:, 0] * bars.direction[:, 1] - arm[:, 1] * bars.direction[:, 0]
-    radius = blocks.moments.gyration[bars.block]
-    along = np.column_stack([bars.direction, np.where(bars.holds_rotation, 1.0, turn / radius)])
-    stiffness = np.zeros((blocks.count, 3, 3))
-    np.add.at(stiffness, bars.block, along[:, :, None] * along[:, None, :])
-    return np.asarray(np.linalg.matrix_rank(stiffness, tol=RIGID, hermitian=True) == 3)

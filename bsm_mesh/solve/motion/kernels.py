@@ -15,6 +15,8 @@ from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, add_
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
 
+SERIES = 0.1  # rad: turns below are worked out by their series
+
 
 @njit(nogil=True)
 def advance(
@@ -112,15 +114,18 @@ def _move(
 def set_turns(
     here: FloatArray, own: IntArray, sine: SingleArray, versine: SingleArray
 ) -> None:  # pragma: no cover - compiled
-    """Set sine and versine (1 - cosine) of the turns of blocks `own` in a movement (n, 3), by their series.
+    """Set sine and versine (1 - cosine) of the turns of blocks `own` in a movement (n, 3).
 
-    Turns within a window are below 0.1; what the series leave out is below 1e-9 of them.
+    Those of most turns by their series, which leave out less than 1e-9 of them. Splinters may spin within a window.
     """
     for i in own:
         turn = here[i, 2]
         square = turn * turn
-        sine[i] = turn * (1.0 - square / 6.0 * (1.0 - square / 20.0))
-        versine[i] = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0))
+        if square < SERIES * SERIES:
+            sine[i] = turn * (1.0 - square / 6.0 * (1.0 - square / 20.0))
+            versine[i] = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0))
+        else:
+            sine[i], versine[i] = np.sin(turn), 2.0 * np.sin(turn / 2.0) ** 2
 
 
 @njit(nogil=True)

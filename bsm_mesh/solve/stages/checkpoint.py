@@ -83,7 +83,7 @@ Keep: TypeAlias = Callable[[Callable[[], Checkpoint], bool], None]
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Resumption:
-    """Where a run goes on, and what keeps its checkpoints.
+    """Where a run goes on and where it ends, and what keeps its checkpoints.
 
     Attributes
     ----------
@@ -93,8 +93,11 @@ class Resumption:
         Results of the stages that were finished there.
     keep : callable
         Gets a checkpoint after every step and stage.
+    until : int or None
+        Number of the stage at whose end the run ends, 0 for the first; None: the last.
     """
 
     begun: Checkpoint | None = None
     stages: tuple[StageResult, ...] = ()
     keep: Keep = lambda make, ended: None
+    until: int | None = None

@@ -46,8 +46,8 @@ def solve_stages(
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `prove` is asked about the
     start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with
-    blocks that come down. `notes` belong to the first. `resumption` says where the run goes on, if it was interrupted.
-    `record` measures the histories at every step.
+    blocks that come down. `notes` belong to the first. `resumption` says where the run goes on, if it was interrupted,
+    and where it ends. `record` measures the histories at every step.
 
     Raises
     ------
@@ -64,7 +64,8 @@ def solve_stages(
         state = StageState.recalled(begun, model_in_stage(model, number), bars, _water(model, number))
     run = Analysis(model, scheme, observer, check, prove, falls, resumption.keep, record)
     results = list(resumption.stages)
-    for number in range(len(results), 1 + len(model.stages)):
+    last = len(model.stages) if resumption.until is None else resumption.until
+    for number in range(len(results), 1 + last):
         if results and not results[-1].status.is_stable:
             break
         stage = model.stages[number - 1] if number else None

@@ -1,0 +1,30 @@
+"""The paper that charts are drawn on, and how they are written: Matplotlib without a display."""
+
+from __future__ import annotations
+
+from contextlib import chdir
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bsm_mesh.files import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def paper(size: tuple[float, float], dpi: float = 100.0) -> Figure:
+    """Return an empty figure of a size in inches, whose parts make room for each other."""
+    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, dpi=dpi, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG, and return its path; folders that are missing are made."""
+    with whole_file(path, parents=True) as draft:
+        figure.savefig(draft, format="png")
+    return path
