@@ -181,6 +181,9 @@ class BoltTable(Table):
     kind: BoltKind = "grouted"
     diameter: Annotated[float, In(q.BOLT_DIAMETER)] | None = None
     young: Annotated[float, In(q.BOLT_YOUNG)] = 200e9
+    stiffness: Annotated[float, In(q.BOLT_STIFFNESS)] | None = Field(
+        default=None, description="axial, times length, in N; default: young times the section"
+    )
     yield_strength: Annotated[float, In(q.YIELD_STRENGTH)] | None = Field(
         default=None, description="of the steel; default: unlimited"
     )

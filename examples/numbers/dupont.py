@@ -137,7 +137,7 @@ def _spans(told: Told) -> tuple[str, ...]:
 def comparison() -> str:
     """Return what `bsm-mesh compare` says of Case 1."""
     model = station.load()
-    stage = compare_stages(model, bsm.run(model, OPTIONS))[-1]
+    stage = compare_stages(model, bsm.run(model, OPTIONS), refine=False)[-1]
     return f"`bsm-mesh compare examples/dupont_station/model.toml`, stage 1: {stage.sentence}"
 
 
