@@ -144,10 +144,10 @@ def regular_layout(
     joints = zones[:, None] + zone_width / 2 + clear / parts * np.arange(1, parts)
     across = math.ceil(reach / cross_spacing)
     return Layout(
-        zones=zones,
+        zones=zones.astype(np.float64),
         widths=np.full(len(zones), zone_width),
         joints=joints.ravel(),
-        cross_joints=cross_spacing * np.arange(-across, across + 1),
+        cross_joints=(cross_spacing * np.arange(-across, across + 1)).astype(np.float64),
     )
 
 
