@@ -13,6 +13,7 @@ from PIL import Image
 
 import bsm_mesh as bsm
 from bsm_mesh.model.submodel import some_blocks
+from bsm_mesh.results.movement import verdict_in_words
 from examples.dupont_station import station, sweep
 
 P_I = 69e3  # Pa
@@ -173,7 +174,10 @@ def main():
     layouts = [bsm.run(model, OPTIONS) for _, model in sweep.layouts(pressure)]
     draw_mesh(pressure, bolts)
     draw_vectors(movements)
-    draw_trough(movements, [station.movement_of(run) for run in layouts if run.status == "stable"])
+    draw_trough(
+        movements,
+        [station.movement_of(run) for run in layouts if verdict_in_words(run.blocks, run.stages[-1]) == "stable"],
+    )
     draw_extensometers(movements)
     draw_bolts(runs[1].stages[-1].bolts)
 

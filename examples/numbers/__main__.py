@@ -43,6 +43,8 @@ def main() -> int:
         wrong += len(found)
         if not given.check:
             page.write_text(with_table(text, table.name, made), encoding="utf-8")
+            if table.draw is not None:
+                table.draw()
     return int(given.check and wrong > 0)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh.converters.continuum import compare_stages
+from bsm_mesh.results.movement import verdict_in_words
 from examples.dupont_station import station, sweep
 from examples.numbers.pages import Table, markdown
 from examples.numbers.routes import other_routes
@@ -27,7 +28,8 @@ def told_of(results: bsm.Results) -> Told:
     """Return what is told of a run: verdict, movements [mm], and pressures of the bolts [kPa]."""
     summary = station.movement_of(results).summary()
     bolts = results.stages[-1].bolts
-    told = {"verdict": results.status.value, "settlement": summary["settlement"], "at": summary["at"]}
+    verdict = verdict_in_words(results.blocks, results.stages[-1])
+    told = {"verdict": verdict, "settlement": summary["settlement"], "at": summary["at"]}
     for place in PLACES:
         told |= {place: summary[place].mean(), f"{place} range": (summary[place].min(), summary[place].max())}
     told["crown over walls"] = told["crown"] / ((told["left wall"] + told["right wall"]) / 2)

@@ -27,6 +27,8 @@ class Table:
         By how much its numbers may differ, over themselves; those with decimals always by one in the last.
     is_slow : bool
         Whether it takes minutes.
+    draw : callable or None
+        Draws the picture beside it, where the page is written.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Table:
     make: Callable[[], str]
     tolerance: float = 0.005
     is_slow: bool = False
+    draw: Callable[[], None] | None = None
 
 
 def marks(name: str) -> tuple[str, str]:

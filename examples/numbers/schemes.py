@@ -67,6 +67,6 @@ def slides() -> str:
 
 
 TABLES: tuple[Table, ...] = (
-    Table(name="schemes", page=PAGE, make=verdicts, tolerance=0.1),
+    Table(name="schemes", page=PAGE, make=verdicts, tolerance=0.1, is_slow=True),
     Table(name="slides", page=PAGE, make=slides, tolerance=0.1),
 )

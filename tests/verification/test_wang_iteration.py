@@ -5,6 +5,7 @@ slide of L under P takes L k_s b / (P - W tan phi) times that part of cycles, b 
 """
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -134,3 +135,30 @@ def test_an_equilibrium_that_would_not_last_is_not_called_stable(part, status):
     kn = part * GAMMA * width * height * height / 2 / (width**3 / 4)
     pillar = model_of([rectangle(-3, -1, 3, 0), rectangle(-width / 2, 0, width / 2, height)], kn=kn, friction=60.0)
     assert bsm.run(pillar, wang()).status == status
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize(
+    ("name", "status", "unstable", "cycles"),
+    [
+        ("02_pushed_block/model", "stable", [], 50),
+        ("02_pushed_block/apart", "unstable", [1], 100),
+        ("03_stratified_slope/dip_24_5", "stable", [], 30),
+        ("03_stratified_slope/model", "stable", [], 500),
+        ("04_bolted_opening/unbolted", "unstable", [15], 10),
+        ("04_bolted_opening/roof_bolt", "unstable", [10], 100),
+        ("04_bolted_opening/two_bolts", "stable", [], 150),
+        ("04_bolted_opening/model", "stable", [], 150),
+        ("05_dam_foundation/slip", "stable", [], 50),
+    ],
+)
+def test_the_thesiss_examples_have_its_verdicts(name, status, unstable, cycles):
+    """Sections 4.6, 5.6 and 6.4; cycles are those of today and some more: none is lost in cycles for ever."""
+    pytest.importorskip("gmsh")
+    model = bsm.load(EXAMPLES / f"{name}.toml")
+    limit = None if model.options is None else model.options.displacement_limit
+    results = bsm.run(model, wang(max_steps=cycles, displacement_limit=limit))
+    assert results.status == status
+    assert results.unstable_blocks.tolist() == unstable
