@@ -41,8 +41,7 @@ from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.equations import StepEquations, moved_by
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix: see above
-HOLDS = 3  # cycles
-SLIDES_ON = 0.5  # part of the last cycle's shear stiffness that a contact keeps as it slides on
+HOLDS = 3  # cycles in a row in which a contact has to bear before it holds a block
 NAME = "Wang's iteration"
 
 
@@ -96,7 +95,7 @@ class WangIteration(Continuation):
         slides = np.isin(key, slid)
         on = slides & (np.sign(before.part) == way)
         least = self.options.sliding_stiffness
-        part = np.where(on, np.maximum(SLIDES_ON * np.abs(before.part), least) * way, np.where(slides, way, 0.0))
+        part = np.where(on, np.maximum(np.abs(before.part) / 2, least) * way, np.where(slides, way, 0.0))
         skips = ~at.closed | (~slides & (before.borne == 0))  # open, or closed again: it may slide on
         part = np.where(skips, before.part, part)
         return CycleMemory(key=key, part=part, borne=np.where(at.closed, before.borne + 1, 0))
