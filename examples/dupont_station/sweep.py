@@ -11,6 +11,8 @@ def of_the_ground(base):
     """Yield name and model with other numbers on the same mesh."""
     for k in (0.7, 0.85, 1.3, 1.6):
         yield f"K = {k:g} (1)", station.with_k(base, k)
+    for parts in (1, 2, 8):
+        yield f"K = 0.85 (1), released in {parts} (4)", station.released_in(station.with_k(base, 0.85), parts)
     for factor in (2, 5, 20, 100):
         yield f"normal stiffness {factor} Ks (10)", station.with_joints(base, normal_stiffness=factor * KS)
     for degrees in (13.0, 17.0):
@@ -31,7 +33,7 @@ def of_the_mesh(base):
         ("15 m below the crown (25)", {"below": 15.0}),
         ("40 m below the crown (25)", {"below": 40.0}),
         *((f"zones and J1 dip {d} (60)", {"dip": d, "cross_dip": d - 90.0}) for d in (50, 55, 65, 70)),
-        *((f"J2 dips {-d} (30)", {"cross_dip": d}) for d in (-20.0, -10.0, 0.0)),
+        *((f"J2 dips {abs(d):g} (30)", {"cross_dip": d}) for d in (-20.0, -10.0, 0.0)),
         *((f"J1 {d:g} m apart (2.25)", {"joint_spacing": d}) for d in (1.5, 3.0)),
         *((f"J2 {d:g} m apart (2)", {"cross_spacing": d}) for d in (1.5, 3.0)),
         *((f"zones {d:g} m apart (10)", {"zone_spacing": d}) for d in (6.0, 15.0)),

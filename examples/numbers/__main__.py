@@ -42,6 +42,7 @@ def main() -> int:
             print(f"  {line}")
         wrong += len(found)
         if not given.check:
+            text = page.read_text(encoding="utf-8")  # what a writer has changed meanwhile stays
             page.write_text(with_table(text, table.name, made), encoding="utf-8")
             if table.draw is not None:
                 table.draw()

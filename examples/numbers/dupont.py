@@ -33,7 +33,9 @@ def told_of(results: bsm.Results) -> Told:
     for place in PLACES:
         told |= {place: summary[place].mean(), f"{place} range": (summary[place].min(), summary[place].max())}
     told["crown over walls"] = told["crown"] / ((told["left wall"] + told["right wall"]) / 2)
-    for reading, pressure in (("head", bolts.support_pressure), ("along", bolts.mean_pressure)):
+    greatest = bolts.greatest_force / (bolts.spacing * bolts.wall_share)
+    readings = (("head", bolts.support_pressure), ("along", bolts.mean_pressure), ("greatest", greatest))
+    for reading, pressure in readings:
         told[reading] = dict(zip(bolts.names, pressure / 1e3, strict=True))
     return told
 
@@ -234,7 +236,11 @@ def _of_bolts(reading: str, where: str) -> tuple[Finding, ...]:
     )
 
 
-BOLTED = (*_of_bolts("head", "at the head"), *_of_bolts("along", "along the bolt"))
+BOLTED = (
+    *_of_bolts("head", "at the head"),
+    *_of_bolts("along", "along the bolt"),
+    _of_bolts("greatest", "by the greatest tension")[1],
+)
 
 
 TABLES: tuple[Table, ...] = (
