@@ -8,7 +8,7 @@ import os
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
@@ -122,7 +122,13 @@ def check(
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
 @click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
-@click.option("--tables", is_flag=True, help="Write contacts.csv, supports.csv and joints.csv too.")
+@click.option(
+    "--tables",
+    type=click.Choice(["csv", "parquet"]),
+    is_flag=False,
+    flag_value="csv",
+    help="Write blocks, contacts, supports and joints as tables too; alone: as CSV.",
+)
 @no_scripts_option
 def run(
     model: Path,
@@ -133,7 +139,7 @@ def run(
     quiet: bool,
     verbose: bool,
     spread: bool,
-    tables: bool,
+    tables: Literal["csv", "parquet"] | None,
     no_scripts: bool,
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON.
@@ -155,9 +161,26 @@ def run(
             scripts=scripts,
             resume=resume,
             spread=spread,
-            tables=tables,
+            tables=tables or False,
         )
     )
+
+
+@cli.command()
+@model_argument
+@click.option("--to", "program", required=True, type=click.Choice(["abaqus", "compas_dem", "lmgc90", "udec"]))
+@click.option("-o", "--output", type=PATH, help="The file to write; by default NAME_PROGRAM in the current folder.")
+@json_option
+@no_scripts_option
+def export(model: Path, program: str, output: Path | None, as_json: bool, no_scripts: bool) -> None:
+    """Write MODEL for another program, and list what that cannot be told.
+
+    Abaqus input (blocks of elements, joints as cohesive elements); Python scripts that run it in compas_dem or LMGC90;
+    a data file of UDEC.
+    """
+    from bsm_mesh.app.exporting import export_model
+
+    export_model(model, program, output, as_json=as_json, scripts=not no_scripts)
 
 
 @cli.command()
@@ -219,6 +242,31 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
     from bsm_mesh.app.limit import analyse_limit
 
     analyse_limit(model, output, as_json=as_json, scripts=not no_scripts, **asked)
+
+
+@cli.command("joint-test")
+@model_argument
+@click.option("--joint", required=True, metavar="NAME", help="The joint to test.")
+@click.option("--normal-stress", multiple=True, metavar="STRESS", help='Constant, such as "1 MPa"; repeatable.')
+@click.option("--displacement", default="10 mm", show_default=True, help="Greatest shear displacement, or opening.")
+@click.option(
+    "--cycles", type=int, default=0, show_default=True, help="Shear cycles to both sides; 0: to one side once."
+)
+@click.option("--bolt", metavar="NAME", help="A bolt to be pulled out and sheared across the joint.")
+@click.option("--inclination", type=float, default=0.0, help="Of the bolt to the joint's normal [degrees].")
+@click.option("--laboratory", multiple=True, type=PATH, help="CSV file of a measured curve to lay over; repeatable.")
+@click.option("-o", "--output", type=PATH, help="Folder for tables and pictures; the model's by default.")
+@json_option
+@no_scripts_option
+def joint_test(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
+    """Test a joint of MODEL as a laboratory does.
+
+    Direct shear under constant normal stresses, once or to and fro; closure and unloading; a bolt pulled out and
+    sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
+    """
+    from bsm_mesh.app.joint_test import run_joint_test
+
+    run_joint_test(model, output, as_json=as_json, scripts=not no_scripts, **asked)
 
 
 @cli.command()

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.result_tables import BOLTS, ON_REQUEST, TableForm
 from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
@@ -43,7 +45,7 @@ def run_model(
     scripts: bool = True,
     resume: bool = False,
     spread: bool = False,
-    tables: bool = False,
+    tables: TableForm | Literal[False] = False,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with told as progress:
@@ -95,10 +97,9 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
         ", water.pvd" if (folder / "water.pvd").exists() else ""
     )
-    series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
-    series += "".join(
-        f", {name}" for name in ("contacts.csv", "supports.csv", "joints.csv") if (folder / name).exists()
-    )
+    series += ", bolts.pvd" if results.stages[-1].bolts.count else ""
+    tables = [f"{name}.{ending}" for name in (BOLTS, *ON_REQUEST) for ending in ("csv", "parquet")]
+    series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -361,10 +361,17 @@ class Results:
 
         return check_results(self)
 
-    def save(self, folder: str | os.PathLike[str], *, tables: bool = False) -> Path:
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        tables: bool | Literal["csv", "parquet"] = False,
+        compression: Literal["zlib", "lz4"] = "zlib",
+    ) -> Path:
         """Write the results into `folder` and return it: VTU, PVD, CSV and JSON files, the model as ``model.toml``.
 
-        With `tables` contacts, supports and joint sets as CSV too (``contacts.csv``, ``supports.csv``, ``joints.csv``).
+        With `tables` blocks, contacts, supports and joint sets as CSV (True) or Parquet too (``contacts.csv``, ...).
+        VTU compressed by zlib is read by everything, by LZ4 only by VTK, ParaView and PyVista, and written quicker.
         The folder may be new, empty, or one of former results, which are replaced as a whole. Where the model cannot be
         written a `ResultsWarning` says what is missing.
 
@@ -373,9 +380,57 @@ class Results:
         ModelError
             If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
         """
+        from bsm_mesh.app.result_tables import OutputForm
         from bsm_mesh.app.storage import save_results
 
-        return save_results(self, as_path("Results.save: folder", folder), tables=tables)
+        form = OutputForm(tables=tables, compression=compression)
+        return save_results(self, as_path("Results.save: folder", folder), form=form)
+
+    def to_meshio(self, kind: str = "blocks", stage: int = -1) -> Any:
+        """Return a ``meshio.Mesh`` of a kind at the end of a stage, as ``meshio.read`` gives it of the VTU file.
+
+        Parameters
+        ----------
+        kind : str
+            blocks, contacts, joints, supports; water and bolts where there are any.
+        stage : int
+            Its number, from the end where it is negative.
+
+        Raises
+        ------
+        ModelError
+            If there is no such stage, or nothing of the kind in it.
+        """
+        from bsm_mesh.app.result_objects import to_meshio
+
+        return to_meshio(self, kind, stage)
+
+    def to_pyvista(self, kind: str = "blocks", stage: int = -1) -> Any:
+        """Return a ``pyvista.UnstructuredGrid`` of a kind at the end of a stage; parameters as for `to_meshio`.
+
+        It has the arrays of the VTU file, and names as text arrays besides: ``joint_name``, ``status_name``,
+        ``rock_name``, ``bolt_name``.
+        """
+        from bsm_mesh.app.result_objects import to_pyvista
+
+        return to_pyvista(self, kind, stage)
+
+    def to_pandas(self, table: str = "blocks") -> Any:
+        """Return a ``pandas.DataFrame`` of all stages, one below the other, with units in ``attrs["units"]``.
+
+        Parameters
+        ----------
+        table : str
+            blocks, contacts, supports, bolts (a row a node), joints (a row a joint set) or steps.
+
+        Raises
+        ------
+        ModelError
+            If there is no such table, or pandas is not installed.
+        """
+        from bsm_mesh.app.result_tables import to_pandas
+
+        return to_pandas(self, table)
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Results:

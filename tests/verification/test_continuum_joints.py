@@ -60,7 +60,9 @@ def both(name):
     return zip(results.stages, stages, strict=True)
 
 
-@pytest.mark.parametrize("name", ["arch/model.toml", "tilted_wall/model.toml", "toppling_column/model.toml"])
+@pytest.mark.parametrize(
+    "name", ["rough_joint/model.toml", "arch/model.toml", "tilted_wall/model.toml", "toppling_column/model.toml"]
+)
 def test_rigid_limit_from_zero_stress(name):
     for blocks, continuum in both(name):
         displacement, force = distances(blocks, continuum)

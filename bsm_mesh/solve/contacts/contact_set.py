@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
@@ -44,8 +45,9 @@ def gather_contacts(
     meeting = ~known & _meet_at_a_node(blocks, found, near)
     within_tolerance &= ~meeting
     fresh = ~known & within_tolerance
-    shear, failed = np.zeros(len(source)), np.full(len(source), not first)
+    shear, slip_path, failed = np.zeros(len(source)), np.zeros(len(source)), np.full(len(source), not first)
     shear[known], failed[known] = history.shear[source[known]], history.failed[source[known]]
+    slip_path[known] = history.slip_path[source[known]]
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset[known] = history.offset[source[known]]
     # in situ, contacts are closed at gap 0, and with a large gap too
@@ -67,13 +69,21 @@ def gather_contacts(
         old_tangential=old_tangential,
         first_tangential=first_tangential,
         failed=failed,
+        slip_path=slip_path,
         edge_overhang=np.where(within_tolerance, band, 0.0),
         within_tolerance=within_tolerance,
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
+        hyperbolic=_hyperbolic(catalogue, properties, found.length),
         by_law=rows_by_law(properties.law),
     )
+
+
+def _hyperbolic(catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray) -> Hyperbolic:
+    """Return the contacts, of lengths (m,) [m], whose joints have a closure limit."""
+    joints = catalogue.closure_of(properties.joint)
+    return Hyperbolic.among(*joints, length, properties.normal_stiffness * length)
 
 
 def _lengths(history: History, found: Candidates) -> FloatArray:

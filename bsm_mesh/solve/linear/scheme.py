@@ -291,6 +291,7 @@ def _evidence(system: LinearSystem, solution: Solution) -> Evidence:
         laws=law_table((Elastic(),)),
         law=np.zeros(m, np.int32),
         failed=nothing,
+        slip_path=np.zeros(m),
         tension=np.full(m, np.inf),
         normal_stiffness=contacts.normal_stiffness,
         shear_stiffness=contacts.shear_stiffness,
