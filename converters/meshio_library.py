@@ -1,6 +1,7 @@
 """meshio, the library: the one place where it is imported.
 
-meshio is not maintained any more; meshlane descends from it, has the same functions and is taken where it is installed.
+meshio is not maintained any more; meshlane descends from it, has the same functions and reads meshes where it is
+installed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import numpy as np
 
 from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, spatial
 
-NAMES = ("meshlane", "meshio")  # the first that is there
+MESHIO = "meshio"
+NAMES = ("meshlane", MESHIO)  # the first that is there reads meshes
 TYPES = {VERTEX: "vertex", LINE: "line", POLYGON: "polygon"}
 
 
@@ -44,7 +46,7 @@ def mesh_of_grid(grid: Grid) -> Any:
         (TYPES[int(types[a])], grid.connectivity[grid.offsets[a] : grid.offsets[b]].reshape(-1, int(sizes[a])))
         for a, b in bounds
     ]
-    return load_meshio().Mesh(
+    return import_module(MESHIO).Mesh(
         spatial(grid.points),
         cells,
         point_data=dict(grid.point_data),

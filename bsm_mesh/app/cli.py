@@ -14,7 +14,7 @@ import click
 
 from bsm_mesh import __version__
 from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
-from bsm_mesh.app.cli_results import plot, report, verify
+from bsm_mesh.app.cli_results import paraview, plot, report, verify, view
 from bsm_mesh.app.cli_safety import back_analysis, safety, study
 from bsm_mesh.app.interruption import guarded
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
@@ -40,11 +40,12 @@ def cli() -> None:
 @cli.command()
 @click.option("-o", "--output", type=PATH, default=Path("bsm-mesh-demo"), show_default=True)
 def demo(output: Path) -> None:
-    """Run the whole chain on a built-in tunnel.
+    """Run the whole chain on a built-in cavern.
 
-    Geometry, mesh, solution, VTU files and pictures, in a folder of their own.
+    Geometry, mesh, stages, VTU files and pictures, in a folder of their own: without bolts a wedge comes down from the
+    roof, with them it stands.
     """
-    from bsm_mesh.app.commands import run_demo
+    from bsm_mesh.app.demo import run_demo
 
     run_demo(output)
 
@@ -90,6 +91,7 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @click.option("--repair", type=PATH, help="Merge slivers; write the blocks to this VTU file.")
 @click.option("--snap", type=float, default=0.0, metavar="METRES", help="With --repair: join corners nearer than this.")
 @click.option("--across-joints", is_flag=True, help="With --repair: give up joints round slivers.")
+@quiet_option
 @no_scripts_option
 def check(
     model: Path,
@@ -99,6 +101,7 @@ def check(
     repair: Path | None,
     snap: float,
     across_joints: bool,
+    quiet: bool,
     no_scripts: bool,
 ) -> None:
     """Validate MODEL; report on mesh and blocks.
@@ -110,7 +113,15 @@ def check(
 
     asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
     scripts = not no_scripts
-    check_model(model, as_json=as_json, picture=picture, settings=settings, repair=asked, scripts=scripts)
+    check_model(
+        model,
+        as_json=as_json,
+        picture=picture,
+        settings=settings,
+        repair=asked,
+        scripts=scripts,
+        quiet=quiet or as_json,
+    )
 
 
 @cli.command()
@@ -120,7 +131,9 @@ def check(
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
-@click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
+@click.option(
+    "-v", "--verbose", is_flag=True, help="A line for every step, by which method it was found; what the solution took."
+)
 @click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
 @click.option(
     "--tables",
@@ -162,6 +175,7 @@ def run(
             resume=resume,
             spread=spread,
             tables=tables or False,
+            verbose=verbose,
         )
     )
 
@@ -277,7 +291,7 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-for command in (safety, back_analysis, study, plot, report, verify):
+for command in (safety, back_analysis, study, plot, view, paraview, report, verify):
     cli.add_command(command)
 
 

@@ -19,6 +19,7 @@ GROUNDS = {
     "stable_after_falls": ("equilibrium",),
     "unstable": ("proved", "followed"),
     "not_converged": ("best state",),
+    "no_verdict": ("equilibrium",),
 }
 ROUNDING = 4.0 * np.finfo(float).eps  # of coordinates, in an arm
 USED = 1e-9  # by how much more than its strength a contact may bear: rounding
@@ -61,6 +62,8 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
     if stage["ground"] not in GROUNDS.get(stage["verdict"], ()):
         return "", [f"the ground '{stage['ground']}' is none for '{stage['verdict']}'"]
     linear = told["scheme"] == "linear"
+    if stage["ground"] == "equilibrium" and linear != (stage["verdict"] == "no_verdict"):
+        return "", [f"an equilibrium of scheme '{told['scheme']}' is none for '{stage['verdict']}'"]
     residual, rounding = residuals(a, stage["reference_weight"])
     faults = reaction_faults(a, stage["reference_weight"]) + (strength_faults(stage, a) if not linear else [])
     if stage["ground"] == "best state":

@@ -18,6 +18,8 @@ from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
     from bsm_mesh.results.histories import HistorySeries, Recorded
@@ -26,18 +28,28 @@ if TYPE_CHECKING:
 
 
 class Status(StrEnum):
-    """The verdict on a stage or a run; a run that is not at its end has none: it is unfinished."""
+    """The verdict on a stage or a run.
+
+    A run that is not at its end has none: it is unfinished. Nor has an equilibrium of the linear scheme, in which
+    nothing can fail.
+    """
 
     STABLE = "stable"
     STABLE_AFTER_FALLS = "stable_after_falls"
     UNSTABLE = "unstable"
     NOT_CONVERGED = "not_converged"
+    NO_VERDICT = "no_verdict"
     UNFINISHED = "unfinished"
 
     @property
     def is_stable(self) -> bool:
-        """Whether the blocks that are there are at rest."""
+        """Whether the blocks that are there stand."""
         return self in (Status.STABLE, Status.STABLE_AFTER_FALLS)
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether an equilibrium was found, be it one in which nothing can fail."""
+        return self.is_stable or self is Status.NO_VERDICT
 
 
 class ContactStatus(IntEnum):
@@ -202,7 +214,7 @@ class StageResult(Portable):
     bolts : BoltForces
         Forces in the bolts.
     unstable_blocks : (k,) int32
-        Blocks that come down; empty where the stage is stable.
+        Blocks that come down; empty where the stage is at rest.
     start_residual, residual : float
         As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
@@ -354,6 +366,43 @@ class Results:
         from bsm_mesh.results.histories import series_of
 
         return series_of(self.recorded, self.stages)
+
+    def plot(
+        self,
+        picture: str = "displacement",
+        *,
+        stage: int | str = -1,
+        window: tuple[float, float, float, float] | None = None,
+        figure: Figure | None = None,
+    ) -> Figure:
+        """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to go on with.
+
+        Parameters
+        ----------
+        picture : str
+            Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
+            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all.
+        stage : int or str
+            Number or name; negative numbers count from the last stage.
+        window : (x0, y0, x1, y1), optional [m]
+            What is seen.
+        figure : matplotlib.figure.Figure, optional
+            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+
+        Raises
+        ------
+        ModelError
+            If there is no such picture or stage, or nothing to show in it.
+        """
+        from bsm_mesh.app.plotting import plot_results
+
+        return plot_results(self, picture, stage, window, figure)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of them."""
+        from bsm_mesh.app.notebook import results_html
+
+        return results_html(self)
 
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""

@@ -48,7 +48,8 @@ def lay_lines(blocks: Blocks, lines: Mapping[str, Sequence[FloatArray]]) -> tupl
     }
     cut = _cut(blocks, shapely.get_parts(shapely.node(shapely.union_all([*bent.values()]))))
     tolerance = ROUNDING * size
-    made = conforming(_divided(blocks, cut, tolerance), tolerance) if cut.parts.size else blocks
+    made, parent = _divided(blocks, cut, tolerance) if cut.parts.size else (blocks, cut.parent)
+    made = conforming(made, tolerance)
     notes = []
     for joint, line in bent.items():
         ends = np.stack([made.vertices, made.vertices[made.following]], axis=1)
@@ -56,7 +57,7 @@ def lay_lines(blocks: Blocks, lines: Mapping[str, Sequence[FloatArray]]) -> tupl
         edges = np.flatnonzero(along_line(ends, parts, 10 * tolerance))
         made = with_joint(made, joint, edges)
         notes += _left_out(made, joint, edges, float(shapely.length(line)))
-    return made, cut.parent, notes
+    return made, parent, notes
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -93,8 +94,11 @@ def _cut(blocks: Blocks, lines: Geometries) -> _Cut:
     return _Cut(parts=parts, owner=owner, parent=np.sort(np.concatenate([kept, owner])))
 
 
-def _divided(blocks: Blocks, cut: _Cut, tolerance: float) -> Blocks:
-    """Return the blocks with the parts in place of those that are cut; parts of an edge keep what it bears."""
+def _divided(blocks: Blocks, cut: _Cut, tolerance: float) -> tuple[Blocks, LongArray]:
+    """Return the blocks with the parts in place of those that are cut, and the given block of each.
+
+    Parts of an edge keep what it bears.
+    """
     import shapely
 
     polygons = shapely.polygons(shapely.linearrings(blocks.vertices, indices=blocks.owner))
@@ -103,25 +107,47 @@ def _divided(blocks: Blocks, cut: _Cut, tolerance: float) -> Blocks:
     order = np.argsort(np.concatenate([kept, cut.owner]), kind="stable")
     coordinates, ring = shapely.get_coordinates(shapely.get_exterior_ring(outlines[order]), return_index=True)
     last = np.append(ring[1:] != ring[:-1], True)  # the first corner again
-    vertices, owner = coordinates[~last], ring[~last]
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(owner))]).astype(np.int32)
-    source = _source(blocks, vertices, offsets, cut.parent, tolerance)
+    vertices, nodes, offsets, kept = _without_repeats(coordinates[~last], ring[~last], tolerance)
+    parent = cut.parent[kept]
+    source = _source(blocks, vertices, offsets, parent, tolerance)
     on_edge = source >= 0
-    return replace(
+    made = replace(
         blocks,
         vertices=vertices,
         offsets=offsets,
-        nodes=merge_points(vertices, tolerance),
-        rock=blocks.rock[cut.parent],
+        nodes=nodes,
+        rock=blocks.rock[parent],
         edge_joint=np.where(on_edge, blocks.edge_joint[source], -1).astype(np.int32),
         boundaries={
             name: np.flatnonzero(on_edge & np.isin(source, edges)).astype(np.int32)
             for name, edges in blocks.boundaries.items()
         },
         excavations={
-            name: np.flatnonzero(np.isin(cut.parent, ids)).astype(np.int32) for name, ids in blocks.excavations.items()
+            name: np.flatnonzero(np.isin(parent, ids)).astype(np.int32) for name, ids in blocks.excavations.items()
         },
     )
+    return made, parent
+
+
+def _without_repeats(
+    corners: FloatArray, owner: LongArray, tolerance: float
+) -> tuple[FloatArray, IntArray, IntArray, LongArray]:
+    """Return corners, their points, offsets and which outlines are left, corners within the tolerance being one.
+
+    Where a line ends or bends on an edge two crossings may lie a rounding apart.
+    """
+    nodes = merge_points(corners, tolerance)
+    first = np.append(True, owner[1:] != owner[:-1])
+    ends = np.append(np.flatnonzero(first)[1:], len(owner)) - 1
+    before = np.arange(-1, len(owner) - 1)
+    before[first] = ends
+    distinct = nodes != nodes[before]
+    left = np.bincount(owner[distinct], minlength=int(owner[-1]) + 1)
+    distinct &= left[owner] >= 3
+    place = np.empty((int(nodes.max()) + 1, 2))
+    place[nodes[::-1]] = corners[::-1]  # that of the first corner there
+    offsets = np.concatenate([[0], np.cumsum(left[left >= 3])]).astype(np.int32)
+    return place[nodes[distinct]], nodes[distinct].astype(np.int32), offsets, np.flatnonzero(left >= 3)
 
 
 def _source(blocks: Blocks, vertices: FloatArray, offsets: IntArray, parent: LongArray, tolerance: float) -> Any:

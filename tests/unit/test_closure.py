@@ -6,7 +6,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.joint_test import closure_test
+from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.joint_laws.closure import overlap_at, pressure_at
+from bsm_mesh.solve.contacts.history import History
 from tests.scenes.shapes import rectangle
 
 KN, VM = 10e9, 2e-4
@@ -102,6 +104,18 @@ def test_a_block_comes_to_rest_on_a_soft_joint(limit):
     assert results.status == "stable"
     expected = 25e3 * limit / (1e8 * limit + 25e3)
     assert_allclose(-results.stages[0].displacement[1, 1], expected, rtol=1e-6)
+
+
+def test_contacts_that_arise_later_do_not_close_by_the_hyperbola():
+    """Their walls no longer fit together; and one that is found deep in another would be thrown out."""
+    specimen = Specimen(JOINT)
+    first = specimen.contacts(position_of(0.0, -1e-5))
+    assert first.mated[first.hyperbolic.rows].all()
+    assert len(first.hyperbolic.rows) >= 2
+    specimen.keep(first, specimen.system.evaluate(first, position_of(0.0, -1e-5)))
+    assert len(specimen.contacts(position_of(0.0, -1e-5)).hyperbolic.rows) == len(specimen.history.mated)
+    specimen.history = History.none()  # what opened has no history
+    assert not len(specimen.contacts(position_of(0.0, -1e-5)).hyperbolic.rows)
 
 
 def test_a_filling_has_no_closure_limit():

@@ -141,6 +141,21 @@ def test_random_lines_keep_area_and_do_not_overlap() -> None:
         assert not find_overlaps(blocks.vertices, blocks.offsets, blocks.nodes, blocks.edge_table).pairs.size
 
 
+def test_curves_of_many_pieces_that_bend_on_edges_and_corners() -> None:
+    """A sampled curve, some of whose points lie on edges of the mesh to rounding."""
+    x = np.linspace(-1, 11, 49)
+    curve = np.column_stack([x, 2.5 + 1.2 * np.sin(x / 2)])
+    on_edges = np.column_stack([np.arange(-1, 12) + 1e-16, 3.3 + 0.1 * (-1.0) ** np.arange(13)])
+    blocks, _ = marked(Marks(lines={"f": [curve], "g": [on_edges]}))
+    assert_allclose(blocks.moments.area.sum(), 50, rtol=1e-9)
+    edges = np.hypot(*(blocks.vertices[blocks.following] - blocks.vertices).T)
+    assert edges.min() > 1e-9
+    assert length(blocks, joint_edges(blocks, "f")) / 2 == pytest.approx(
+        np.hypot(*np.diff(curve[4:-4], axis=0).T).sum(), rel=0.02
+    )
+    assert not find_overlaps(blocks.vertices, blocks.offsets, blocks.nodes, blocks.edge_table).pairs.size
+
+
 MODEL = """
 [mesh]
 file = "quads.vtu"

@@ -170,18 +170,18 @@ def test_a_hyperbolic_joint_gives_back_what_an_impact_gave_it(limit, young):
     assert deepest > -1e-2
 
 
-@pytest.mark.parametrize("softening", [0.002, 0.05, 0.4])
-def test_a_sliding_block_is_slowed_by_what_slip_leaves(softening):
+@pytest.mark.parametrize(("softening", "far"), [(0.002, 0.012), (0.002, 0.6), (0.05, 0.6), (0.4, 0.6)])
+def test_a_sliding_block_is_slowed_by_what_slip_leaves(softening, far):
     """Half the square of its velocity is what friction, which falls from 35 to 15 degrees, leaves of its fall."""
     polygons = [turned(p, 45.0) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
     law = bsm.MohrCoulomb(friction=35, residual_friction=15, softening_slip=softening)
     motion = ExplicitMotion(begun(model_of(polygons, law=law, kn=1e8)), INELASTIC)
-    follow(motion, lambda m: np.hypot(*m.residual.position[1, :2]) > 0.6)
+    follow(motion, lambda m: np.hypot(*m.residual.position[1, :2]) > far)
     moved = np.hypot(*motion.residual.position[1, :2])
     peak, left = np.tan(np.radians([35, 15]))
     friction = left * moved + (peak - left) * (softening / 2)
     wanted = np.sin(np.pi / 4) * moved - np.cos(np.pi / 4) * friction
-    assert (motion.velocity[1, :2] ** 2).sum() / 2 == pytest.approx(wanted, rel=0.03)
+    assert (motion.velocity[1, :2] ** 2).sum() / 2 == pytest.approx(wanted, rel=0.03, abs=6e-4)
     assert motion.contacts.slip_path.max() == pytest.approx(moved, rel=0.02)
 
 

@@ -42,6 +42,7 @@ class ContactSet:
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
     first_tangential: FloatArray  # nan: not closed yet
     failed: BoolArray
+    mated: BoolArray  # closed since the start: a joint's walls fit together, and it closes by its hyperbola
     slip_path: FloatArray  # how far the contact has slid so far, elastic part apart
     edge_overhang: FloatArray  # (m,) how far beyond the edge's ends the contact may still be closed in this step
     within_tolerance: BoolArray

@@ -32,6 +32,8 @@ class History:
         Length that each stands for.
     failed : (k,) bool
         Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
+    mated : (k,) bool
+        Closed since the start: the joint's walls fit together.
     slip_path : (k,) float64 [m]
         How far each has slid since it closed, back and forth, elastic part apart.
     """
@@ -43,6 +45,7 @@ class History:
     offset: FloatArray
     length: FloatArray
     failed: BoolArray
+    mated: BoolArray
     slip_path: FloatArray
 
     @classmethod
@@ -57,6 +60,7 @@ class History:
             offset=empty,
             length=empty,
             failed=np.zeros(0, bool),
+            mated=np.zeros(0, bool),
             slip_path=empty,
         )
 
@@ -77,6 +81,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         offset=np.where(_still_overlapping(contacts, at), at.gap, contacts.offset)[kept],
         length=contacts.candidates.length[kept],
         failed=at.failed[kept],
+        mated=contacts.mated[kept],
         slip_path=slip_path_after(contacts, at)[kept],
     )
     return history, changed

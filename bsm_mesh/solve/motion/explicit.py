@@ -170,14 +170,15 @@ class ExplicitMotion:
 
     def _window(self) -> float:
         """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
-        whole, contacts, at = self._settings.window * self.system.d, self.contacts, self.residual.at
+        whole, contacts = self._settings.window * self.system.d, self.contacts
         if not self.system.catalogue.wears:
             return whole
+        slides = np.zeros(contacts.count, dtype=bool)
+        slides[self._rows] = ~self.residual.at.failed[self._rows]
         for law, rows in contacts.by_law:
             wear_length = wear_length_of(self.system.catalogue.laws[law])
             if wear_length is not None:
-                slides = at.closed[rows] & ~at.failed[rows]
-                room = 0.5 * wear_length + 0.25 * contacts.slip_path[rows][slides]
+                room = 0.5 * wear_length + 0.25 * contacts.slip_path[rows][slides[rows]]
                 whole = min(whole, float(room.min(initial=whole)))
         return whole
 
@@ -261,7 +262,7 @@ class ExplicitMotion:
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
         at = step.system.evaluate(here, position)
         path = contacts.slip_path.copy()
-        stays = at.closed & before.closed & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
+        stays = at.closed & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
         elastic = (shear - contacts.old_shear)[stays] / contacts.shear_stiffness[stays]
         path[stays] += np.abs((along - contacts.old_tangential)[stays] - elastic)
         # What is open has no shear to come back to, and is anchored where it closes.
