@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bsm_mesh as bsm
+from bsm_mesh.converters import read_blocks
 from bsm_mesh.geometries.cassiar_slope import build
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -27,13 +28,10 @@ OPTIONS = bsm.Options(scheme="continuation", displacement_limit=10.0)
 
 def slopes(size: float) -> Iterator[tuple[str, bsm.Model]]:
     """Return the Cassiar slope meshed to a size [m]: high water from zero stress at once, and water that rises."""
+    rising = bsm.load(EXAMPLES / "cassiar_slope/model.toml")
     with tempfile.TemporaryDirectory() as folder:
-        mesh = build(Path(folder) / "slope.msh", size=size)
-        text = (EXAMPLES / "cassiar_slope/model.toml").read_text(encoding="utf-8")
-        given = text.replace('geometry = "cassiar_slope"', f'file = "{mesh.name}"').replace('"regions"', '"elements"')
-        file = Path(folder) / "model.toml"
-        file.write_text(given, encoding="utf-8")
-        rising = bsm.load(file)
+        mesh = build(Path(folder) / "slope.msh", size=size, north_fault_dip=35.0)
+        rising = rising.replace(blocks=read_blocks(mesh))
     at_once = dataclasses.replace(rising, in_situ=None, stages=(), water=rising.stages[-1].water)
     yield f"Cassiar, elements of {size:g} m, water at once", at_once
     yield f"Cassiar, elements of {size:g} m, water rises", rising

@@ -47,7 +47,7 @@ def build(
     fault_level: float = 120.0,
     fault_a1_dip: float = 10.0,
     fault_a1_length: float = 100.0,
-    north_fault_dip: float = 35.0,
+    north_fault_dip: float = 25.0,
     joint_dip: float = 20.0,
     joint_f_level: float = 30.0,
     joint_f_dip: float = 10.0,

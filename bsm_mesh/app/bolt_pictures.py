@@ -65,13 +65,17 @@ def _draw_along(axes: Any, bolts: BoltForces, bolt: int) -> None:
 
 
 def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
-    """Draw the support pressure of every bolt on the wall; the head force where a bolt has no neighbour."""
+    """Draw every bolt's support pressure on the wall, "?" where it has no neighbour; head forces if none has one."""
     pressure = bolts.support_pressure / 1e3
     known = np.isfinite(pressure)
     values = pressure if known.any() else bolts.head_force / 1e3
     what = "support pressure on the wall, kPa" if known.any() else "force at the head, kN"
     number = np.arange(bolts.count)
-    axes.bar(number, np.nan_to_num(values), color="#1f4e79", width=0.7)
+    shown = np.isfinite(values)
+    axes.bar(number[shown], values[shown], color="#1f4e79", width=0.7)
+    axes.set_xlim(-0.6, bolts.count - 0.4)
+    for place in number[~shown]:
+        axes.annotate("?", (place, 0.02), xycoords=("data", "axes fraction"), ha="center", fontsize=10)
     axes.set_ylabel(what, fontsize=8)
     axes.tick_params(labelsize=8)
     if bolts.count <= 30:

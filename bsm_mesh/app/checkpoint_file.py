@@ -42,12 +42,13 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.bolts.memory import BoltMemory
     from bsm_mesh.solve.contacts.history import History
     from bsm_mesh.solve.continuation.pace import Pace
-    from bsm_mesh.solve.continuation.state import CollapseMemory, ContinuationState, LoopState
+    from bsm_mesh.solve.continuation.state import CollapseMemory, ContinuationState, CycleMemory, LoopState
     from bsm_mesh.solve.linear.state import LinearState
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 
-    listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, Fall, History, LinearState)
-    return {kind.__name__: kind for kind in (*listed, LoopState, Pace, PointForces, StageProgress, StepRecord)}
+    listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
+    others = (LinearState, LoopState, Pace, PointForces, StageProgress, StepRecord)
+    return {kind.__name__: kind for kind in (*listed, *others)}
 
 
 def write_checkpoint(path: Path, told: dict[str, Any], checkpoint: Checkpoint) -> None:

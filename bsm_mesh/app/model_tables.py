@@ -171,6 +171,9 @@ class BoltTable(Table):
     kind: BoltKind = "grouted"
     diameter: Annotated[float, In(q.BOLT_DIAMETER)] | None = None
     young: Annotated[float, In(q.BOLT_YOUNG)] = 200e9
+    stiffness: Annotated[float, In(q.BOLT_STIFFNESS)] | None = Field(
+        default=None, description="axial, times length, in N; default: young times the section"
+    )
     yield_strength: Annotated[float, In(q.YIELD_STRENGTH)] | None = Field(
         default=None, description="of the steel; default: unlimited"
     )
@@ -336,7 +339,7 @@ class SolverTable(Table):
         default=None, description="unstable beyond; default: the model's size"
     )
     sliding_stiffness: Annotated[float, In(q.PART)] = Field(
-        default=1.0, description="wang: part of their shear stiffness that sliding contacts keep in the matrix"
+        default=1e-6, description="wang: least part of their shear stiffness that sliding contacts keep in the matrix"
     )
     linear_solver: LinearSolverName = "auto"
     threads: Annotated[int, In(q.THREADS)] = 0

@@ -19,7 +19,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results, StageResult, Status
-from bsm_mesh.results.stress import principal_stresses
+from bsm_mesh.results.stress import extreme_stresses
 
 SCHEMA_VERSION = 4
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
@@ -69,7 +69,7 @@ def _versions() -> tuple[tuple[str, str], ...]:
 
 
 def _stage_summary(blocks: Blocks, stage: StageResult) -> dict[str, Any]:
-    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
     return {
         "name": stage.name,
         "status": stage.status.value,
@@ -85,8 +85,9 @@ def _stage_summary(blocks: Blocks, stage: StageResult) -> dict[str, Any]:
         "blocks": int(stage.present.sum()),
         "max_displacement": stage.max_displacement,
         "max_stage_displacement": stage.max_stage_displacement,
-        "most_compressive_stress": float(sigma_1.min()),
-        "most_tensile_stress": float(sigma_3.max()),
+        "most_compressive_stress": most_compressive,
+        "most_tensile_stress": most_tensile,
+        "blocks_of_unknown_stress": unknown,
         "unstable_blocks": stage.unstable_blocks.tolist(),
         **({"falls": [asdict(fall) for fall in stage.falls]} if stage.falls else {}),
         "contacts": len(stage.contacts.length),

@@ -13,7 +13,7 @@ from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results, StageResult
 from bsm_mesh.results.spread import RouteEnd
-from bsm_mesh.results.stress import principal_stresses
+from bsm_mesh.results.stress import extreme_stresses
 
 PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""), (1e-6, 1e-3, "m"), (0.0, 1e-6, "u"))
 
@@ -87,7 +87,8 @@ def _bolt_counts(bolts: BoltForces) -> str:
 def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, str]]:
     """Return what ``run`` prints: the verdict and the numbers that a reader asks for first; more where `verbose`."""
     stage = results.stages[-1]
-    sigma_1, sigma_3 = principal_stresses(stage.stress)
+    most_compressive, most_tensile, unknown = extreme_stresses(results.blocks, stage)
+    without = f" (without {unknown} blocks that supports hold, and slivers)" if unknown else ""
     rows = [
         ("verdict", verdict_in_words(results.blocks, stage) if results.finished else results.status.value),
         ("why", stage.reason),
@@ -97,8 +98,8 @@ def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, s
     rows += [
         ("blocks", f"{int(stage.present.sum())}"),
         ("greatest displacement", _greatest_displacement(results, stage)),
-        ("most compressive stress (sigma_1)", engineering(float(sigma_1.min()), "Pa")),
-        ("most tensile stress (sigma_3)", engineering(float(sigma_3.max()), "Pa")),
+        ("most compressive stress (sigma_1)", engineering(most_compressive, "Pa") + without),
+        ("most tensile stress (sigma_3)", engineering(most_tensile, "Pa") + without),
         ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
         *_water_rows(stage),
         ("reactions (x, y)", vector(stage.total_reaction, "N/m")),

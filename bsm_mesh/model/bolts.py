@@ -13,6 +13,7 @@ from bsm_mesh.model.quantities import (
     BOLT_DIAMETER,
     BOLT_FORCE,
     BOLT_SPACING,
+    BOLT_STIFFNESS,
     BOLT_YOUNG,
     BOND_SHEAR_STRENGTH,
     BOND_STIFFNESS,
@@ -28,6 +29,7 @@ ROUNDING = 1e-9  # of the capacity: a pretension that exceeds it by less is at i
 GROUTED_ONLY = ("bond_strength", "hole_diameter", "bond_steel_grout", "bond_grout_rock", "bond_stiffness", "plate")
 DOWEL = ("bearing_stiffness", "bearing_strength")
 
+STEEL = 200e9  # Pa
 FINE = 0.15  # of the decay length of elastic bond: greatest distance of its nodes; the decay is 0.1 % off
 MOST_PIECES = 2000  # of elastic bond along a bolt: a decay over a few millimetres is rigid bond
 
@@ -46,6 +48,9 @@ class Bolt:
         Diameter of the steel.
     young : float [Pa]
         Elastic modulus of the steel.
+    stiffness : float or None [N]
+        Axial stiffness times length (K_b L of Wang Eq. 5.2), from a pull test or for a strand; None: `young` times the
+        section of `diameter`.
     yield_strength : float or None [Pa]
         Stress at which the steel flows (Wang Fig. 5.2); None: never.
     pretension : float [N]
@@ -90,7 +95,8 @@ class Bolt:
     end: tuple[float, float]
     diameter: Annotated[float, BOLT_DIAMETER]
     kind: BoltKind = "grouted"
-    young: Annotated[float, BOLT_YOUNG] = 200e9
+    young: Annotated[float, BOLT_YOUNG] = STEEL
+    stiffness: Annotated[float, BOLT_STIFFNESS] | None = None
     yield_strength: Annotated[float, YIELD_STRENGTH] | None = None
     pretension: Annotated[float, BOLT_FORCE] = 0.0
     anchor_capacity: Annotated[float, BOLT_CAPACITY] | None = None
@@ -137,6 +143,8 @@ class Bolt:
             found.append(f"{', '.join(by_diameter)} need {' and '.join(sorted(missing))} (Wang Eq. 5.7)")
         elif self.hole_diameter is not None and self.hole_diameter < self.diameter:
             found.append(f"hole_diameter = {self.hole_diameter:g} m is less than the diameter {self.diameter:g} m")
+        if self.stiffness is not None and self.young != STEEL and self.bearing_stiffness is None:
+            found.append("stiffness is given, and young too; give one or the other")
         if self.bearing_strength is not None and (self.bearing_stiffness is None or self.yield_strength is None):
             found.append("bearing_strength needs bearing_stiffness and yield_strength; give both, or leave it out")
         if self.length > MOST_PIECES * self.longest_piece:
@@ -160,7 +168,9 @@ class Bolt:
 
     @property
     def axial_stiffness(self) -> float:
-        """Elastic modulus times section, E A [N]."""
+        """Axial stiffness times length [N]: `stiffness`, or elastic modulus times section, E A."""
+        if self.stiffness is not None:
+            return self.stiffness
         return self.young * math.pi * self.diameter**2 / 4
 
     @property

@@ -1,8 +1,9 @@
 """Published values for rocks and joints, to start from (Wang Tables A.1, A.2, A.3 and 8.3).
 
 The elastic moduli of the Cassiar rocks in Table A.1 are ten times those of Table 8.3, which the analyses used:
-Table 8.3's are given where it has the rock, a tenth of A.1's otherwise. Values of other rocks are the typical ones;
-their ranges are wide, and a project's own tests come first.
+Table 8.3's are given where it has the rock, a tenth of A.1's otherwise. Argillite is in both, with other values:
+A.1's has a name of its own. Values of other rocks are the typical ones; their ranges, which stand beside them, are
+wide, and a project's own tests come first.
 
 Examples
 --------
@@ -17,7 +18,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
@@ -29,15 +30,23 @@ FRANKLIN = "Franklin and Dusseault (1989)"
 GOODMAN = "Goodman (1989), Introduction to Rock Mechanics, 2nd ed."
 
 
+Range: TypeAlias = tuple[float, float]
+
+
 @dataclass(frozen=True, slots=True)
 class RockEntry:
-    """Elastic constants of a rock (Wang Table A.1): E [Pa], Poisson's ratio, unit weight [N/m3], and where from."""
+    """Elastic constants of a rock (Wang Table A.1): E [Pa], Poisson's ratio, unit weight [N/m3], and where from.
+
+    `young_range` and `poisson_range` are the reported values, None where the table gives none.
+    """
 
     name: str
     young: float
     poisson: float | None
     unit_weight: float | None
     source: str
+    young_range: Range | None = None
+    poisson_range: Range | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,49 +62,62 @@ class JointEntry:
 
 @dataclass(frozen=True, slots=True)
 class StrengthEntry:
-    """Cohesion [Pa] and friction angle [degrees] (Wang Table A.3), pressure range, and where they come from."""
+    """Cohesion [Pa] and friction angle [degrees] (Wang Table A.3), pressure range, and where they come from.
+
+    `friction_range` is what the table gives instead of one angle, of which `friction` is the middle.
+    """
 
     name: str
     cohesion: float
     friction: float
     pressure: str
     source: str
+    friction_range: Range | None = None
 
 
 def _cassiar(name: str, young: float, poisson: float, weight: float | None, table: str) -> RockEntry:
     return RockEntry(name, young * 1e9, poisson, weight and weight * 1e3, f"{CASSIAR}; Wang Table {table}")
 
 
-def _typical(name: str, young: float, poisson: float | None) -> RockEntry:
-    return RockEntry(name, young * 1e9, poisson, None, f"{FRANKLIN}; Wang Table A.1, typical value")
+def _typical(
+    name: str, young: float, young_range: Range, poisson: float | None, poisson_range: Range | None
+) -> RockEntry:
+    reported = young_range[0] * 1e9, young_range[1] * 1e9
+    source = f"{FRANKLIN}; Wang Table A.1, typical value"
+    return RockEntry(name, young * 1e9, poisson, None, source, reported, poisson_range)
 
 
 def _tested(name: str, normal: float, shear: float, test: str, source: str) -> JointEntry:
     return JointEntry(name, normal * 1e9, shear * 1e9, test, f"{source}; Wang Table A.2")
 
 
-def _strength(name: str, cohesion: float, friction: float, pressure: str = "", source: str = CASSIAR) -> StrengthEntry:
-    return StrengthEntry(name, cohesion * 1e6, friction, pressure, f"{source}; Wang Table A.3")
+def _strength(
+    name: str, cohesion: float, friction: float | Range, pressure: str = "", source: str = CASSIAR
+) -> StrengthEntry:
+    given = friction if isinstance(friction, tuple) else None
+    middle = friction if not isinstance(friction, tuple) else (friction[0] + friction[1]) / 2
+    return StrengthEntry(name, cohesion * 1e6, middle, pressure, f"{source}; Wang Table A.3", given)
 
 
 ROCKS: tuple[RockEntry, ...] = (
     _cassiar("argillite", 21.0, 0.24, 28.2, "8.3"),
     _cassiar("serpentinite", 9.65, 0.30, 25.3, "8.3"),
+    _cassiar("argillites of table a.1", 17.44, 0.23, 26.7, "A.1, a tenth"),
     _cassiar("volcanics", 25.99, 0.24, 29.9, "A.1, a tenth"),
     _cassiar("sylvester group rocks", 21.1, 0.24, 28.1, "A.1, a tenth"),
     _cassiar("serpentinite rock shear", 1.79, 0.33, None, "A.1, a tenth"),
-    _typical("crystalline limestones", 60, 0.25),
-    _typical("porous limestones", 45, 0.24),
-    _typical("chalk", 2, 0.10),
-    _typical("salt", 26, 0.26),
-    _typical("sandstones", 18, 0.15),
-    _typical("quartzite", 62, 0.18),
-    _typical("slates and high-durability shales", 40, 0.22),
-    _typical("low-durability shales", 5, None),
-    _typical("coal", 3, 0.42),
-    _typical("coarse-grained igneous rocks", 56, 0.20),
-    _typical("fine-grained igneous rocks", 62, 0.22),
-    _typical("schists", 40, 0.15),
+    _typical("crystalline limestones", 60, (17, 100), 0.25, (0.06, 0.50)),
+    _typical("porous limestones", 45, (10, 100), 0.24, (0.15, 0.29)),
+    _typical("chalk", 2, (0.1, 12), 0.10, (0.05, 0.15)),
+    _typical("salt", 26, (5, 44), 0.26, (0.06, 0.73)),
+    _typical("sandstones", 18, (1, 100), 0.15, (0.02, 0.51)),
+    _typical("quartzite", 62, (11, 119), 0.18, (0.10, 0.40)),
+    _typical("slates and high-durability shales", 40, (12, 96), 0.22, (0.02, 0.38)),
+    _typical("low-durability shales", 5, (2, 30), None, None),
+    _typical("coal", 3, (1, 30), 0.42, (0.17, 0.49)),
+    _typical("coarse-grained igneous rocks", 56, (8, 125), 0.20, (0.05, 0.39)),
+    _typical("fine-grained igneous rocks", 62, (7, 117), 0.22, (0.07, 0.38)),
+    _typical("schists", 40, (5, 98), 0.15, (0.01, 0.40)),
 )
 
 JOINTS: tuple[JointEntry, ...] = (
@@ -116,9 +138,9 @@ JOINTS: tuple[JointEntry, ...] = (
 )
 
 STRENGTHS: tuple[StrengthEntry, ...] = (
-    _strength("serpentinite shear zones", 0.14, 26.75),  # 26.5-27: the middle, as for the ranges below
-    _strength("serpentinite joints", 0.0, 28.0, "1.7 MPa"),
-    _strength("argillite joints", 0.0, 30.15),
+    _strength("serpentinite shear zones", 0.14, (26.5, 27.0)),
+    _strength("serpentinite joints", 0.0, (26.0, 30.0), "1.7 MPa"),
+    _strength("argillite joints", 0.0, (27.3, 33.0)),
     _strength("argillite", 0.69, 32.0),
     _strength("barren serpentinite", 0.35, 26.0),
     _strength("ore bearing serpentinite", 0.21, 26.0),

@@ -180,6 +180,7 @@ WATER_WEIGHT = Quantity(unit="N/m^3", least=100, most=1e6, usual=(9e3, 1.4e4), e
 BOLT_DIAMETER = Quantity(unit="m", least=1e-3, most=0.5, usual=(5e-3, 0.1), example='"25 mm"')
 HOLE_DIAMETER = Quantity(unit="m", least=1e-3, most=1, usual=(5e-3, 0.3), example='"38 mm"')
 BOLT_YOUNG = Quantity(unit="Pa", least=1e6, most=1e13, usual=(1e9, 5e11), example='"200 GPa"')
+BOLT_STIFFNESS = Quantity(unit="N", least=1e2, most=1e13, usual=(1e6, 1e10), example='"98 MN"')
 YIELD_STRENGTH = Quantity(unit="Pa", least=1e3, most=1e11, usual=(1e7, 3e9), example='"500 MPa"')
 BOLT_FORCE = Quantity(unit="N", least=0, most=1e9, usual=(0, 1e7), example='"100 kN"')
 BOLT_CAPACITY = Quantity(unit="N", above=0, most=1e9, usual=(1e3, 1e7), example='"100 kN"')

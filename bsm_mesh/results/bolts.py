@@ -154,11 +154,20 @@ class BoltForces(Portable):
         return force
 
     @property
-    def support_pressure(self) -> FloatArray:
-        """Pressure that every bolt exerts on the wall, (n_bolts,) [Pa] (as Wang Fig. 8.14).
+    def mean_force(self) -> FloatArray:
+        """Mean tension along every bolt, (n_bolts,) [N]."""
+        bolt, length = self.bolt, self.station[self.first_node + 1] - self.station[self.first_node]
+        whole = np.bincount(bolt, length, minlength=self.count)
+        summed = np.bincount(bolt, length * self.axial_force, minlength=self.count)
+        mean: FloatArray = np.divide(summed, whole, out=np.zeros(self.count), where=whole > 0)
+        return mean
 
-        Its head force over its spacing and its share of the wall: half the distance to the next head on either side,
-        across the bolt, of bolts within 60 degrees of it. Not a number for a bolt without a neighbour.
+    @property
+    def wall_share(self) -> FloatArray:
+        """Width of wall that every bolt supports, (n_bolts,) [m].
+
+        Half the distance to the next head on either side, across the bolt, of bolts within 60 degrees of it; at an end
+        of a row the whole distance to the one neighbour. Not a number for a bolt without a neighbour.
         """
         head = self.original[self.node_start[:-1]]
         along = self.original[self.node_start[1:] - 1] - head
@@ -172,8 +181,25 @@ class BoltForces(Portable):
         left = np.where(beside & (across < 0), -across, np.inf).min(axis=1, initial=np.inf)
         both = np.isfinite(right) & np.isfinite(left)
         share = np.where(both, (right + left) / 2, np.minimum(right, left))
-        with np.errstate(invalid="ignore"):
-            pressure: FloatArray = np.where(np.isfinite(share), self.head_force / (self.spacing * share), np.nan)
+        found: FloatArray = np.where(np.isfinite(share), share, np.nan)
+        return found
+
+    @property
+    def support_pressure(self) -> FloatArray:
+        """Pressure that every bolt exerts on the wall at its head, (n_bolts,) [Pa] (one reading of Wang Fig. 8.14).
+
+        Its head force over its spacing and `wall_share`. Not a number for a bolt without a neighbour.
+        """
+        pressure: FloatArray = self.head_force / (self.spacing * self.wall_share)
+        return pressure
+
+    @property
+    def mean_pressure(self) -> FloatArray:
+        """Mean tension along every bolt over the same area, (n_bolts,) [Pa] (the other reading of Wang Fig. 8.14).
+
+        Not a number for a bolt without a neighbour.
+        """
+        pressure: FloatArray = self.mean_force / (self.spacing * self.wall_share)
         return pressure
 
     def on_blocks(self) -> tuple[IntArray, FloatArray, FloatArray]:

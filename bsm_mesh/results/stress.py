@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.kernels import add_contact_moments
 from bsm_mesh.contact.table import ContactTable
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces
-from bsm_mesh.results.records import ContactForces, SupportForces
+from bsm_mesh.results.records import ContactForces, StageResult, SupportForces
 
 PointForce = tuple[IntArray, FloatArray, FloatArray]
 """Blocks (k,), points (k, 2) [m] and forces (k, 2) [N/m]."""
+SLIVER = 0.01  # of the mean area of blocks
 
 
 def block_stress(
@@ -80,6 +81,31 @@ def total_and_effective_stress(
     if not water:
         return effective, effective
     return block_stress(blocks, centroid, contacts, normal_force, shear_force, (*forces, *water)), effective
+
+
+def stress_is_known(blocks: Blocks, present: BoolArray, supports: SupportForces) -> BoolArray:
+    """Return the blocks (n,) whose average stress says something of the rock.
+
+    Not those that supports hold at two points or more in both directions, or as a whole: statics does not tell
+    where in them the reactions act. Not corner slivers, under `SLIVER` of the mean area: forces over hardly any.
+    """
+    both = np.flatnonzero(np.abs(supports.reaction).min(axis=1, initial=np.inf) > 0)
+    held = np.bincount(supports.block[both], minlength=blocks.count)
+    whole = np.bincount(supports.block, np.abs(supports.moment), minlength=blocks.count) > 0
+    area = blocks.moments.area
+    mean = float(area[present].mean()) if present.any() else 0.0
+    known: BoolArray = present & (held < 2) & ~whole & (area >= SLIVER * mean)
+    return known
+
+
+def extreme_stresses(blocks: Blocks, stage: StageResult) -> tuple[float, float, int]:
+    """Return the most compressive and the most tensile principal stress [Pa], and of how many blocks it is unknown.
+
+    They are those of the blocks of which `stress_is_known`; of all, where it is of none.
+    """
+    known = stress_is_known(blocks, stage.present, stage.supports)
+    sigma_1, sigma_3 = principal_stresses(stage.stress[known if known.any() else stage.present])
+    return float(sigma_1.min()), float(sigma_3.max()), int((stage.present & ~known).sum())
 
 
 def principal_stresses(stress: FloatArray) -> tuple[FloatArray, FloatArray]:

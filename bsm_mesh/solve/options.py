@@ -32,8 +32,8 @@ class Options:
     displacement_limit : float or None [m]
         A block with a larger displacement is unstable; None: the size of the model.
     sliding_stiffness : float
-        ``"wang"``: part of their shear stiffness that sliding contacts keep in the stiffness matrix. 1 is the thesis;
-        the less, the farther a cycle moves sliding blocks.
+        ``"wang"``: least part of their shear stiffness that sliding contacts keep in the stiffness matrix; it halves
+        from cycle to cycle down to that. 1 keeps all of it; the less, the farther a cycle moves sliding blocks.
     linear_solver : {"auto", "pardiso", "superlu", "cluster"}
         ``"auto"``: Pardiso where the `mkl` package is installed, else SuperLU; the results say which. ``"cluster"``:
         Pardiso on MPI ranks (`bsm_mesh.solve.cluster`).
@@ -47,7 +47,7 @@ class Options:
     tolerance: Annotated[float, TOLERANCE] = 1e-6
     max_steps: Annotated[int, STEPS] = 500
     displacement_limit: Annotated[float, DISPLACEMENT_LIMIT] | None = None
-    sliding_stiffness: Annotated[float, PART] = 1.0
+    sliding_stiffness: Annotated[float, PART] = 1e-6
     linear_solver: LinearSolverName = "auto"
     threads: Annotated[int, THREADS] = 0
     falls: Falls = field(default_factory=Falls)

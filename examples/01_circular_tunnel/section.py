@@ -1,6 +1,6 @@
 """Stresses on section I-I for three meshes: blocks, continuum of the same blocks, and Eq. 3.46.
 
-Run ``python examples/01_circular_tunnel/section.py``: prints the tables of the README and draws section.png.
+Run ``python examples/01_circular_tunnel/section.py``: draws section.png.
 """
 
 import tempfile
@@ -100,35 +100,8 @@ def draw(model, comparison):
 
 
 def main():
-    """Print the tables and draw the picture."""
-    print("| mesh | stiffness | blocks | section sigma_v L2 | greatest | all blocks r < 3a L2 |")
-    print("|---|---|---|---|---|---|")
-    sections = []
-    for kind, stiffness, sizes in (
-        ("triangles", "wang", (1.8, 0.9, 0.45)),
-        ("triangles", "homogeneous", (1.8, 0.9, 0.45)),
-        ("quads", "wang", (1.4, 0.7, 0.35)),
-        ("radial", "wang", (0.52, 0.26, 0.13)),
-    ):
-        for size in sizes:
-            model, comparison = solve(size, kind, stiffness)
-            numbers = " | ".join(f"{error:.1f} %" for error in errors(model, comparison))
-            print(f"| {kind} | {stiffness} | {model.blocks.count} | {numbers} |")
-            if (kind, stiffness) == ("triangles", "wang"):
-                sections.append((model.blocks.count, model, comparison))
-    draw(*sections[1][1:])
-    edges = np.array([2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
-    for component, name in ((1, "sigma_v"), (0, "sigma_h")):
-        print(f"\n{name} [kPa], compression positive: blocks / continuum / Eq. 3.46")
-        print("| x [m] | " + " | ".join(f"{count} blocks" for count, _, _ in sections) + " |")
-        print("|---|" + "---|" * len(sections))
-        tables = [
-            binned(comparison.along(blocks_on_line(model.blocks, (A, 0), (5 * A, 0))), component, edges)
-            for _, model, comparison in sections
-        ]
-        for k in range(len(edges) - 1):
-            cells = " | ".join("{:.0f} / {:.0f} / {:.0f}".format(*table[k]) for table in tables)
-            print(f"| {edges[k]:g}-{edges[k + 1]:g} | {cells} |")
+    """Draw the picture."""
+    draw(*solve(0.9))
 
 
 if __name__ == "__main__":

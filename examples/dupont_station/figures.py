@@ -1,7 +1,6 @@
-"""The figures of this example and its numbers: blocks beside finite elements, beside what was measured.
+"""The figures of this example: blocks beside finite elements, beside what was measured.
 
-Run both models first (``bsm-mesh run examples/dupont_station/model.toml``, ``bolts.toml``), then
-``python examples/dupont_station/figures.py``.
+Run ``python -m examples.dupont_station.figures``.
 """
 
 import matplotlib
@@ -9,22 +8,26 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-import station
 from matplotlib.collections import LineCollection, PolyCollection
 from PIL import Image
 
 import bsm_mesh as bsm
 from bsm_mesh.model.submodel import some_blocks
+from bsm_mesh.results.movement import verdict_in_words
+from examples.dupont_station import station, sweep
 
 P_I = 69e3  # Pa
 SHARE = 1.5  # m of wall a bolt
+OPTIONS = bsm.Options(displacement_limit=0.3)  # m
 COLOURS = {
     "blocks, Case 1": "tab:red",
     "blocks, Case 2": "tab:orange",
-    "finite elements, joints": "tab:blue",
+    "finite elements, joints that slip": "tab:purple",
+    "finite elements, elastic joints": "tab:blue",
     "finite elements, no joints": "tab:cyan",
-    "blocks, linear": "black",
+    "blocks, elastic joints": "black",
 }
+SLIP = "finite elements, joints that slip"
 VIEW = (-15.0, 15.0, -13.0, 9.5)  # m: left, right, bottom, top of the pictures
 MEASURED = {"crown, upwards": (5.0, 10.0), "right wall, level": (1.3, 2.5), "left wall, level": (1.3, 2.5)}  # mm
 
@@ -65,8 +68,8 @@ def draw_mesh(whole, bolts):
 
 def draw_vectors(movements):
     """Draw displacement vectors of blocks and finite elements side by side (Figs. 8.5-8.7, 8.11)."""
-    names = ("blocks, Case 1", "finite elements, joints", "blocks, Case 2")
-    figure, axes = plt.subplots(1, 3, figsize=(14, 4.1))
+    names = [name for name in ("blocks, Case 1", SLIP, "blocks, Case 2") if name in movements]
+    figure, axes = plt.subplots(1, len(names), figsize=(4.7 * len(names), 4.1))
     for place, name in zip(axes, names, strict=True):
         movement = movements[name]
         draw_rock(place, movement.blocks)
@@ -79,12 +82,16 @@ def draw_vectors(movements):
     save(figure, "vectors.png")
 
 
-def draw_trough(movements):
-    """Draw the settlement of the top of rock (Figs. 8.8, 8.9)."""
+def draw_trough(movements, drawn):
+    """Draw the settlement of the top of rock (Figs. 8.8, 8.9); layouts drawn by seed thin and grey."""
     figure, axes = plt.subplots(figsize=(8, 4))
+    for number, movement in enumerate(drawn):
+        points, u = movement.on_line(y=station.TOP, side=-1)
+        label = None if number else f"blocks, Case 1, {len(drawn)} layouts by seed"
+        axes.plot(points[:, 0], -1e3 * u[:, 1], color="silver", linewidth=0.7, label=label)
     for name, movement in movements.items():
         points, u = movement.on_line(y=station.TOP, side=-1)
-        style = "--" if name == "blocks, linear" else "-"
+        style = "--" if name == "blocks, elastic joints" else "-"
         axes.plot(points[:, 0], -1e3 * u[:, 1], style, color=COLOURS[name], linewidth=1.3, label=name)
     for settled, name, mark in ((4.0, "Rodriguez Perez, finite elements", "s"), (10.0, "BLOSMER", "^")):
         axes.plot(8.0, settled, mark, color="tab:purple", label=f"greatest, {name} (published)")
@@ -103,7 +110,7 @@ def draw_extensometers(movements):
     for place, (title, line) in zip(axes.ravel(), station.EXTENSOMETERS.items(), strict=True):
         for name, movement in movements.items():
             distance, moved = movement.along(*line)
-            style = "--" if name == "blocks, linear" else "-"
+            style = "--" if name == "blocks, elastic joints" else "-"
             place.plot(distance, 1e3 * moved, style, color=COLOURS[name], linewidth=1.3, label=name)
         if title in MEASURED:
             place.axhspan(
@@ -130,9 +137,12 @@ def draw_bolts(forces):
         place.set_ylim(0, 1.1 * max(forces.greatest_force.max() / 1e3, equivalent.max()))
         place.tick_params(labelsize=7)
     last = axes.ravel()[-1]
-    last.bar(range(forces.count), forces.support_pressure / 1e3, color="tab:green")
+    places = np.arange(forces.count)
+    last.bar(places - 0.2, forces.support_pressure / 1e3, 0.4, color="tab:green", label="at the head")
+    last.bar(places + 0.2, forces.mean_pressure / 1e3, 0.4, color="tab:olive", label="mean along it")
+    last.legend(fontsize=6)
     last.axhline(P_I / 1e3, color="black", linestyle="--", linewidth=0.8)
-    last.set_xticks(range(forces.count), forces.names, fontsize=6, rotation=60)
+    last.set_xticks(places, forces.names, fontsize=6, rotation=60)
     last.tick_params(axis="y", labelsize=7)
     last.set_title("pressure on the wall, kPa", fontsize=9)
     figure.supxlabel("distance from the head, m", fontsize=9)
@@ -149,37 +159,27 @@ def save(figure, name):
 
 
 def main():
-    """Print the numbers and draw the figures."""
-    pressure, bolts = (bsm.load(station.HERE / f"{name}.toml") for name in ("model", "bolts"))
-    runs = [bsm.Results.load(station.HERE / "out" / name) for name in ("pressure", "bolts")]
+    """Draw the figures."""
+    pressure, bolts = station.load(), station.load("bolts")
+    runs = [bsm.run(model, OPTIONS) for model in (pressure, bolts)]
     movements = {
-        "blocks, Case 1": station.movement_of(pressure, runs[0]),
-        "blocks, Case 2": station.movement_of(bolts, runs[1]),
-        "finite elements, joints": station.continuum(pressure, joints=True),
+        "blocks, Case 1": station.movement_of(runs[0]),
+        "blocks, Case 2": station.movement_of(runs[1]),
+        SLIP: station.continuum(pressure, joints=True, slips=True, order=1),
+        "finite elements, elastic joints": station.continuum(pressure, joints=True),
         "finite elements, no joints": station.continuum(pressure, joints=False),
-        "blocks, linear": station.linear_blocks(pressure),
+        "blocks, elastic joints": station.linear_blocks(pressure),
     }
-    print("| | greatest settlement, mm | at x, m | crown, mm | left wall, mm | right wall, mm |")
-    print("|---|---|---|---|---|---|")
-    for name, movement in movements.items():
-        told = movement.summary()
-        spans = " | ".join(
-            f"{told[key].min():.1f} to {told[key].max():.1f}, mean {told[key].mean():.1f}"
-            for key in ("crown", "left wall", "right wall")
-        )
-        print(f"| {name} | {told['settlement']:.1f} | {told['at']:.1f} | {spans} |")
-    forces = runs[1].stages[-1].bolts
-    print("\n| bolt | greatest tension, kN | at the head, kN | pressure on the wall, kPa |")
-    print("|---|---|---|---|")
-    for row in zip(
-        forces.names, forces.greatest_force / 1e3, forces.head_force / 1e3, forces.support_pressure / 1e3, strict=True
-    ):
-        print("| {} | {:.0f} | {:.0f} | {:.0f} |".format(*row))
+    movements = {name: movement for name, movement in movements.items() if movement is not None}
+    layouts = [bsm.run(model, OPTIONS) for _, model in sweep.layouts(pressure)]
     draw_mesh(pressure, bolts)
     draw_vectors(movements)
-    draw_trough(movements)
+    draw_trough(
+        movements,
+        [station.movement_of(run) for run in layouts if verdict_in_words(run.blocks, run.stages[-1]) == "stable"],
+    )
     draw_extensometers(movements)
-    draw_bolts(forces)
+    draw_bolts(runs[1].stages[-1].bolts)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
-"""What the scripts of this example share: the continuum beside the blocks, and movements where they were measured."""
+"""What is told of this example: its two cases and what may change in them, the continuum, movements where measured."""
 
+import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -7,7 +8,9 @@ import numpy as np
 import shapely
 
 import bsm_mesh as bsm
+from bsm_mesh import converters
 from bsm_mesh.converters.continuum import solve_continuum
+from bsm_mesh.geometries import dupont_station
 from bsm_mesh.model.submodel import some_blocks
 
 HERE = Path(__file__).parent
@@ -75,10 +78,56 @@ class Movement:
         return told
 
 
-def movement_of(model, results):
+def load(name="model"):
+    """Return the model of Case 1 (`model`) or Case 2 (`bolts`)."""
+    return bsm.load(HERE / f"{name}.toml")
+
+
+def released_in(model, parts):
+    """Return the model with the excavation released in so many equal parts."""
+    relaxation = tuple((k + 1) / parts for k in range(parts))
+    return model.replace(stages=[replace(model.stages[0], relaxation=relaxation)])
+
+
+def on_layout(model, **parameters):
+    """Return the model with blocks of another geometry."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = dupont_station.build(Path(folder) / "station.msh", **parameters)
+        return model.replace(blocks=converters.read_blocks(path))
+
+
+def with_joints(model, **change):
+    """Return the model with joints changed."""
+    return model.replace(joints=[replace(joint, **change) for joint in model.joints])
+
+
+def with_k(model, k):
+    """Return the model with another ratio K of horizontal to vertical stress."""
+    return model.replace(in_situ=replace(model.in_situ, k0=k))
+
+
+def with_soil(model, unit_weight):
+    """Return the model under 11 m of another soil [N/m3]."""
+    pressure = 11.0 * unit_weight
+    loads = [replace(load, pressure=pressure) for load in model.loads]
+    return model.replace(loads=loads, in_situ=replace(model.in_situ, surcharge=pressure))
+
+
+def with_pressure(model, pressure):
+    """Return Case 1 with another support pressure [Pa]."""
+    return model.replace(stages=[replace(model.stages[0], pressure=pressure)])
+
+
+def with_rock_tension(model, strength):
+    """Return the model with a tensile strength of the rock between joints [Pa]."""
+    rocks = [replace(rock, tensile_strength=strength) if rock.name == "rock" else rock for rock in model.rocks]
+    return model.replace(rocks=rocks)
+
+
+def movement_of(results):
     """Return how the blocks that are left have moved at the end of a run."""
     stage = results.stages[-1]
-    return Movement(some_blocks(model.blocks, stage.present), stage.displacement[stage.present])
+    return Movement(some_blocks(results.blocks, stage.present), stage.displacement[stage.present])
 
 
 def elastic(model):
@@ -87,12 +136,18 @@ def elastic(model):
     return model.replace(joints=joints, bolts=())
 
 
-def continuum(model, joints):
-    """Return the movement by finite elements: elastic rock, its joints ignored or as elastic interfaces."""
-    stage = solve_continuum(elastic(model), joints=joints)
-    return Movement(some_blocks(model.blocks, stage.present), stage.displacement[stage.present])
+def continuum(model, joints, slips=False, order=2):
+    """Return the movement by finite elements, or None where they found no equilibrium.
+
+    Elastic rock; its joints ignored, or interfaces, elastic or (`slips`) with the joints' own laws. `order` of the
+    displacements: with 1 interfaces act at the blocks' own contact points.
+    """
+    model = model.replace(bolts=()) if slips else elastic(model)
+    stage = solve_continuum(model, joints=joints, order=order)
+    moved = Movement(some_blocks(model.blocks, stage.present), stage.displacement[stage.present])
+    return moved if stage.converged else None
 
 
 def linear_blocks(model):
     """Return the movement by the linear Block-Spring Model: joints and rock elastic, as in the continuum."""
-    return movement_of(model, bsm.run(elastic(model), bsm.Options(scheme="linear")))
+    return movement_of(bsm.run(elastic(model), bsm.Options(scheme="linear")))

@@ -11,13 +11,12 @@ import sys
 import time
 from pathlib import Path
 
-from examples.numbers.joint_laws import TABLES as JOINT_LAWS
+from examples.numbers import cassiar, dupont, joint_laws, rough_joint, safety, schemes, statics, thesis, tunnel
 from examples.numbers.pages import Table, differences, table_in, with_table
-from examples.numbers.rough_joint import TABLES as ROUGH_JOINT
-from examples.numbers.safety import TABLES as SAFETY
 
+PARTS = (tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, dupont, cassiar)
 ROOT = Path(__file__).parents[2]
-TABLES: dict[str, Table] = {table.name: table for table in (*SAFETY, *JOINT_LAWS, *ROUGH_JOINT)}
+TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 
 
 def main() -> int:
@@ -43,7 +42,10 @@ def main() -> int:
             print(f"  {line}")
         wrong += len(found)
         if not given.check:
+            text = page.read_text(encoding="utf-8")  # what a writer has changed meanwhile stays
             page.write_text(with_table(text, table.name, made), encoding="utf-8")
+            if table.draw is not None:
+                table.draw()
     return int(given.check and wrong > 0)
 
 

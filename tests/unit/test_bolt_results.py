@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -110,3 +111,20 @@ def test_scheme_of_the_thesis(strength):
     assert results.status == ("stable" if strength is None else "unstable")
     assert_allclose(results.stages[-1].bolts.axial_force, strength or 26e3, rtol=5e-3)
     assert len(results.stages[-1].steps) < 100
+
+
+def test_mean_pressure_is_that_of_the_mean_tension():
+    """Elements of 1 and 3 m with 8 and 4 kN: 5 kN in the mean, over 2 m along the tunnel and 1 m of wall."""
+    bolts = [bsm.Bolt(start=(x, 0), end=(x, 4), diameter=0.02, spacing=2.0) for x in (0, 1)]
+    one = record(bolts, [8e3, 8e3])
+    found = dataclasses.replace(
+        one,
+        node_start=np.array([0, 3, 6]),
+        station=np.tile([0.0, 1.0, 4.0], 2),
+        original=np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0, 4.0)]),
+        block=np.zeros(6, np.int32),
+        axial_force=np.array([8e3, 4e3, 0.0, 0.0]),
+    )
+    assert_allclose(found.mean_force, [5e3, 0.0])
+    assert_allclose(found.mean_pressure, [2.5e3, 0.0])
+    assert_allclose(found.support_pressure, [4e3, 0.0])

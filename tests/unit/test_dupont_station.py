@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bsm_mesh.geometries import JointSet, Region, RockMass, cut_blocks, rectangle
-from bsm_mesh.geometries.dupont_station import build
+from bsm_mesh.geometries.dupont_station import build, drawn_layout
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.quarters import quarter_blocks
 from bsm_mesh.geometries.short_sides import close_short_sides
@@ -117,3 +117,26 @@ def test_quarters_of_a_block_with_a_corner_to_the_right(tmp_path):
         assert sum(area(c) for c in corners) == pytest.approx(4 - (2 - legs) ** 2)
         assert min(area(c) for c in corners) > 0
         assert sum(len(c) == 4 for c in corners) == (5 if whole else 0)
+
+
+def test_a_seed_draws_a_layout_from_the_ranges(tmp_path):
+    """Zones 3 to 15 m apart and 0.5 to 3 m wide, joints across 1 to 3 m apart; another seed, another layout."""
+    layouts = [drawn_layout(80.0, seed) for seed in range(20)]
+    for layout in layouts:
+        for stations, low, high in ((layout.zones, 3, 15), (layout.cross_joints, 1, 3)):
+            assert low <= np.diff(stations).min() <= np.diff(stations).max() <= high
+            assert stations.min() < -60
+            assert stations.max() > 60
+        assert layout.widths.min() >= 0.5
+        assert layout.widths.max() <= 3
+        inside = np.searchsorted(layout.zones, layout.joints)
+        assert (layout.joints > layout.zones[inside - 1] + layout.widths[inside - 1] / 2).all()
+    assert len({layout.zones[0] for layout in layouts}) == 20
+    corners, groups = read(build(tmp_path / "s.msh", **SMALL, seed=1))
+    assert sum(area(c) for c in corners) == pytest.approx(30.0 * (12.0 + 9.0), rel=1e-9)
+    assert {"joint:J1", "joint:J2", "joint:SZ", "excavation:1"} <= set(groups)
+
+
+def test_a_seed_and_a_regular_layout_are_too_much(tmp_path):
+    with pytest.raises(GeometryError, match="leave out spacings"):
+        build(tmp_path / "s.msh", seed=1, joint_spacing=1.0)

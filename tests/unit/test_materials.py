@@ -142,3 +142,19 @@ def test_filling_is_a_layer():
     filling = bsm.Filling(thickness=0.02, young=1e8, poisson=0.3)
     expected = confined_modulus(1e8, 0.3) / 0.02, shear_modulus(1e8, 0.3) / 0.02  # Wang Eq. 3.26
     assert_allclose(bsm.Joint("J", filling=filling).contact_stiffness, expected, rtol=RTOL)
+
+
+def test_the_library_has_both_argillites_and_the_ranges_of_appendix_a():
+    """Wang Tables 8.3 and A.1 (a tenth of its modulus); A.1's ranges of limestones, A.3's of argillite joints."""
+    used, other = bsm.library.rock("argillite"), bsm.library.rock("argillites of table a.1")
+    assert (used.young, used.poisson, used.unit_weight) == (21e9, 0.24, 28.2e3)
+    assert (other.young, other.poisson, other.unit_weight) == (17.44e9, 0.23, 26.7e3)
+    entries = {entry.name: entry for entry in bsm.library.ROCKS}
+    assert entries["crystalline limestones"].young_range == (17e9, 100e9)
+    assert entries["low-durability shales"].poisson_range is None
+    for entry in entries.values():
+        for value, reported in ((entry.young, entry.young_range), (entry.poisson, entry.poisson_range)):
+            assert reported is None or reported[0] <= value <= reported[1]
+    strengths = {entry.name: entry for entry in bsm.library.STRENGTHS}
+    assert strengths["argillite joints"].friction_range == (27.3, 33.0)
+    assert bsm.library.strength("argillite joints").friction == pytest.approx(30.15)

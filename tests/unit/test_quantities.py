@@ -132,6 +132,7 @@ GUIDE = {  # rows of the user guide's table
     "water `unit_weight`": quantities.WATER_WEIGHT,
     "bolt `diameter`": quantities.BOLT_DIAMETER,
     "bolt `young`": quantities.BOLT_YOUNG,
+    "bolt `stiffness`": quantities.BOLT_STIFFNESS,
     "bolt `yield_strength`": quantities.YIELD_STRENGTH,
     "`pretension`, `plate`": quantities.BOLT_FORCE,
     "`anchor_capacity`": quantities.BOLT_CAPACITY,

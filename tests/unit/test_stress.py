@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.contact.table import initial_contacts
-from bsm_mesh.results.stress import block_stress, principal_stresses
+from bsm_mesh.results.records import SupportForces
+from bsm_mesh.results.stress import block_stress, principal_stresses, stress_is_known
 from tests.scenes.shapes import square, turned
 
 ROCK = bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)
@@ -52,3 +53,18 @@ def test_principal_stresses(degrees):
     turn = turned(np.eye(2), degrees).T
     found = principal_stresses((turn @ np.diag([-5.0, 2.0]) @ turn.T)[None])
     assert_allclose(found, [[-5.0], [2.0]], rtol=RTOL)
+
+
+def test_blocks_that_supports_hold_and_slivers_have_no_stress_to_tell():
+    """Block 0 is held at two points, 1 stands on a roller, 2 is held as a whole, 3 is a sliver, 4 is none of these."""
+    blocks = bsm.Blocks.from_polygons(
+        [square(0, 0), square(2, 0), square(4, 0), square(6, 0) * [1.0, 1e-4], square(8, 0)], rock="r"
+    )
+    supports = SupportForces(
+        block=np.array([0, 0, 1, 1, 2]),
+        point=np.zeros((5, 2)),
+        reaction=np.array([(1.0, 2.0), (-1.0, 2.0), (0.0, 3.0), (0.0, 3.0), (0.0, 6.0)]),
+        moment=np.array([0.0, 0.0, 0.0, 0.0, 1.0]),
+    )
+    known = stress_is_known(blocks, np.ones(5, dtype=bool), supports)
+    assert known.tolist() == [False, True, False, False, True]

@@ -266,6 +266,19 @@ def test_end_anchored_is_grouted_with_two_nodes(load):
     assert_allclose(one.stages[-1].bolts.axial_force, other.stages[-1].bolts.axial_force, rtol=1e-9)
 
 
+@pytest.mark.parametrize("kind", ["grouted", "end_anchored"])
+def test_stiffness_times_length_instead_of_modulus_and_diameter(kind):
+    """Wang Eqs. 5.1, 5.2: the tension is K_b times the elongation, K_b L what is given."""
+    given = {"start": (1.5, 0), "end": (1.5, 2.5), "diameter": 0.022, "kind": kind}
+    bolts = bsm.Bolt(**given, stiffness=4e6), bsm.Bolt(**given, young=4e6 / (np.pi * 0.022**2 / 4))
+    one, other = (solve([ROOF, HUNG], [bolt]).stages[-1] for bolt in bolts)
+    assert_allclose(one.displacement, other.displacement, rtol=1e-12)
+    head, tip = one.bolts.point
+    assert_allclose(one.bolts.axial_force, 4e6 / 2.5 * (np.hypot(*(tip - head)) - 2.5), rtol=1e-6)
+    with pytest.raises(bsm.ModelError, match="stiffness is given, and young too"):
+        bsm.Bolt(**given, young=100e9, stiffness=4e6)
+
+
 # --- unloading --------------------------------------------------------------------------------------------------
 
 

@@ -21,14 +21,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.continuation.plan import USUAL, Route
-from bsm_mesh.solve.continuation.state import LoopState
+from bsm_mesh.solve.continuation.state import CycleMemory, LoopState
 from bsm_mesh.solve.continuation.step_solver import StepSolver
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.motion.motion import Motion, Start
@@ -56,7 +56,6 @@ class LoopSettings:
 
 
 SETTINGS = LoopSettings()
-NONE = np.zeros(0, np.int64)
 
 
 class Continuation:
@@ -167,7 +166,7 @@ class Continuation:
         *,
         velocity: FloatArray | None = None,
         quiet: int = 0,
-        slid: IntArray = NONE,
+        cycle: CycleMemory | None = None,
     ) -> LoopState:
         """Return the state after so many steps."""
         return LoopState(
@@ -182,7 +181,7 @@ class Continuation:
             residual_scale=self.system.residual_scale,
             start_residual=self.start_residual,
             double_precision=self.factors.double_precision,
-            slid=slid,
+            cycle=CycleMemory.none() if cycle is None else cycle,
             steps=tuple(self.steps),
         )
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.results.records import StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
@@ -38,6 +40,44 @@ class CollapseMemory:
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class CycleMemory:
+    """What a cycle of Wang's iteration hands to the next of its contacts, in rising order of their keys.
+
+    Attributes
+    ----------
+    key : (m,) int64
+        Their keys.
+    part : (m,) float64
+        Part of its shear stiffness that it keeps since it slides, with the sign of its shear; 0: it does not slide.
+    borne : (m,) int64
+        Cycles in a row in which it was closed.
+    """
+
+    key: IntArray
+    part: FloatArray
+    borne: IntArray
+
+    @classmethod
+    def none(cls) -> CycleMemory:
+        """Return the memory before the first cycle."""
+        whole = np.zeros(0, np.int64)
+        return cls(key=whole, part=np.zeros(0), borne=whole)
+
+    def of(self, key: IntArray) -> CycleMemory:
+        """Return the memory of contacts by their keys (m,), in that order; nothing of those that it does not know."""
+        if not self.key.size:
+            return CycleMemory(key=key, part=np.zeros(len(key)), borne=np.zeros(len(key), np.int64))
+        place = np.minimum(np.searchsorted(self.key, key), len(self.key) - 1)
+        known = self.key[place] == key
+        return CycleMemory(key=key, part=self.part[place] * known, borne=self.borne[place] * known)
+
+    def sorted(self) -> CycleMemory:
+        """Return the same in rising order of the keys."""
+        order = np.argsort(self.key)
+        return CycleMemory(key=self.key[order], part=self.part[order], borne=self.borne[order])
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LoopState:
     """The state of a continuation between two steps; all else follows from what it began with.
 
@@ -63,8 +103,8 @@ class LoopState:
         As found by the first step.
     double_precision : str
         Digest of the last step's pattern if its matrix needed factors of double precision; else empty.
-    slid : (k,) int64
-        Keys of contacts that slid in the last cycle of Wang's iteration.
+    cycle : CycleMemory
+        Of the last cycle of Wang's iteration; empty otherwise.
     steps : tuple of StepRecord
         Records of the steps so far.
     """
@@ -80,7 +120,7 @@ class LoopState:
     residual_scale: float
     start_residual: float
     double_precision: str
-    slid: IntArray
+    cycle: CycleMemory
     steps: tuple[StepRecord, ...]
 
 

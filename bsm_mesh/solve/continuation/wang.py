@@ -2,16 +2,19 @@
 
 Every cycle, numbered after Wang 4.4.2, solves the elastic system of the current contacts for the residual,
 moves the blocks, and resets the forces beyond the strength of the joints (Eqs. 4.8-4.13). Nothing searches for a
-good step, so a cycle moves sliding blocks by the residual over the shear stiffness in their way: a slide of L
-takes about ``L k_s / dP`` cycles. Five corrections, without which its verdicts are wrong:
+good step: a cycle moves sliding blocks by the residual over the shear stiffness in their way. With all of it a slide
+of L takes about ``L k_s / dP`` cycles. Six corrections, without which its verdicts are wrong, or take for ever:
 
 * opened contacts leave the stiffness matrix, but for a hundredth, until they close again: with all of it blocks hang
   from what is open, with none an arch that stands is thrown apart;
-* sliding contacts keep the part `Options.sliding_stiffness` of their shear stiffness in the matrix (all of it in the
-  thesis): with none the matrix is singular in the middle of a slide that would have stopped;
+* a contact that slides on the same way keeps half the shear stiffness of the cycle before in the matrix, down to the
+  part `Options.sliding_stiffness`, and all of it again once it sticks or turns round: with none from the start the
+  matrix is singular in the middle of a slide that would have stopped;
 * forces follow from the positions by the total law, rotations are exact: no drift, blocks keep their size;
 * a cycle moves no block by more than a twentieth of its size, so that no contact is missed; a block that nothing
   holds moves on by that, and it is unstable by the rule of ``continuation`` rather than by a zero pivot;
+* a contact holds a block only once it has borne for `HOLDS` cycles in a row: corners that brush past in a fall do
+  not (4.4.3: one corner on one edge does not hold a block that turns about it);
 * an equilibrium in which blocks balance on corners is not called stable.
 
 What it calls stable is in equilibrium and within strength. What it calls unstable may yet land somewhere: its blocks
@@ -33,10 +36,12 @@ from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.continuation.loop import SETTINGS as LOOP
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.stability import falling_mode
+from bsm_mesh.solve.continuation.state import CycleMemory
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.equations import StepEquations, moved_by
 
 OPENED = 0.01  # part of their stiffness that open contacts keep in the matrix: see above
+HOLDS = 3  # cycles in a row in which a contact has to bear before it holds a block
 NAME = "Wang's iteration"
 
 
@@ -47,16 +52,16 @@ class WangIteration(Continuation):
         """Return the final state: equilibrium, collapse, or not converged."""
         state = self.state
         contacts = self.system.gather(state.history, state.position, first=state.number == 0 and self.begin.intact)
-        if state.number:
-            _, closed, sliding = self._continuing(contacts, state.position, state.slid)
-        else:
+        cycle = state.cycle.of(contacts.candidates.key)
+        closed = self.system.evaluate(contacts, state.position).closed
+        if state.number == 0:
             self._set_residual_scale(contacts, state.position)
-            closed, sliding = contacts.within_tolerance, np.zeros(contacts.count, dtype=bool)
+            closed = contacts.within_tolerance
         position, quiet = state.position, state.quiet
         for number in range(state.number, self.options.max_steps):
             began = time.perf_counter()
             count = self.factors.count
-            moved = self._cycle(contacts, position, closed, sliding)
+            moved = self._cycle(contacts, position, closed, cycle)
             if moved is None:
                 return self._end(Status.NOT_CONVERGED, "the stiffness matrix is singular", contacts, position)
             position = moved
@@ -66,7 +71,8 @@ class WangIteration(Continuation):
             slid = contacts.candidates.key[reset.closed & ~reset.sticking]
             ended = contacts
             contacts = self.system.gather(history, position, first=False)  # (1)
-            at, closed, sliding = self._continuing(contacts, position, slid)
+            at = self.system.evaluate(contacts, position)
+            closed, cycle = at.closed, self._next(cycle, contacts, at, slid)
             residual = self.system.static_residual(contacts, position)
             self._record(number, residual, position, ended, reset, began, count, (NAME,))
             complete = self.system.prescription_complete(position)
@@ -74,27 +80,33 @@ class WangIteration(Continuation):
             quiet = quiet + 1 if at_rest else 0
             if quiet == LOOP.quiet_steps:
                 return self._at_rest(contacts, position, at)
-            if collapse := self.collapse.check(contacts, at.closed, position):
+            holds = cycle.borne >= min(HOLDS, number + 1)
+            if collapse := self.collapse.check(contacts, holds, position):
                 return self._collapsed(collapse, contacts, position)
-            self.state = self._state_after(number + 1, position, history, quiet=quiet, slid=slid)
+            self.state = self._state_after(number + 1, position, history, quiet=quiet, cycle=cycle.sorted())
             self._between_steps()
         residual = self.steps[-1].residual
         return self._end(Status.NOT_CONVERGED, self._exhausted("cycles", residual, position), contacts, position)
 
-    def _continuing(
-        self, contacts: ContactSet, position: FloatArray, slid: IntArray
-    ) -> tuple[Evaluation, BoolArray, BoolArray]:
-        """Return the forces of contacts, which of them are closed, and which slid in the last cycle by their keys."""
-        at = self.system.evaluate(contacts, position)
-        return at, at.closed, np.isin(contacts.candidates.key, slid)
+    def _next(self, last: CycleMemory, contacts: ContactSet, at: Evaluation, slid: IntArray) -> CycleMemory:
+        """Return what is remembered of contacts after a cycle in which those of the keys `slid` (k,) have slid."""
+        key, way = contacts.candidates.key, np.sign(at.shear)
+        before = last.sorted().of(key)
+        slides = np.isin(key, slid)
+        on = slides & (np.sign(before.part) == way)
+        least = self.options.sliding_stiffness
+        part = np.where(on, np.maximum(np.abs(before.part) / 2, least) * way, np.where(slides, way, 0.0))
+        skips = ~at.closed | (~slides & (before.borne == 0))  # open, or closed again: it may slide on
+        part = np.where(skips, before.part, part)
+        return CycleMemory(key=key, part=part, borne=np.where(at.closed, before.borne + 1, 0))
 
     def _cycle(
-        self, contacts: ContactSet, position: FloatArray, closed: BoolArray, sliding: BoolArray
+        self, contacts: ContactSet, position: FloatArray, closed: BoolArray, cycle: CycleMemory
     ) -> FloatArray | None:
         """Return the position after the elastic movement under the residual; None if K is singular."""
         step = StepEquations(self.system, self.factors, contacts, position, self.min_lam)  # (4)
         at = step.evaluate(step.start)
-        data = self._elastic_stiffness(step.pattern, contacts, at, closed, sliding)  # (2)
+        data = self._elastic_stiffness(step.pattern, contacts, at, closed, cycle)  # (2)
         forces = step.residual(step.start, at.forces)  # (3)
         if not step.factorize(data, step.start):
             return None
@@ -103,11 +115,11 @@ class WangIteration(Continuation):
         return moved_by(step.start, min(1.0, self.system.d / size) * movement if size > 0 else movement)  # (6)
 
     def _elastic_stiffness(
-        self, pattern: BlockPattern, contacts: ContactSet, at: Evaluation, closed: BoolArray, sliding: BoolArray
+        self, pattern: BlockPattern, contacts: ContactSet, at: Evaluation, closed: BoolArray, cycle: CycleMemory
     ) -> FloatArray:
         """Return the blocks of K (Wang Eq. 3.22) of closed contacts; open and sliding ones keep a part."""
         kept = np.where(closed, 1.0, OPENED * contacts.within_tolerance)
-        shear = contacts.shear_stiffness * np.where(sliding, self.options.sliding_stiffness, 1.0)
+        shear = contacts.shear_stiffness * np.where(cycle.part == 0, 1.0, np.abs(cycle.part))
         nothing = np.zeros(contacts.count)
         data: FloatArray = fill_tangent(
             pattern.place,
