@@ -11,11 +11,12 @@ import sys
 import time
 from pathlib import Path
 
+from examples.numbers.licences import TABLES as LICENCES
 from examples.numbers.pages import Table, differences, table_in, with_table
 from examples.numbers.safety import TABLES as SAFETY
 
 ROOT = Path(__file__).parents[2]
-TABLES: dict[str, Table] = {table.name: table for table in SAFETY}
+TABLES: dict[str, Table] = {table.name: table for table in (*SAFETY, *LICENCES)}
 
 
 def main() -> int:
