@@ -1,10 +1,11 @@
-"""Links of the pages lead somewhere: to a file of the checkout, and to a heading in it. None is followed into the net."""
+"""Links of the pages lead to a file of the checkout, and to a heading in it. None is followed into the net."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -34,7 +35,7 @@ def anchors(text: str) -> set[str]:
     """Return the anchors of a page's headings, as they are made where repositories are shown."""
     found: set[str] = set()
     stream = MARKDOWN.parse(text)
-    for heading, inline in zip(stream, stream[1:], strict=False):
+    for heading, inline in pairwise(stream):
         if heading.type == "heading_open":
             words = "".join(part.content for part in inline.children or ())
             slug = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")

@@ -1,4 +1,4 @@
-"""A model whose mesh is a file needs no Gmsh, which is under the GPL: neither the command nor a process that it starts."""
+"""A model whose mesh is a file needs no Gmsh, which is under the GPL: nor does a process that the command starts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ import pytest
 from tests.scenes.small_case import FILE, LINEAR, MODEL, command, environment
 from tests.scenes.square_mesh import msh, msh22
 
-NO_GMSH = "from pathlib import Path\nPath(__file__).with_name('was_loaded').touch()\nraise ImportError('no Gmsh here')\n"
+NO_GMSH = (
+    "from pathlib import Path\nPath(__file__).with_name('was_loaded').touch()\nraise ImportError('no Gmsh here')\n"
+)
 
 
 def run_without_gmsh(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
