@@ -65,7 +65,8 @@ def without_encoding(source: str) -> Iterator[str]:
         if name in OPENERS and not any(keyword.arg == "encoding" for keyword in node.keywords):
             modes = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
             binary = any("b" in mode for mode in modes if set(mode) <= set("rwaxb+t"))
-            if not binary and ast.unparse(node.func) not in OTHER_OPENERS:
+            named = name == "read_text" and node.args  # `path.read_text("utf-8")`, or a `read_text(file)` of ours
+            if not binary and not named and ast.unparse(node.func) not in OTHER_OPENERS:
                 yield ast.unparse(node)
 
 
