@@ -4,7 +4,7 @@
 #     sh bootstrap.sh demo                      the whole chain on a built-in case
 #     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
 #     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf
-#     sh bootstrap.sh test                      formatter, linter, types, doctests, tests
+#     sh bootstrap.sh test                      formatter, linter, types, doctests, tests, documentation
 #     sh bootstrap.sh docs                      the documentation as a site, in build/docs/html
 #     sh bootstrap.sh matrix [--smoke] [NAME]   tests with the lowest and the newest versions, and with every Python
 #
@@ -168,8 +168,8 @@ make_venv() {
 # What the tests want beyond the project itself: every solver that there is here.
 test_extras() {
     case $(uname -s)-$(uname -m) in
-        Linux-x86_64 | Linux-amd64) printf 'mpi,pardiso,test\n' ;;
-        *) printf 'test\n' ;;
+        Linux-x86_64 | Linux-amd64) printf 'docs,mpi,pardiso,test\n' ;;
+        *) printf 'docs,test\n' ;;
     esac
 }
 
@@ -316,6 +316,7 @@ test_all() {
     check "types" "$python" -m mypy
     check "doctests" run_doctests
     check "tests" run_tests
+    check "documentation" "$python" -m docs.build
     printf '\n%s\nchecks: %s passed, %s failed\n' "$summary" "$passed" "$failed"
     [ "$failed" = 0 ]
 }

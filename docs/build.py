@@ -38,10 +38,16 @@ def stage(source: Path) -> None:
     for page in sorted((source / "examples").glob("*/README.md")):
         page.write_text(with_files(page), encoding="utf-8")
     write(source / "gallery.md", gallery(source / "examples"))
-    for name, text in reference_pages().items():
+    reference = reference_pages()
+    for name, text in reference.items():
         write(source / "reference" / f"{name}.md", text)
-    index = (SITE / "index.md").read_text(encoding="utf-8")
-    write(source / "index.md", index.replace("MORE", "\n".join(not_named(source, index))))
+    pages = {page.name: page.read_text(encoding="utf-8") for page in SITE.glob("*.md")}
+    listed = "\n".join(f"reference/{name}" for name in reference)
+    others = "\n".join(
+        not_named(source, [*pages.values(), listed, (source / "gallery.md").read_text(encoding="utf-8")])
+    )
+    for name, text in pages.items():
+        write(source / name, text.replace("REFERENCE", listed).replace("MORE", others))
 
 
 def linked(path: Path) -> bool:
@@ -62,10 +68,11 @@ def write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def not_named(source: Path, index: str) -> list[str]:
-    """Return the pages that the index does not name, so that a new one is found all the same."""
+def not_named(source: Path, lists: list[str]) -> list[str]:
+    """Return the pages that no list names, so that a new one is found all the same."""
+    named = {word.strip("<>") for text in lists for word in text.split()}
     pages = [page.relative_to(source).with_suffix("").as_posix() for page in sorted(source.rglob("*.md"))]
-    return [name for name in pages if name != "index" and name not in index.split() and f"<{name}>" not in index]
+    return [name for name in pages if name not in named and name != "gallery"]
 
 
 def main() -> int:

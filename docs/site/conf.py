@@ -29,7 +29,7 @@ myst_links_external_new_tab = False
 suppress_warnings = ["myst.header"]  # pages of the repository may begin as they like
 
 napoleon_google_docstring = False
-napoleon_use_ivar = True  # attributes of dataclasses, which are fields already
+napoleon_use_ivar = True  # a list of attributes, not a heading for each
 napoleon_use_rtype = False
 autodoc_typehints = "none"  # docstrings say shape and unit, which types do not
 autodoc_member_order = "bysource"

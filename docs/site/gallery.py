@@ -9,12 +9,22 @@ ROW = re.compile(r"^\| \[(?P<name>\w+)\]\(\w+/README\.md\) \| (?P<shows>.+) \|$"
 PICTURE = re.compile(r"!\[[^]]*\]\((?P<path>[^)]+\.(?:png|gif))\)")
 HEAD = """# Gallery
 
-Every example is a folder with its model files, a page with the problem, its source and its numbers, and a test that runs it.
-Each page shows its model files at its end.
+Every example is a folder with its model files, a page with the problem, its source and its numbers,
+and a test that runs it. Each page shows its model files at its end.
 
 ::::{grid} 1 2 3 3
 :gutter: 3
 
+"""
+END = """::::
+
+```{{toctree}}
+:hidden:
+
+{pages}
+docs/dupont_station
+docs/cassiar_slope
+```
 """
 CARD = """:::{{grid-item-card}} {title}
 :img-top: {picture}
@@ -48,7 +58,8 @@ def gallery(examples: Path) -> str:
     folders = {page.parent.name for page in examples.glob("*/README.md")}
     if folders != set(rows):
         raise ValueError(f"examples/README.md: its table and the folders differ: {sorted(folders ^ set(rows))}")
-    return HEAD + "".join(card(examples, name, shows) for name, shows in rows.items()) + "::::\n"
+    pages = "\n".join(f"examples/{name}/README" for name in rows)
+    return f"{HEAD}{''.join(card(examples, name, shows) for name, shows in rows.items())}{END.format(pages=pages)}"
 
 
 def card(examples: Path, name: str, shows: str) -> str:

@@ -6,37 +6,36 @@ import inspect
 from importlib import import_module
 
 # Pages, their titles, and what stands on them in this order. A name without a dot is one of `bsm_mesh`.
-PAGES: dict[str, tuple[str, tuple[str, ...]]] = {
+PAGES: dict[str, tuple[str, str]] = {
     "running": (
         "Load, run, judge",
-        ("load", "run", "spread", "Options", "Falls", "limit_analysis", "factor_of_safety", "limit_value", "back_analysis")
-        + ("Failure", "Measured", "study", "ModelError", "MeshWarning", "ResultsWarning"),
+        """load run spread Options Falls limit_analysis factor_of_safety limit_value back_analysis Failure Measured study
+        ModelError MeshWarning ResultsWarning""",
     ),
     "model": (
         "Model",
-        ("Model", "Blocks", "Rock", "Joint", "Filling", "Fixed", "Roller", "NormalRoller", "PrescribedDisplacement")
-        + ("PointLoad", "Pressure", "Traction", "EdgeTractions", "InSituTraction", "InSitu", "Water", "Bolt", "Stage", "History"),
+        """Model Blocks Rock Joint Filling Fixed Roller NormalRoller PrescribedDisplacement PointLoad Pressure Traction
+        EdgeTractions InSituTraction InSitu Water Bolt Stage History""",
     ),
-    "laws": (
-        "Joint laws",
-        ("Patton", "MohrCoulomb", "JointResponse", "bsm_mesh.model.joint_laws.JointLaw"),
-    ),
+    "laws": ("Joint laws", "Patton MohrCoulomb JointResponse bsm_mesh.model.joint_laws.JointLaw"),
     "results": (
         "Results",
-        ("Results",)
-        + tuple(f"bsm_mesh.results.records.{n}" for n in ("StageResult", "ContactForces", "SupportForces", "StepRecord", "Status"))
-        + ("bsm_mesh.results.bolts.BoltForces", "bsm_mesh.results.check.Check", "bsm_mesh.results.falls.Fall")
-        + ("bsm_mesh.solve.limit.analysis.LimitAnalysis", "bsm_mesh.safety.answer.Safety")
-        + ("bsm_mesh.safety.measurements.BackAnalysis", "bsm_mesh.app.study.StudyResults"),
+        """Results bsm_mesh.results.records.StageResult bsm_mesh.results.records.ContactForces
+        bsm_mesh.results.records.SupportForces bsm_mesh.results.records.StepRecord bsm_mesh.results.records.Status
+        bsm_mesh.results.bolts.BoltForces bsm_mesh.results.check.Check bsm_mesh.results.falls.Fall
+        bsm_mesh.solve.limit.analysis.LimitAnalysis bsm_mesh.safety.answer.Safety
+        bsm_mesh.safety.measurements.BackAnalysis bsm_mesh.app.study.StudyResults""",
     ),
-    "libraries": ("Bolt patterns, published rocks and joints", ("bolt_patterns", "library")),
-}  # fmt: skip
+    "libraries": ("Bolt patterns, published rocks and joints", "bolt_patterns library"),
+}
 PACKAGES = {
     "converters": ("Meshes and finite elements: converters", "bsm_mesh.converters"),
     "geometries": ("Geometries: joint sets, rock masses, Gmsh", "bsm_mesh.geometries"),
 }
 MEMBERS = "   :members:\n   :inherited-members: {bases}\n"
-BASES = "object, Portable, Protocol, Generic, ValueError, UserWarning, Exception, BaseException, int, str, IntEnum, StrEnum"
+BASES = (
+    "object, Portable, Protocol, Generic, ValueError, UserWarning, Exception, BaseException, int, str, IntEnum, StrEnum"
+)
 
 
 def entry(path: str) -> str:
@@ -62,8 +61,8 @@ def reference_pages() -> dict[str, str]:
 
     pages = {}
     for name, (title, names) in PAGES.items():
-        pages[name] = page(title, [path if "." in path else f"bsm_mesh.{path}" for path in names])
-    shown = {path for _, names in PAGES.values() for path in names}
+        pages[name] = page(title, [path if "." in path else f"bsm_mesh.{path}" for path in names.split()])
+    shown = {path for _, names in PAGES.values() for path in names.split()}
     if more := sorted(set(bsm_mesh.__all__) - shown):
         pages["more"] = page("Further names", [f"bsm_mesh.{name}" for name in more])
     for name, (title, package) in PACKAGES.items():
