@@ -9,8 +9,8 @@ from importlib import import_module
 PAGES: dict[str, tuple[str, str]] = {
     "running": (
         "Load, run, judge",
-        """load run spread Options Falls limit_analysis factor_of_safety limit_value back_analysis Failure Measured study
-        ModelError MeshWarning ResultsWarning""",
+        """load run spread Options Falls limit_analysis factor_of_safety limit_value back_analysis Failure Measured
+        study ModelError MeshWarning ResultsWarning""",
     ),
     "model": (
         "Model",
