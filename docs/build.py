@@ -41,13 +41,22 @@ def stage(source: Path) -> None:
     reference = reference_pages()
     for name, text in reference.items():
         write(source / "reference" / f"{name}.md", text)
+    lists = [list_of_folder(page) for page in sorted((source / "docs").glob("*/README.md"))]
     pages = {page.name: page.read_text(encoding="utf-8") for page in SITE.glob("*.md")}
     listed = "\n".join(f"reference/{name}" for name in reference)
     others = "\n".join(
-        not_named(source, [*pages.values(), listed, (source / "gallery.md").read_text(encoding="utf-8")])
+        not_named(source, [*pages.values(), *lists, listed, (source / "gallery.md").read_text(encoding="utf-8")])
     )
     for name, text in pages.items():
         write(source / name, text.replace("REFERENCE", listed).replace("MORE", others))
+
+
+def list_of_folder(page: Path) -> str:
+    """Let the README of a folder of pages lead to the others in it, in their order; return their names."""
+    names = [other.stem for other in sorted(page.parent.glob("*.md")) if other != page]
+    hidden = "\n".join(["```{toctree}", ":hidden:", "", *names, "```", ""])
+    write(page, f"{page.read_text(encoding='utf-8').rstrip()}\n\n{hidden}")
+    return "\n".join(f"docs/{page.parent.name}/{name}" for name in names)
 
 
 def linked(path: Path) -> bool:
