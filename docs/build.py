@@ -19,8 +19,8 @@ ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs" / "site"
 MADE = ROOT / "build" / "docs"
 COPIED = ("*.md", "*.cff", "LICENSE", "pyproject.toml", "bootstrap.sh", "constraints*.txt", ".ci/run")
-FOLDERS = ("docs", "examples", "paper", "bsm_mesh", "geometries", "converters", "tests", "benchmarks")
-KINDS = {".md", ".png", ".gif", ".toml", ".py", ".csv", ".json", ".html", ".j2", ".bib"}
+FOLDERS = ("docs", "examples", "bsm_mesh", "geometries", "converters", "tests", "benchmarks")
+KINDS = {".md", ".png", ".gif", ".toml", ".py", ".csv", ".json", ".html", ".j2"}
 LEFT_OUT = {"__pycache__", "site", "out"}
 
 
