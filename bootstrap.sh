@@ -3,8 +3,10 @@
 #
 #     sh bootstrap.sh demo                      the whole chain on a built-in case
 #     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
-#     sh bootstrap.sh test                      formatter, linter, types, doctests, tests
-#     sh bootstrap.sh matrix [--smoke] [NAME]  tests with the lowest and the newest versions, and with every Python
+#     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf
+#     sh bootstrap.sh test                      formatter, linter, types, doctests, tests, documentation
+#     sh bootstrap.sh docs                      the documentation as a site, in build/docs/html
+#     sh bootstrap.sh matrix [--smoke] [NAME]   tests with the lowest and the newest versions, and with every Python
 #
 # What it needs and what it looks at is told in docs/installation.md. Its own words go to standard error,
 # so that standard output is the program's.
@@ -12,7 +14,7 @@
 set -eu
 
 usage() {
-    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,9s/^# \{0,1\}//p' "$0" >&2
     exit 2
 }
 
@@ -156,21 +158,28 @@ make_venv() {
     "$base_python" -m venv --clear "$venv" || fail "$base_python could not make a virtual environment in $venv."
 }
 
+# What the tests want beyond the project itself: every solver that there is here.
+test_extras() {
+    case $(uname -s)-$(uname -m) in
+        Linux-x86_64 | Linux-amd64) printf 'docs,mpi,pardiso,test\n' ;;
+        *) printf 'docs,test\n' ;;
+    esac
+}
+
 # Installs the checkout itself (editable) with the pinned versions, unless the stamp says that it is done.
-install_project() { # $1: "" or "test"
+install_project() { # $1: extras, with commas between; "" for none. What is there already stays.
     stamp=$venv/bootstrap-installed
     wanted=$(cd "$root" && cat pyproject.toml ${constraints:+"$constraints"} bootstrap.sh | cksum)
     wanted="$wanted $root"
-    extras=$1
+    before=""
     if [ -f "$stamp" ]; then
-        case $(sed -n 2p "$stamp") in *test*) extras="test" ;; esac # do not fall back behind what is there
-        if [ "$(sed -n 1p "$stamp")" = "$wanted" ] && [ "$(sed -n 2p "$stamp")" = "extras $extras" ]; then
-            return
-        fi
+        before=$(sed -n '2s/^extras //p' "$stamp")
+    fi
+    what=$(printf '%s\n' "$before" "$1" | tr ',' '\n' | sed '/^$/d' | sort -u | paste -sd , -)
+    if [ -f "$stamp" ] && [ "$(sed -n 1p "$stamp")" = "$wanted" ] && [ "$before" = "$what" ]; then
+        return
     fi
     rm -f "$stamp"
-    what=$extras
-    case $(uname -s)-$(uname -m) in Linux-x86_64 | Linux-amd64) what="pardiso${extras:+,mpi,$extras}" ;; esac
     say "installing bsm-mesh and what it needs into $(basename "$venv") (${constraints:-newest versions}); a minute or a few, once"
     if ! {
         pip_install setuptools && pip_install --no-build-isolation -e "$root${what:+[$what]}"
@@ -180,7 +189,7 @@ install_project() { # $1: "" or "test"
         fi
         fail "pip could not install what is needed (its last lines say why). The same command tries again."
     fi
-    printf '%s\nextras %s\n' "$wanted" "$extras" >"$stamp"
+    printf '%s\nextras %s\n' "$wanted" "$what" >"$stamp"
 }
 
 # What to type from now on: the program is in .venv and not on the PATH.
@@ -189,8 +198,9 @@ say_how_to_go_on() {
     printf '\n    . %s/bin/activate\n    bsm-mesh new slope my_slope && bsm-mesh run my_slope/model.toml\n\n' "$1" >&2
 }
 
+# Modules are compiled when they are imported: most never are, and all of them take a tenth of the space.
 pip_install() {
-    PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q ${constraints:+-c "$root/$constraints"} "$@" >&2
+    PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q --no-compile ${constraints:+-c "$root/$constraints"} "$@" >&2
 }
 
 # Numba's own cache does not notice a change in a function that another file's function calls; here each state
@@ -267,6 +277,7 @@ test_all() {
     check "types" "$python" -m mypy
     check "doctests" run_doctests
     check "tests" run_tests
+    check "documentation" "$python" -m docs.build
     printf '\n%s\nchecks: %s passed, %s failed\n' "$summary" "$passed" "$failed"
     [ "$failed" = 0 ]
 }
@@ -305,7 +316,7 @@ test_environment() (
         base_python=""
     fi
     make_venv
-    install_project "test"
+    install_project "$(test_extras)"
     "$python" -m pip check || exit
     unset NUMBA_CACHE_DIR
     choose_numba_cache
@@ -357,7 +368,8 @@ command=$1
 shift
 extra=""
 case $command in
-    test) [ $# = 0 ] || usage; extra="test" ;;
+    test) [ $# = 0 ] || usage; extra=$(test_extras) ;;
+    pardiso | mpi | dask | dxf | docs) [ $# = 0 ] || usage; extra=$command ;;
     -*) usage ;;
 esac
 
@@ -373,6 +385,8 @@ choose_numba_cache
 
 case $command in
     test) test_all ;;
+    docs) cd "$root" && exec "$python" -m docs.build ;;
+    pardiso | mpi | dask | dxf) say "$command is installed in $(basename "$venv")" ;;
     demo)
         "$venv/bin/bsm-mesh" demo "$@"
         if [ "$(pwd -P)" = "$(cd "$root" && pwd -P)" ]; then say_how_to_go_on .venv; else say_how_to_go_on "$venv"; fi

@@ -11,6 +11,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from bsm_mesh import __version__
 from bsm_mesh.app.build_parts import faults_of_parts
 from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import ModelFile
@@ -18,6 +19,7 @@ from bsm_mesh.app.units import In
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.reading import refuse_special
 
+SCHEMA_VERSION = 1  # what ModelFile describes
 MAX_BYTES = 64 << 20
 TOO_WIDE = "has more digits than TOML knows (64 bits); correct it"
 PLAIN_WORDS = {  # for pydantic's names of faults
@@ -98,6 +100,12 @@ def validated(content: dict[str, Any], name: str) -> ModelFile:
     ModelError
         With every key and value that is wrong.
     """
+    version = content.get("schema_version")
+    if isinstance(version, int) and version > SCHEMA_VERSION:  # what else it holds cannot be judged
+        raise ModelError(
+            f"{name}: schema_version = {version}: is of a newer bsm-mesh; "
+            f"version {__version__} reads {SCHEMA_VERSION}: update it"
+        )
     try:
         return ModelFile.model_validate(content)
     except ValidationError as error:

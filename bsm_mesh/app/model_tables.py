@@ -374,6 +374,7 @@ class OutputTable(Table):
 class ModelFile(Table):
     """A bsm-mesh model file. Numbers are SI, angles in degrees; a text bears its unit: "6.89 GPa"."""
 
+    schema_version: Literal[1] = Field(default=1, description="form of this file; one that is newer is refused")
     title: str = ""
     mesh: MeshTable
     groups: dict[str, str] = Field(default_factory=dict, description='mesh group = "kind:name"; "*": all others')

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bsm_mesh import __version__
 from bsm_mesh.app.checkpoint_file import CURE, read_checkpoint
 from bsm_mesh.app.own_files import CHECKPOINT, SUMMARY, is_lasting, read_json, run_number
 from bsm_mesh.app.results_folder import ResultsFolder
@@ -53,7 +52,7 @@ class TakenUp:
 def identity_of(model: Model, options: Options, snapshots: str) -> dict[str, Any]:
     """Return what has to be the same for a run to go on and end to the last digit as if it had not been interrupted."""
     return {
-        "versions": ", ".join(f"{name} {number}" for name, number in {"bsm-mesh": __version__, **versions()}.items()),
+        "versions": ", ".join(f"{name} {number}" for name, number in versions().items()),
         "model": model.digest,
         "options": content_hash(options),
         "histories": content_hash(model.histories),

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh import __version__
 from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
@@ -23,6 +24,7 @@ from bsm_mesh.results.stress import extreme_stresses
 
 SCHEMA_VERSION = 4
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
+PROGRAM = "bsm-mesh"
 NEEDED = {
     "title",
     "stages",
@@ -59,8 +61,8 @@ def summary(results: Results) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the libraries on which the digits of results depend, and the writer of files."""
-    return dict(_versions())
+    """Return the versions of what the digits of results depend on, and of the writer of files."""
+    return {PROGRAM: __version__, **dict(_versions())}
 
 
 @cache
@@ -143,6 +145,16 @@ def summary_text(results: Results, run: int, files: dict[str, dict[str, Any]]) -
     return json.dumps({**told, "checksum": _checksum(told)}, indent=2) + "\n"
 
 
+def _of_another_version(path: Path, told: dict[str, Any]) -> str:
+    """Return what to do with results whose files this program does not know."""
+    version, written = told["schema_version"], told.get("versions")
+    by = f" by bsm-mesh {written[PROGRAM]!s:.20}" if isinstance(written, dict) and PROGRAM in written else ""
+    is_newer = isinstance(version, int) and version > SCHEMA_VERSION
+    cure = "update bsm-mesh" if is_newer else "run the model.toml beside it again"
+    here = f"bsm-mesh {__version__} reads {SCHEMA_VERSION}"
+    return f"{path} was written{by} with schema version {version!s:.20}; {here}: {cure}"
+
+
 def _checksum(told: dict[str, Any]) -> str:
     """Return the SHA-256 of a summary's content, however it is laid out."""
     return hashlib.sha256(json.dumps(told, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
@@ -177,9 +189,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
     if not isinstance(told, dict) or "schema_version" not in told:
         raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
     if told["schema_version"] != SCHEMA_VERSION:
-        raise ModelError(
-            f"{path} has schema version {told['schema_version']!s:.20}; this is {SCHEMA_VERSION}: run again"
-        )
+        raise ModelError(_of_another_version(path, told))
     if not set(told) >= NEEDED or not told["stages"]:
         raise ModelError(f"{path} is not complete; run the model again")
     if told.pop("checksum", None) != _checksum(told):

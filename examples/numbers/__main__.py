@@ -11,10 +11,21 @@ import sys
 import time
 from pathlib import Path
 
-from examples.numbers import cassiar, dupont, joint_laws, rough_joint, safety, schemes, statics, thesis, tunnel
+from examples.numbers import (
+    cassiar,
+    dupont,
+    joint_laws,
+    licences,
+    rough_joint,
+    safety,
+    schemes,
+    statics,
+    thesis,
+    tunnel,
+)
 from examples.numbers.pages import Table, differences, table_in, with_table
 
-PARTS = (tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, dupont, cassiar)
+PARTS = (tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, licences, dupont, cassiar)
 ROOT = Path(__file__).parents[2]
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 

@@ -11,37 +11,27 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from tests.scenes.readme import README, TEXT, python_blocks, typed
 from tests.scenes.small_case import Case, environment
-
-README = Path(__file__).parents[2] / "README.md"
-TEXT = README.read_text(encoding="utf-8") if README.is_file() else ""
 
 
 def test_the_first_python_block(case: Case) -> None:
-    found = re.search(r"^```python\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
-    if found is None:
-        pytest.skip("README.md has no Python block")
+    block = python_blocks()[0]
     names: dict[str, object] = {}
-    exec(compile(found[1], str(README), "exec"), names)
+    exec(compile(block, str(README), "exec"), names)
     results = names["results"]
     assert isinstance(results, bsm.Results)
     assert results.check().ok
-    settlement = re.search(r"settles by (\S+) \((\d \+ \d \+ \d)\) / (\S+) m", found[1])
+    settlement = re.search(r"settles by (\S+) \((\d \+ \d \+ \d)\) / (\S+) m", block)
     if settlement is not None:
         weight, sum_of_heights, stiffness = settlement.groups()
         expected = float(weight) * sum(map(float, sum_of_heights.split("+"))) / float(stiffness)
         np.testing.assert_allclose(results.stages[-1].displacement[-1], [0, -expected, 0], rtol=1e-9, atol=1e-15)
 
 
-def typed(text: str) -> list[str]:
-    """Return the lines that a reader types into a shell: those of the indented blocks."""
-    return [line.removeprefix("    ") for line in text.splitlines() if line.startswith("    ")]
-
-
 def test_its_commands_as_typed(tmp_path: Path) -> None:
     """One after the other in one shell, in a folder with `.venv`; what installs, `sh bootstrap.sh ...`, is left out."""
-    text = re.sub(r"^```.*?^```$", "", TEXT, flags=re.DOTALL | re.MULTILINE)
-    lines = [line for line in typed(text) if not line.startswith("sh bootstrap.sh ")]
+    lines = typed()
     first_command = next(n for n, line in enumerate(lines) if line.startswith("bsm-mesh "))
     assert ". .venv/bin/activate" in lines[:first_command]
     if not (Path(sys.prefix) / "bin" / "activate").is_file():

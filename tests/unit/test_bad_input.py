@@ -15,6 +15,12 @@ from tests.scenes.square_mesh import msh
 
 KEYS = [  # old, new, words
     ("title =", "titel =", ["model.toml: top level: unknown key 'titel'", "did you mean 'title'"]),
+    (
+        "title =",
+        "schema_version = 2\nnew_key = 1\ntitle =",
+        ["schema_version = 2: is of a newer bsm-mesh; version ", "reads 1: update it"],
+    ),
+    ("title =", "schema_version = 0\ntitle =", ["schema_version = 0: is not known", "known: 1"]),
     ("[rock.gneiss]", "[rocks.gneiss]", ["unknown key 'rocks'", "did you mean 'rock'", "needs the key 'rock'"]),
     ("file =", "fiel =", ["[mesh]: unknown key 'fiel'", "did you mean 'file'"]),
     ("young =", "yuong =", ["[rock.gneiss]: unknown key 'yuong'", "did you mean 'young'"]),

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+import bsm_mesh as bsm
+
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = ("dask", "dxf", "pardiso", "mpi", "test")  # that bootstrap.sh installs
@@ -48,3 +50,20 @@ def test_the_lowest_version_is_the_tested_one(requirement: str) -> None:
 def test_constraints_are_names_and_versions(file: str) -> None:
     for line in (ROOT / file).read_text(encoding="utf-8").splitlines():
         assert line.startswith("#") or re.fullmatch(r"[\w.-]+==[\w.]+", line), line
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert cited is not None
+    assert bsm.__version__ == PROJECT["project"]["version"] == cited[1]
+
+
+def test_extras_are_what_bootstrap_adds() -> None:
+    script = (ROOT / "bootstrap.sh").read_text(encoding="utf-8")
+    found = re.search(r"^    ((?:\w+ \| )+\w+)\) \[ \$# = 0 \] \|\| usage; extra=\$command", script, re.MULTILINE)
+    assert found is not None
+    assert set(found[1].split(" | ")) == set(PROJECT["project"]["optional-dependencies"]) - {
+        "test",
+        "benchmark",
+        "mutation",
+    }

@@ -97,8 +97,8 @@ class Pardiso:
         library = _library()
         if library is None:
             raise ModelError(
-                "linear_solver = 'pardiso' needs the package mkl (x86-64): pip install 'bsm-mesh[pardiso]'; "
-                "or choose 'superlu'"
+                "linear_solver = 'pardiso' needs the package mkl (x86-64): sh bootstrap.sh pardiso, or "
+                "pip install mkl; or choose 'superlu'"
             )
         return library
 

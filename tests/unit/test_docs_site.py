@@ -1,0 +1,53 @@
+"""What the site is made of besides the pages, without Sphinx; `sh bootstrap.sh test` builds it whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bsm_mesh as bsm
+from bsm_mesh import converters, geometries
+from docs.build import not_named
+from docs.site.gallery import gallery, with_files
+from docs.site.links import dead_links
+from docs.site.reference import reference_pages
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_whatever_is_public_is_in_the_reference_once() -> None:
+    lines = [line for text in reference_pages().values() for line in text.splitlines() if line.startswith(".. auto")]
+    for package in (bsm, converters, geometries):
+        for name in package.__all__:
+            home = "bsm_mesh.model" if name in ("bolt_patterns", "library") else package.__name__
+            assert sum(line.endswith(f":: {home}.{name}") for line in lines) == 1, name
+
+
+def test_the_gallery_shows_every_example_with_a_picture_and_its_model_files() -> None:
+    page = gallery(ROOT / "examples")
+    folders = [path.parent for path in (ROOT / "examples").glob("*/README.md")]
+    assert page.count("{grid-item-card}") == len(folders) > 10
+    for folder in folders:
+        assert f":link: examples/{folder.name}/README\n" in page
+        text = with_files(folder / "README.md")
+        for file in folder.glob("*.toml"):
+            assert f"{{literalinclude}} {file.name}\n" in text
+    pictures = [line.removeprefix(":img-top: ") for line in page.splitlines() if line.startswith(":img-top: ")]
+    assert all((ROOT / picture).is_file() for picture in pictures)
+
+
+def test_a_page_that_no_list_names_is_found(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    for name in ("one", "two", "three"):
+        (tmp_path / "docs" / f"{name}.md").touch()
+    assert not_named(tmp_path, ["docs/one\nTitle <docs/two>\n"]) == ["docs/three"]
+
+
+def test_dead_links_of_a_site_are_found(tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "b.html").write_text('<h1 id="there">B</h1>', encoding="utf-8")
+    (tmp_path / "a.html").write_text(
+        '<p id="here"><a href="sub/b.html#there"></a><a href="#here"></a><a href="https://example.org/x"></a>'
+        '<a href="sub/b.html#gone"></a><a href="c.html"></a><img src="gone.png"><a href="#nowhere"></a>',
+        encoding="utf-8",
+    )
+    assert dead_links(tmp_path) == [f"a.html: {x}" for x in ("sub/b.html#gone", "c.html", "gone.png", "#nowhere")]

@@ -1,0 +1,140 @@
+"""What only POSIX knows has a guard, and another way; files are text in UTF-8 on every system."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import errno
+import os
+import sys
+import types
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bsm_mesh import files, locks
+from bsm_mesh.app import study
+from bsm_mesh.converters.meshes import apart
+
+ROOT = Path(__file__).parents[2]
+SOURCES = [path for part in ("bsm_mesh", "converters", "geometries") for path in sorted((ROOT / part).rglob("*.py"))]
+SOURCES = [
+    path for path in SOURCES if not any((ROOT / "bsm_mesh" / n) in path.parents for n in ("converters", "geometries"))
+]
+POSIX_MODULES = {"fcntl", "grp", "pwd", "resource", "termios", "tty"}
+POSIX_NAMES = {
+    *("os.fork", "os.geteuid", "os.getpgid", "os.getuid", "os.kill", "os.killpg", "os.mkfifo", "os.sched_getaffinity"),
+    *("os.setsid", "os.sysconf", "os.uname", "os.wait", "os.O_NOFOLLOW", "signal.SIGHUP", "signal.SIGKILL"),
+    *("signal.SIGXCPU", "signal.alarm", "signal.setitimer", "signal.pthread_sigmask"),
+}
+OPENERS = {"read_text", "open", "fdopen"}  # `write_text` is the one writer's
+OTHER_OPENERS = {"os.open", "Image.open"}
+GUARDS = ("os.name", "sys.platform", "hasattr(os", "except ImportError")
+
+
+def unguarded(source: str) -> Iterator[str]:
+    """Give what only POSIX knows, outside a function that asks for the system."""
+    tree = ast.parse(source)
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    for node in ast.walk(tree):
+        name = posix_name(node)
+        around = [f for f in functions if f.lineno <= getattr(node, "lineno", 0) <= (f.end_lineno or 0)] if name else []
+        if name and not any(guard in ast.unparse(function) for guard in GUARDS for function in around):
+            yield name
+
+
+def posix_name(node: ast.AST) -> str:
+    """Return what a node names, if only POSIX knows it."""
+    if isinstance(node, ast.Import):
+        return next((alias.name for alias in node.names if alias.name in POSIX_MODULES), "")
+    if isinstance(node, ast.ImportFrom):
+        return node.module if node.module in POSIX_MODULES else ""
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        name = f"{node.value.id}.{node.attr}"
+        return name if name in POSIX_NAMES else ""
+    return ""
+
+
+def without_encoding(source: str) -> Iterator[str]:
+    """Give calls that open text in whatever encoding the system prefers."""
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.Call):
+            continue
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        if name in OPENERS and not any(keyword.arg == "encoding" for keyword in node.keywords):
+            modes = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+            binary = any("b" in mode for mode in modes if set(mode) <= set("rwaxb+t"))
+            named = name == "read_text" and node.args  # `path.read_text("utf-8")`, or a `read_text(file)` of ours
+            if not binary and not named and ast.unparse(node.func) not in OTHER_OPENERS:
+                yield ast.unparse(node)
+
+
+def found_in(search: object) -> list[str]:
+    assert callable(search)
+    return [
+        f"{path.relative_to(ROOT)}: {found}" for path in SOURCES for found in search(path.read_text(encoding="utf-8"))
+    ]
+
+
+def test_what_only_posix_knows_has_a_guard() -> None:
+    assert found_in(unguarded) == []
+
+
+def test_text_is_utf_8() -> None:
+    assert found_in(without_encoding) == []
+
+
+def test_the_walks_find_what_they_look_for() -> None:
+    assert list(unguarded("import fcntl\nx = os.getuid()")) == ["fcntl", "os.getuid"]
+    assert list(unguarded("def f():\n    return os.getuid() if hasattr(os, 'getuid') else 0")) == []
+    assert list(without_encoding("path.read_text()\nopen('a')\nopen('a', 'rb')\npath.read_text(encoding='utf-8')")) == [
+        "path.read_text()",
+        "open('a')",
+    ]
+
+
+def test_a_private_folder_without_users(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "getuid")
+    assert files.private_folder() == files.temporary_place() / "bsm-mesh"
+
+
+def test_as_many_runs_as_cores_where_none_are_assigned(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
+    assert study._cores() == 3
+
+
+def test_a_mesh_is_read_without_limits_where_there_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def missing(name: str, *rest: object) -> types.ModuleType:
+        if name == "resource":
+            raise ImportError(name)
+        return real(name, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    apart._limit(10, 100)
+
+
+def test_two_folders_are_not_exchanged_where_the_system_cannot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert files.exchange(tmp_path / "a", tmp_path / "b") is False
+
+
+def test_a_lock_by_the_functions_of_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    held: set[str] = set()
+
+    def locking(descriptor: int, mode: int, length: int) -> None:
+        assert (mode, length) == (2, 1)
+        name = os.readlink(f"/proc/self/fd/{descriptor}") if sys.platform == "linux" else "lock"
+        if name in held:
+            raise OSError(errno.EACCES, "held")
+        held.add(name)
+
+    monkeypatch.setitem(sys.modules, "msvcrt", types.SimpleNamespace(locking=locking, LK_NBLCK=2))
+    monkeypatch.setattr(locks, "os", types.SimpleNamespace(**{**vars(os), "name": "nt"}))  # pathlib asks for it too
+    one = locks.take_lock(tmp_path / "lock")
+    assert one is not None
+    assert locks.take_lock(tmp_path / "lock") is None
+    os.close(one)
