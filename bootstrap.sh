@@ -3,7 +3,7 @@
 #
 #     sh bootstrap.sh demo                      the whole chain on a built-in case
 #     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
-#     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf
+#     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf, gis, pandas
 #     sh bootstrap.sh test                      formatter, linter, types, doctests, tests, documentation
 #     sh bootstrap.sh docs                      the documentation as a site, in build/docs/html
 #     sh bootstrap.sh matrix [--smoke] [NAME]   tests with the lowest and the newest versions, and with every Python
@@ -32,7 +32,6 @@ constraints=constraints.txt # in the root; "" for the newest versions there are
 
 # What the libraries' names are in Debian and its relatives (docs/installation.md says which file needs which).
 gmsh_packages="libglu1-mesa libgl1 libgomp1 libxcursor1 libxft2 libxinerama1"
-picture_packages="libegl1 libgl1-mesa-dri"
 
 # ---------------------------------------------------------------------------------------- system packages
 
@@ -96,7 +95,7 @@ find_python() {
     base_python=python3
 }
 
-# Prints what the dynamic linker does not find: libraries of Gmsh, and "drawing" where there is nothing for VTK.
+# Prints which libraries of Gmsh the dynamic linker does not find.
 missing_libraries() { # $1: a Python
     "$1" - <<'PYTHON'
 import ctypes
@@ -113,7 +112,6 @@ def is_there(name):
 gmsh = """GLU.so.1 GL.so.1 Xrender.so.1 Xcursor.so.1 Xfixes.so.3 Xext.so.6 Xft.so.2 fontconfig.so.1 Xinerama.so.1
           X11.so.6 gomp.so.1"""
 print(*("lib" + name for name in gmsh.split() if not is_there(name)))
-print("" if any(map(is_there, ("EGL.so.1", "OSMesa.so.8", "OSMesa.so.6"))) else "drawing")
 PYTHON
 }
 
@@ -130,15 +128,10 @@ see_to_packages() { # $1: the command
     fi
     needs_venv=$packages
     if [ "$(uname -s)" = Linux ]; then
-        found=$(missing_libraries "${base_python:-$python}")
-        missing=$(printf '%s\n' "$found" | sed -n 1p)
+        missing=$(missing_libraries "${base_python:-$python}")
         if [ -n "$missing" ]; then
             say "not there, but needed by Gmsh: $missing"
             packages="$packages $gmsh_packages"
-        fi
-        if [ "$(printf '%s\n' "$found" | sed -n 2p)" = drawing ]; then
-            say "not there, but needed for pictures without a display: libEGL.so.1 (or libOSMesa.so.8)"
-            packages="$packages $picture_packages"
         fi
     fi
     # shellcheck disable=SC2086 # a list of names
@@ -208,38 +201,6 @@ say_how_to_go_on() {
 # Modules are compiled when they are imported: most never are, and all of them take a tenth of the space.
 pip_install() {
     PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q --no-compile ${constraints:+-c "$root/$constraints"} "$@" >&2
-}
-
-# VTK ends a renderer without its libraries with a segmentation fault, so only a trial in a process of its own tells.
-can_draw() {
-    (
-        # shellcheck disable=SC3045
-        ulimit -c 0 2>/dev/null || : # no core file; not every shell knows it
-        : "${VTK_DEFAULT_OPENGL_WINDOW:=vtkEGLRenderWindow}"
-        export VTK_DEFAULT_OPENGL_WINDOW
-        "$python" - <<'PYTHON'
-import vtkmodules.vtkRenderingOpenGL2
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
-
-window = vtkRenderWindow()
-window.SetOffScreenRendering(1)
-window.AddRenderer(vtkRenderer())
-window.Render()
-PYTHON
-        exit $? # keeps a shell here, whose words about the fault go where its output goes
-    ) >/dev/null 2>&1
-}
-
-see_to_pictures() {
-    if [ "$(uname -s)" != Linux ] || [ -f "$venv/bootstrap-draws" ]; then
-        return 0
-    fi
-    # shellcheck disable=SC2086 # a list of names
-    if can_draw || { say "VTK cannot draw here without a display"; apt_install $picture_packages && can_draw; }; then
-        : >"$venv/bootstrap-draws"
-    else
-        say "going on without pictures; docs/installation.md says what can be done."
-    fi
 }
 
 # Numba's own cache does not notice a change in a function that another file's function calls; here each state
@@ -357,7 +318,6 @@ test_environment() (
     make_venv
     install_project "$(test_extras)"
     "$python" -m pip check || exit
-    see_to_pictures
     unset NUMBA_CACHE_DIR
     choose_numba_cache
     share_the_machine
@@ -409,7 +369,8 @@ shift
 extra=""
 case $command in
     test) [ $# = 0 ] || usage; extra=$(test_extras) ;;
-    pardiso | mpi | dask | dxf | docs) [ $# = 0 ] || usage; extra=$command ;;
+    pardiso | mpi | dask | dxf | gis | pandas | meshlane | docs) [ $# = 0 ] || usage; extra=$command ;;
+    view) extra=view ;; # what the command draws with
     -*) usage ;;
 esac
 
@@ -421,13 +382,12 @@ if [ "$command" = matrix ]; then
 fi
 make_venv
 install_project "$extra"
-see_to_pictures
 choose_numba_cache
 
 case $command in
     test) test_all ;;
     docs) cd "$root" && exec "$python" -m docs.build ;;
-    pardiso | mpi | dask | dxf) say "$command is installed in $(basename "$venv")" ;;
+    pardiso | mpi | dask | dxf | gis | pandas | meshlane) say "$command is installed in $(basename "$venv")" ;;
     demo)
         "$venv/bin/bsm-mesh" demo "$@"
         if [ "$(pwd -P)" = "$(cd "$root" && pwd -P)" ]; then say_how_to_go_on .venv; else say_how_to_go_on "$venv"; fi

@@ -22,6 +22,7 @@ from bsm_mesh.run import run, spread
 if TYPE_CHECKING:
     from bsm_mesh.app.study import StudyResults
     from bsm_mesh.model import (
+        BartonBandis,
         Blocks,
         Bolt,
         EdgeTractions,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         InSituTraction,
         Joint,
         JointResponse,
+        LadanyiArchambault,
         Model,
         MohrCoulomb,
         NormalRoller,
@@ -136,6 +138,7 @@ def study(
 
 
 __all__ = [
+    "BartonBandis",
     "Blocks",
     "Bolt",
     "EdgeTractions",
@@ -148,6 +151,7 @@ __all__ = [
     "InSituTraction",
     "Joint",
     "JointResponse",
+    "LadanyiArchambault",
     "Measured",
     "MeshWarning",
     "Model",

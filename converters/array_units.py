@@ -18,8 +18,8 @@ UNITS = {
     "axial_force": "N of one bolt",
     **dict.fromkeys(("mechanism", "normal", "shear_direction", "utilisation"), ""),
     **dict.fromkeys(("slipping_share", "open_share"), ""),
-    **dict.fromkeys(("block_id", "block_a", "block_b", "rock", "rock_name", "joint", "joint_name", "edge_joint"), ""),
-    **dict.fromkeys(("status", "status_name", "unstable", "bolt", "bolt_name", "alive", "piece"), ""),
+    **dict.fromkeys(("block_id", "block_a", "block_b", "rock", "joint", "edge_joint"), ""),
+    **dict.fromkeys(("status", "unstable", "bolt", "alive", "piece"), ""),
 }
 """Unit of each array by its name; "" where it has none. What differs from kind to kind is in `OF_A_KIND`."""
 

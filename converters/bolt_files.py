@@ -1,23 +1,14 @@
-"""Bolts to VTU lines and CSV, and back."""
+"""Bolts to VTU lines, and back."""
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bsm_mesh.converters.contact_files import named
-from bsm_mesh.converters.vtk_files import LINE, Grid, spatial
-from bsm_mesh.files import whole_file
+from bsm_mesh.converters.vtk_files import LINE, Grid, numbered, spatial
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.records import Results, StageResult
-
-COLUMNS = (
-    *("stage", "bolt", "name", "status", "block", "station", "x", "y"),
-    *("axial_force", "bond_force", "slip", "plastic_stretch", "shear_force", "utilisation"),
-)
 
 
 def bolt_grid(results: Results, stage: StageResult) -> Grid:
@@ -32,7 +23,6 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
     bolt_of_node = np.repeat(np.arange(bolts.count, dtype=np.int32), np.diff(bolts.node_start))
     cells: dict[str, Any] = {
         "bolt": bolts.bolt,
-        "bolt_name": named(bolts.bolt, bolts.names),
         "axial_force": bolts.axial_force,
         "bond_force": bond,
         "utilisation": bolts.utilisation,
@@ -42,7 +32,6 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         "shear_direction": spatial(bolts.shear_direction),
         "alive": bolts.alive.astype(np.uint8),
         "status": bolts.status[bolts.bolt].astype(np.int8),
-        "status_name": named(bolts.status[bolts.bolt], [status.name.lower() for status in BoltStatus]),
     }
     points: dict[str, Any] = {
         "displacement": spatial(bolts.displacement),
@@ -62,17 +51,17 @@ def bolt_grid(results: Results, stage: StageResult) -> Grid:
         cell_type=LINE,
         point_data=points,
         cell_data=cells,
-        field_data={"bolt_names": bolts.names},
+        names={**numbered("bolt", bolts.names), **numbered("status", [status.name.lower() for status in BoltStatus])},
     )
 
 
 def bolts_of_grid(grid: Grid) -> BoltForces:
     """Return the written bolts."""
     nodes, cells = grid.point_data, grid.cell_data
-    names = grid.field_data["bolt_names"]
+    names = grid.names_of("bolt")
     node_start = np.searchsorted(nodes["bolt"], np.arange(len(names) + 1)).astype(np.int32)
     return BoltForces(
-        names=tuple(names),
+        names=names,
         node_start=node_start,
         block=nodes["block_id"],
         station=nodes["station"],
@@ -91,37 +80,3 @@ def bolts_of_grid(grid: Grid) -> BoltForces:
         shear_point=cells["shear_point"][:, :2],
         shear_direction=cells["shear_direction"][:, :2],
     )
-
-
-def write_bolt_table(results: Results, path: Path) -> None:
-    """Write a row a node and stage: its bond force, and the forces of the element that begins there."""
-    with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for number, stage in enumerate(results.stages):
-            writer.writerows(_rows(number, stage.bolts))
-
-
-def _rows(stage: int, bolts: BoltForces) -> list[tuple[object, ...]]:
-    element = np.full(len(bolts.block), -1)
-    element[bolts.first_node] = np.arange(len(bolts.first_node))
-    return [
-        (
-            stage,
-            bolt,
-            bolts.names[bolt],
-            BoltStatus(int(bolts.status[bolt])).name.lower(),
-            int(bolts.block[node]),
-            float(bolts.station[node]),
-            *bolts.point[node].tolist(),
-            float(bolts.axial_force[e]) if e >= 0 else "",
-            float(bolts.bond_force[node]),
-            float(bolts.slip[node]),
-            float(bolts.plastic_stretch[e]) if e >= 0 else "",
-            float(bolts.shear_force[e]) if e >= 0 else "",
-            float(bolts.utilisation[e]) if e >= 0 else "",
-        )
-        for bolt in range(bolts.count)
-        for node in range(bolts.node_start[bolt], bolts.node_start[bolt + 1])
-        for e in (int(element[node]),)
-    ]

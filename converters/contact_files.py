@@ -5,15 +5,14 @@ Points lie in the given geometry, and their array ``displacement`` moves them wi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.vtk_files import LINE, VERTEX, Grid, spatial
+from bsm_mesh.converters.vtk_files import LINE, VERTEX, Grid, numbered, spatial
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.joint_sets import ROCK_FACE
 from bsm_mesh.results.movement import as_given, displacement_of
@@ -22,10 +21,10 @@ from bsm_mesh.results.records import ContactForces, ContactStatus, Results, Stag
 STATUS_NAMES = tuple(status.name.lower() for status in ContactStatus)
 
 
-def named(numbers: IntArray, names: Sequence[str], other: str = "") -> npt.NDArray[np.object_]:
-    """Return the name of each number, `other` for -1."""
-    texts: npt.NDArray[np.object_] = np.array([*names, other], dtype=object)[numbers]
-    return texts
+def names_of_contacts(results: Results) -> dict[str, int]:
+    """Return what the numbers of ``status`` and ``joint`` mean."""
+    status, joints = numbered("status", STATUS_NAMES), numbered("joint", results.joint_names)
+    return {**status, **joints, f"joint:{ROCK_FACE}": -1}
 
 
 def contact_grid(results: Results, stage: StageResult) -> Grid:
@@ -40,18 +39,16 @@ def contact_grid(results: Results, stage: StageResult) -> Grid:
         "normal_traction": contacts.normal_force / contacts.length,
         "shear_traction": contacts.shear_force / contacts.length,
         "status": contacts.status.astype(np.int8),
-        "status_name": named(contacts.status, STATUS_NAMES),
         "utilisation": contacts.utilisation,
         "opening": contacts.opening,
         "slip": contacts.slip,
         "joint": contacts.joint.astype(np.int32),
-        "joint_name": named(contacts.joint, results.joint_names, ROCK_FACE),
         "water_pressure": contacts.water_pressure,
         "force": spatial(contacts.force),
         "normal": spatial(contacts.normal),
     }
     grid = _vertices(results, stage, contacts.block_a, contacts.point, cells)
-    return replace(grid, field_data={"joint_names": results.joint_names})
+    return replace(grid, names=names_of_contacts(results))
 
 
 def joint_grid(results: Results, stage: StageResult) -> Grid:
@@ -62,7 +59,6 @@ def joint_grid(results: Results, stage: StageResult) -> Grid:
         "block_a": faces.block_a.astype(np.int32),
         "block_b": faces.block_b.astype(np.int32),
         "joint": faces.joint.astype(np.int32),
-        "joint_name": named(faces.joint, results.joint_names, ROCK_FACE),
         "length": faces.length,
         "slip": faces.slip,
         "opening": faces.opening,
@@ -70,7 +66,6 @@ def joint_grid(results: Results, stage: StageResult) -> Grid:
         "shear_traction": faces.shear_traction,
         "utilisation": faces.utilisation,
         "status": faces.status,
-        "status_name": named(faces.status, STATUS_NAMES),
         "slipping_share": faces.slipping,
         "open_share": faces.open,
     }
@@ -82,7 +77,7 @@ def joint_grid(results: Results, stage: StageResult) -> Grid:
         cell_type=LINE,
         point_data={"displacement": spatial(moved)},
         cell_data=cells,
-        field_data={"joint_names": results.joint_names},
+        names=names_of_contacts(results),
     )
 
 

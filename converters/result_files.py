@@ -12,8 +12,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
-from bsm_mesh.converters.contact_files import contact_grid, joint_grid, named, support_grid, water_grid
-from bsm_mesh.converters.vtk_files import POLYGON, Grid, spatial, write_pvd, write_vtu
+from bsm_mesh.converters.contact_files import contact_grid, joint_grid, support_grid, water_grid
+from bsm_mesh.converters.vtk_files import POLYGON, Compression, Grid, numbered, spatial, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.movement import displacement_of
@@ -56,20 +56,22 @@ def stage_file(kind: str, number: int) -> str:
     return f"{kind}_{number:04d}.vtu"
 
 
-def write_stage(results: Results, number: int, folder: Path) -> list[str]:
+def write_stage(results: Results, number: int, folder: Path, compression: Compression = "zlib") -> list[str]:
     """Write a VTU of each kind at the end of a stage; return their names."""
     stage = results.stages[number]
     names = []
     for kind in kinds_of(stage):
-        write_vtu(folder / stage_file(kind, number), grid_of_stage(kind, results, stage))
+        grid = grid_of_stage(kind, results, stage, number)
+        write_vtu(folder / stage_file(kind, number), grid, compression=compression)
         names.append(stage_file(kind, number))
     return names
 
 
-def write_snapshot(results: Results, folder: Path, instant: Instant) -> list[str]:
+def write_snapshot(results: Results, folder: Path, instant: Instant, compression: Compression = "zlib") -> list[str]:
     """Write a VTU of each kind of `SERIES` at an instant of the run; return their names."""
     for kind in SERIES:
-        write_vtu(folder / instant.file(kind), grid_of_stage(kind, results, results.stages[-1]))
+        grid = grid_of_stage(kind, results, results.stages[-1], instant.stage)
+        write_vtu(folder / instant.file(kind), grid, compression=compression)
     return [instant.file(kind) for kind in SERIES]
 
 
@@ -119,7 +121,6 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
     cells: dict[str, Any] = {
         "block_id": np.arange(blocks.count, dtype=np.int32),
         "rock": blocks.rock.astype(np.int32),
-        "rock_name": named(blocks.rock, blocks.rock_names),
         "displacement": spatial(stage.displacement[:, :2]),
         "rotation": stage.displacement[:, 2],
         "stage_displacement": spatial(stage.stage_displacement[:, :2]),
@@ -146,7 +147,7 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
             "edge_joint": blocks.edge_joint[corners],
         },
         cell_data={name: values[here] for name, values in cells.items()},
-        field_data={"rock_names": blocks.rock_names, "edge_joint_names": blocks.joint_names},
+        names={**numbered("rock", blocks.rock_names), **numbered("edge_joint", blocks.joint_names)},
     )
 
 
@@ -194,12 +195,15 @@ _GRIDS = {
 }
 
 
-def grid_of_stage(kind: str, results: Results, stage: StageResult) -> Grid:
-    """Return the grid of a kind with the stage's name and the unit of every array in its field data."""
+def grid_of_stage(kind: str, results: Results, stage: StageResult, number: int) -> Grid:
+    """Return the grid of a kind with the stage's number and name, and the unit of every array that has one."""
     grid = _GRIDS[kind](results, stage)
-    unit = {name: unit_of(kind, name) for name in (*grid.point_data, *grid.cell_data)}
-    units = tuple(f"{name} [{text}]" for name, text in unit.items() if text)
-    return replace(grid, field_data={**grid.field_data, "stage": (stage.name,), "units": units})
+    units = {name: unit_of(kind, name) for name in (*grid.point_data, *grid.cell_data)}
+    return replace(
+        grid,
+        names={**grid.names, f"stage:{stage.name}": number},
+        units={name: unit for name, unit in units.items() if unit},
+    )
 
 
 def blocks_of_grid(grid: Grid) -> Blocks:
@@ -209,9 +213,9 @@ def blocks_of_grid(grid: Grid) -> Blocks:
         offsets=grid.offsets.astype(np.int32),
         nodes=merge_points(grid.points, MERGE_TOLERANCE),
         rock=grid.cell_data["rock"],
-        rock_names=tuple(grid.field_data["rock_names"]),
+        rock_names=grid.names_of("rock"),
         edge_joint=grid.point_data["edge_joint"],
-        joint_names=tuple(grid.field_data["edge_joint_names"]),
+        joint_names=grid.names_of("edge_joint"),
     )
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 from xml.etree import ElementTree
+from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -21,6 +23,9 @@ from bsm_mesh.reading import refuse_special
 from bsm_mesh.signals import signals_held
 
 VERTEX, LINE, POLYGON = 1, 3, 7  # VTK cell types
+Compression = Literal["zlib", "lz4"]
+NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+IN_ATTRIBUTES = {'"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,9 +43,13 @@ class Grid:
     cell_type : int or (n_cells,) int
         VTK's number of the type of all cells, or of each.
     point_data, cell_data : mapping of str to array
-        Arrays with one row a point, one row a cell; of texts where they hold objects. Texts are not read back.
-    field_data : mapping of str to sequence of str
-        Lists of names that integer arrays refer to; the stage and units.
+        Arrays of numbers with one row a point, one row a cell.
+    names : mapping of str to int
+        What the numbers of an array mean: ``"joint:J1": 3`` where 3 in the array ``joint`` is J1. In the file each is a
+        field array of one number, as meshio keeps names of groups: meshio, VisIt and others read no file with a text
+        array in it.
+    units : mapping of str to str
+        Unit of each array that has one, in the file VTK's ``UNITS_LABEL``. Not read back.
     """
 
     points: FloatArray
@@ -49,7 +58,19 @@ class Grid:
     cell_type: int | IntArray
     point_data: Mapping[str, Any] = field(default_factory=dict)
     cell_data: Mapping[str, Any] = field(default_factory=dict)
-    field_data: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    names: Mapping[str, int] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def names_of(self, array: str) -> tuple[str, ...]:
+        """Return the names of an array's numbers, from 0."""
+        mine = f"{array}:"
+        found = {number: key.removeprefix(mine) for key, number in self.names.items() if key.startswith(mine)}
+        return tuple(found[number] for number in range(max(found, default=-1) + 1))
+
+
+def numbered(array: str, names: Sequence[str]) -> dict[str, int]:
+    """Return the names of an array's numbers, from 0, as `Grid` takes them."""
+    return {f"{array}:{name}": number for number, name in enumerate(names)}
 
 
 @cache
@@ -75,8 +96,10 @@ def _silent() -> Iterator[None]:
         vtkLogger.SetStderrVerbosity(level)
 
 
-def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
+def write_vtu(path: Path, grid: Grid, *, compression: Compression = "zlib", parents: bool = False) -> None:
     """Write a grid as compressed binary VTU; its folder too, where `parents` says so.
+
+    zlib is read by everything; LZ4 by VTK, ParaView and PyVista only.
 
     Raises
     ------
@@ -87,15 +110,20 @@ def write_vtu(path: Path, grid: Grid, *, parents: bool = False) -> None:
     from vtkmodules.vtkCommonMisc import vtkErrorCode
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    data = _to_vtk(grid)
+    data = vtk_of_grid(grid, in_xml)
     with whole_file(path, parents=parents) as draft:
         writer = vtkXMLUnstructuredGridWriter()
         writer.SetFileName(str(draft))
         writer.SetInputData(data)
         writer.SetDataModeToAppended()
-        writer.EncodeAppendedDataOff()
-        writer.SetCompressorTypeToLZ4()
-        writer.SetCompressionLevel(9)  # a fifth of the time of zlib at its quickest, a fifth larger
+        if compression == "lz4":
+            writer.EncodeAppendedDataOff()
+            writer.SetCompressorTypeToLZ4()
+            writer.SetCompressionLevel(9)  # a tenth of the time of zlib at its quickest, a fifth larger
+        else:
+            writer.EncodeAppendedDataOn()  # as text: of raw data meshio 5.3.5 mixes up the arrays
+            writer.SetCompressorTypeToZLib()
+            writer.SetCompressionLevel(1)
         writer.AddObserver("ErrorEvent", lambda *_: None)  # what is raised below says it
         with _silent():
             written = writer.Write() == 1 and draft.exists()
@@ -136,7 +164,6 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
     if len(types) > 1:
         raise ModelError(f"{path}: has cells of the types {types.tolist()}; one type is needed")
     arrays = [_arrays(attributes) for attributes in (data.GetPointData(), data.GetCellData())]
-    names = data.GetFieldData()
     return Grid(
         points=vtk_to_numpy(data.GetPoints().GetData())[:, :2].astype(np.float64),
         offsets=vtk_to_numpy(data.GetCells().GetOffsetsArray()),
@@ -144,12 +171,19 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
         cell_type=int(types[0]),
         point_data=arrays[0],
         cell_data=arrays[1],
-        field_data={
-            array.GetName(): tuple(array.GetValue(i) for i in range(array.GetNumberOfValues()))
-            for array in (names.GetAbstractArray(k) for k in range(names.GetNumberOfArrays()))
-            if array.GetClassName() == "vtkStringArray"
-        },
+        names=names_in(data),
     )
+
+
+def names_in(data: Any) -> dict[str, int]:
+    """Return the names that a grid of VTK's gives numbers: ``"joint:J1": 3``."""
+    fields = data.GetFieldData()
+    found = (fields.GetArray(k) for k in range(fields.GetNumberOfArrays()))  # None for texts
+    return {
+        array.GetName(): int(array.GetValue(0))
+        for array in found
+        if array is not None and array.GetNumberOfValues() == 1 and ":" in (array.GetName() or "")
+    }
 
 
 def vtk_grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Any:
@@ -213,9 +247,22 @@ def spatial(vectors: FloatArray) -> FloatArray:
     return np.column_stack([vectors, np.zeros(len(vectors))])
 
 
-def _to_vtk(grid: Grid) -> Any:
+def texts_of(grid: Grid) -> dict[str, Any]:
+    """Return the names of numbers of cell arrays as arrays of texts, ``joint_name`` for ``joint``; "" without one."""
+    found = {}
+    for array in {key.partition(":")[0] for key in grid.names} & {*grid.cell_data}:
+        mine = {number: key.partition(":")[2] for key, number in grid.names.items() if key.startswith(f"{array}:")}
+        numbers, where = np.unique(np.asarray(grid.cell_data[array]), return_inverse=True)
+        texts = np.array([mine.get(int(number), "") for number in numbers], dtype=str)
+        found[f"{array}_name"] = texts[where] if len(texts) else np.zeros(0, dtype=str)
+    return found
+
+
+def vtk_of_grid(grid: Grid, spell: Callable[[str], str] = str) -> Any:
+    """Return the grid as VTK's own; `spell` gives the names of arrays."""
+    load_vtk()
     from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
 
     points = vtkPoints()
@@ -233,25 +280,24 @@ def _to_vtk(grid: Grid) -> Any:
     data.SetCells(types, cells)
     for attributes, arrays in ((data.GetPointData(), grid.point_data), (data.GetCellData(), grid.cell_data)):
         for name, values in arrays.items():
-            is_text = np.asarray(values).dtype == object
-            array = _strings(values) if is_text else numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-            array.SetName(name)
+            array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
+            array.SetName(spell(name))
+            if name in grid.units:
+                array.GetInformation().Set(vtkDataArray.UNITS_LABEL(), grid.units[name])
             attributes.AddArray(array)
-    for name, texts in grid.field_data.items():
-        array = _strings(texts)
-        array.SetName(name)
+    for name, number in grid.names.items():
+        array = numpy_to_vtk(np.array([number], dtype=np.int32), deep=True)
+        array.SetName(spell(name))
         data.GetFieldData().AddArray(array)
     return data
 
 
-def _strings(texts: Sequence[str]) -> Any:
-    from vtkmodules.vtkCommonCore import vtkStringArray
+def in_xml(name: str) -> str:
+    """Return the name of an array as VTK's writer must be given it, which writes it into an attribute as it is.
 
-    strings = vtkStringArray()
-    strings.SetNumberOfValues(len(texts))
-    for number, text in enumerate(texts):
-        strings.SetValue(number, text)
-    return strings
+    What XML cannot hold, such as control characters, becomes an escape, a backslash with ``x01`` and the like.
+    """
+    return escape(NO_XML.sub(lambda found: found[0].encode("unicode_escape").decode(), name), IN_ATTRIBUTES)
 
 
 def _id_type() -> int:

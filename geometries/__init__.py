@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
     from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
     from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.gmsh_joints import find_curves, fragment_by_joints
     from bsm_mesh.geometries.joint_sets import Fault, JointSet, bedding
     from bsm_mesh.geometries.orientations import (
         apparent_dip,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.rock_mass import Excavation, Opening, Region, RockMass
     from bsm_mesh.geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from bsm_mesh.geometries.short_sides import close_short_sides
-    from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal
+    from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal, PowerLaw
     from bsm_mesh.geometries.traces import read_scan_line, read_traces
 
 __all__ = [
@@ -57,6 +58,7 @@ __all__ = [
     "Normal",
     "Opening",
     "Parameter",
+    "PowerLaw",
     "Region",
     "RockMass",
     "Voronoi",
@@ -74,6 +76,8 @@ __all__ = [
     "dam",
     "draw_stereonet",
     "find_case",
+    "find_curves",
+    "fragment_by_joints",
     "gmsh_session",
     "horseshoe",
     "joint_set_in_section",
@@ -107,6 +111,8 @@ _HOME = {
     "band": "bsm_mesh.geometries.shapes",
     "circle": "bsm_mesh.geometries.shapes",
     "dam": "bsm_mesh.geometries.shapes",
+    "find_curves": "bsm_mesh.geometries.gmsh_joints",
+    "fragment_by_joints": "bsm_mesh.geometries.gmsh_joints",
     "horseshoe": "bsm_mesh.geometries.shapes",
     "rectangle": "bsm_mesh.geometries.shapes",
     "slope": "bsm_mesh.geometries.shapes",
@@ -121,6 +127,7 @@ _HOME = {
     "JointSet": "bsm_mesh.geometries.joint_sets",
     "Lognormal": "bsm_mesh.geometries.spacings",
     "Normal": "bsm_mesh.geometries.spacings",
+    "PowerLaw": "bsm_mesh.geometries.spacings",
     "Opening": "bsm_mesh.geometries.rock_mass",
     "Region": "bsm_mesh.geometries.rock_mass",
     "RockMass": "bsm_mesh.geometries.rock_mass",

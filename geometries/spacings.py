@@ -1,4 +1,4 @@
-"""How far apart the joints of a set are: a number, or a distribution of random spacings."""
+"""How far apart the joints of a set are, and how long: a number, or a distribution."""
 
 from __future__ import annotations
 
@@ -88,6 +88,43 @@ class Exponential:
     def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
         """Return `count` spacings [m]."""
         return LEAST_SHARE * self.mean + generator.exponential((1 - LEAST_SHARE) * self.mean, count)
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """Lengths whose number falls as a power of the length: exponent above 1, least and greatest [m].
+
+    The density of probability is proportional to ``length ** -exponent``: 2 to 3 in most mapped networks (Bonnet et al.
+    2001).
+    """
+
+    exponent: float
+    least: float
+    greatest: float
+
+    def __post_init__(self) -> None:
+        checks = Checks("PowerLaw")
+        if checks.positive("1", exponent=self.exponent) and self.exponent <= 1:
+            checks.add(f"exponent = {self.exponent} must be above 1")
+        if checks.positive(least=self.least, greatest=self.greatest) and self.greatest <= self.least:
+            checks.add(f"greatest = {self.greatest} must be above least = {self.least}")
+        checks.raise_faults()
+
+    @property
+    def mean(self) -> float:
+        """Mean length [m]."""
+        return self._moment(1) / self._moment(0)
+
+    def _moment(self, power: int) -> float:
+        k = power + 1 - self.exponent
+        return math.log(self.greatest / self.least) if k == 0 else (self.greatest**k - self.least**k) / k
+
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
+        """Return `count` lengths [m], by inversion."""
+        k = 1 - self.exponent
+        share = generator.uniform(size=count)
+        drawn: FloatArray = (self.least**k + share * (self.greatest**k - self.least**k)) ** (1 / k)
+        return drawn
 
 
 def _check(name: str, **values: float) -> None:

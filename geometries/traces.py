@@ -1,25 +1,28 @@
-"""Traces of joints from files: CSV, GeoJSON and DXF. Scan lines from CSV."""
+"""Traces of joints from files: CSV, GeoJSON, DXF, shapefile and GeoPackage. Scan lines from CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-import logging
 import math
 import os
+import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bsm_mesh.errors import MeshWarning, one_line
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import Fault, FloatArray
-from bsm_mesh.geometries.reading import as_path, read_text, refuse_special
+from bsm_mesh.geometries.reading import as_path, read_text
 
 Lines = dict[str, list[FloatArray]]
 ENDS = ("x1", "y1", "x2", "y2")
+PORE_PY = dict(zip(("START_X", "START_Y", "END_X", "END_Y"), ENDS, strict=True))
 SCAN_COLUMNS = ("distance", "dip", "dip_direction", "set")
 UNNAMED = "traces"  # the set of lines that name none
 FARTHEST = 1e12  # [m]; as for nodes of meshes
@@ -32,12 +35,16 @@ def read_traces(
     names: Mapping[str, str] | None = None,
     scale: float = 1.0,
     extends: bool = False,
+    tolerance: float | None = None,
 ) -> list[Fault]:
     """Return the traces of a file, one `Fault` for each of its sets.
 
-    * CSV: columns ``x1, y1, x2, y2`` and ``set``, a row a trace; or ``x, y, trace`` and ``set``, a row a point.
+    * CSV: columns ``x1, y1, x2, y2`` and ``set``, a row a trace; or ``x, y, trace`` and ``set``, a row a point; or
+      PorePy's ``FID, START_X, START_Y, END_X, END_Y``.
     * GeoJSON: LineString and MultiLineString features; the property ``set`` (or ``name``) names the set.
-    * DXF: LINE, LWPOLYLINE and POLYLINE (arcs of theirs as straight lines); the layer names the set.
+    * DXF: lines, polylines with their bulges, arcs, circles, ellipses, splines, also those in inserted blocks; the
+      layer names the set. Needs ezdxf.
+    * Shapefile and GeoPackage: lines; the field ``set`` (or ``name``) names the set, else the layer. Needs pyogrio.
 
     Parameters
     ----------
@@ -49,6 +56,13 @@ def read_traces(
         The file's unit of length [m].
     extends : bool
         Whether dead ends go on to the next joint.
+    tolerance : float, optional
+        Greatest distance of a chord from the curve that it stands for [m]; by default a thousandth of the drawing.
+
+    Warns
+    -----
+    MeshWarning
+        For what was left out, by its kind and count.
 
     Raises
     ------
@@ -61,7 +75,12 @@ def read_traces(
         raise GeometryError(f"{file}: traces are read from {', '.join(_READERS)}")
     if not 0 < scale < math.inf:
         raise GeometryError(f"{file}: scale = {scale} is no length above 0 m")
-    found = reader(file)
+    if tolerance is not None and not 0 < tolerance < math.inf:
+        raise GeometryError(f"{file}: tolerance = {tolerance} is no length above 0 m")
+    found, left_out = reader(file, None if tolerance is None else tolerance / scale)
+    if left_out:
+        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(left_out.items()))
+        warnings.warn(one_line(f"{file}: left out, being no lines: {kinds}"), MeshWarning, stacklevel=2)
     _refuse_wild(file, found, scale)
     unknown = [name for name in names or {} if name not in found]
     if unknown:
@@ -108,7 +127,7 @@ def _csv_rows(file: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, 
     table = csv.DictReader(io.StringIO(read_text(file), newline=""), skipinitialspace=True, strict=True)
     rows, faults = [], []
     try:
-        header = [name.strip() for name in table.fieldnames or ()]
+        header = [PORE_PY.get(name.strip(" #").upper(), name.strip()) for name in table.fieldnames or ()]
         table.fieldnames = header
         for row in table:
             if None in row or None in row.values():
@@ -203,42 +222,6 @@ def _whole_number(text: str) -> float:
     return int(text) if len(text) < LONGEST else math.inf
 
 
-def _read_dxf(file: Path) -> Lines:
-    try:
-        import ezdxf
-    except ImportError as fault:
-        raise GeometryError(f"{file}: to read DXF: pip install ezdxf") from fault
-    log = logging.getLogger("ezdxf")
-    if not log.handlers:  # else Python writes on stderr what ezdxf quotes of the file
-        log.addHandler(logging.NullHandler())
-    refuse_special(file)
-    try:
-        file.read_bytes()  # ezdxf raises OSError also for a file that is no DXF
-    except (OSError, ValueError) as fault:
-        raise GeometryError(f"{file}: cannot be read: {getattr(fault, 'strerror', None) or fault}") from fault
-    try:
-        drawing = ezdxf.readfile(file)
-        return _lines_of_drawing(drawing)
-    except Exception as fault:  # ezdxf lets through whatever a damaged file makes it raise
-        raise GeometryError(f"{file}: is no DXF file, or is damaged: {fault or type(fault).__name__}") from fault
-
-
-def _lines_of_drawing(drawing: Any) -> Lines:
-    found: Lines = {}
-    for entity in drawing.modelspace().query("LINE LWPOLYLINE POLYLINE"):
-        kind = entity.dxftype()
-        if kind == "LINE":
-            points = [(end.x, end.y) for end in (entity.dxf.start, entity.dxf.end)]
-        elif kind == "LWPOLYLINE":
-            points = list(entity.get_points("xy"))
-        else:
-            points = [(vertex.dxf.location.x, vertex.dxf.location.y) for vertex in entity.vertices]
-        if kind != "LINE" and entity.is_closed:
-            points.append(points[0])
-        found.setdefault(entity.dxf.layer, []).append(np.array(points, dtype=np.float64))
-    return found
-
-
 def _refuse_wild(file: Path, found: Lines, scale: float) -> None:
     """Refuse lines of fewer than two points, and coordinates that are no numbers or farther away than any rock."""
     faults = []
@@ -259,9 +242,23 @@ def _raise_faults(faults: list[str]) -> None:
         raise GeometryError(faults)
 
 
-_READERS: dict[str, Callable[[Path], Lines]] = {
-    ".csv": _read_csv,
-    ".geojson": _read_geojson,
-    ".json": _read_geojson,
-    ".dxf": _read_dxf,
+def _by_gis(file: Path, tolerance: float | None) -> tuple[Lines, Counter[str]]:
+    from bsm_mesh.geometries.gis_files import lines_of_gis
+
+    return lines_of_gis(file)
+
+
+def _by_dxf(file: Path, tolerance: float | None) -> tuple[Lines, Counter[str]]:
+    from bsm_mesh.geometries.drawings import lines_of_dxf
+
+    return lines_of_dxf(file, tolerance)
+
+
+_READERS: dict[str, Callable[[Path, float | None], tuple[Lines, Counter[str]]]] = {
+    ".csv": lambda file, _: (_read_csv(file), Counter()),
+    ".geojson": lambda file, _: (_read_geojson(file), Counter()),
+    ".json": lambda file, _: (_read_geojson(file), Counter()),
+    ".dxf": _by_dxf,
+    ".shp": _by_gis,
+    ".gpkg": _by_gis,
 }

@@ -33,6 +33,7 @@ HEAVY = (
     "matplotlib",
     "pyarrow",
     "distributed",
+    "bokeh",
     "numba",
     "scipy.sparse",
 )

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.canvas import MOST_EDGES, Scene, save_picture
+from bsm_mesh.app.canvas import FALLS, WATER, WIDTH
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.app.headings import heading
-from bsm_mesh.app.pictures import add_picture, add_position, read_grid
+from bsm_mesh.app.pictures import add_picture
 from bsm_mesh.app.plot import BAD_INPUT
+from bsm_mesh.app.scene import MARGIN, MOST_EDGES
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
@@ -25,15 +27,19 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from PIL.Image import Image
+
+    from bsm_mesh.converters.vtk_files import Grid
 
 Series: TypeAlias = list[tuple[float, str]]
 """Times and names of the files of snapshots."""
 
-WIDTH, TEXT_HEIGHT = 720, 60  # pixels
+FRAME_WIDTH, TEXT = 720, 0.75  # pixels; inches above the picture
 MOST_FRAMES, COLOURS = 60, 32
 FRAME, FIRST_FRAME, LAST_FRAME = 100, 800, 2000  # ms
 BEYOND = 0.5  # of the model's size: how far beside it the frame goes at most, to follow what falls
+ROCK, EDGE, START = "#c9d8ea", "#33475b", "#b9b2a3"
 
 
 def animate(folder: Path) -> Path:
@@ -66,19 +72,20 @@ def draw_step(folder: Path, step: int) -> Path:
     earlier = [entry for entry in files if entry[0] <= step] or files[:1]
     time, file = earlier[-1]
     grid = _read(saved, file)
-    scene = Scene(
-        grid=grid,
-        title=heading(saved.told, "on its way"),
-        size=float(grid.length),
-        joints=np.zeros((0, 2, 2)),
-        water=saved.water_table(int(Path(file).stem.split("_")[1])),
+    end = grid.points + _moves(grid)
+    room = MARGIN * float(np.hypot(*np.ptp(grid.points, axis=0)))
+    window = np.stack(
+        [np.minimum(grid.points, end).min(axis=0) - room, np.maximum(grid.points, end).max(axis=0) + room], 1
     )
-
-    def draw(plotter: Any, scene: Scene) -> str:
-        add_position(plotter, scene)
-        return f"position after {time:g} of {files[-1][0]:g} steps, true to scale, over the original outlines (grey)"
-
-    return add_picture(added, f"position_{time:05.0f}.png", partial(save_picture, scene, draw))
+    figure, axes = _stage(window, WIDTH)
+    _add_start(axes, grid)
+    down = grid.cell_data["block_id"][grid.cell_data["unstable"] > 0]
+    _add_blocks(axes, grid, 1.0, down)
+    table = saved.water_table(int(Path(file).stem.split("_")[1]))
+    axes.plot(*table.transpose(2, 1, 0), color=WATER, linewidth=2.2)
+    told = f"position after {time:g} of {files[-1][0]:g} steps, true to scale, over the original outlines (grey)"
+    axes.set_title(f"{heading(saved.told, 'on its way')}\n{told}", loc="left", fontsize=11, parse_math=False)
+    return add_picture(added, f"position_{time:05.0f}.png", partial(save, figure))
 
 
 def _snapshots(saved: SavedResults) -> Series:
@@ -91,8 +98,14 @@ def _snapshots(saved: SavedResults) -> Series:
     return files
 
 
-def _read(saved: SavedResults, file: str) -> Any:
-    return read_grid(saved, file, needs=("displacement", "block_id"))
+def _read(saved: SavedResults, file: str) -> Grid:
+    return saved.grid(file, needs=("displacement", "block_id", "unstable"))
+
+
+def _moves(grid: Grid) -> FloatArray:
+    """Return the displacement of every corner, (n_vertices, 2) [m]."""
+    moves: FloatArray = grid.point_data["displacement"][:, :2]
+    return moves
 
 
 def _window(saved: SavedResults, files: Series) -> FloatArray:
@@ -102,9 +115,9 @@ def _window(saved: SavedResults, files: Series) -> FloatArray:
     for number, (_, file) in enumerate(files):
         grid = _read(saved, file)
         if number == 0:
-            start = np.array([grid.points.min(axis=0)[:2], grid.points.max(axis=0)[:2]])
+            start = np.array([grid.points.min(axis=0), grid.points.max(axis=0)])
             low, high = start
-        moved = (grid.points + grid.point_data["displacement"])[:, :2]
+        moved = grid.points + _moves(grid)
         low, high = np.minimum(low, moved.min(axis=0)), np.maximum(high, moved.max(axis=0))
     beyond = BEYOND * float((start[1] - start[0]).max())
     return np.stack([np.maximum(low, start[0] - beyond), np.minimum(high, start[1] + beyond)], axis=1)
@@ -112,55 +125,66 @@ def _window(saved: SavedResults, files: Series) -> FloatArray:
 
 def _frames(saved: SavedResults, files: Series, unstable: IntArray, window: FloatArray) -> Iterator[FloatArray]:
     """Yield the frames, (height, width, 3), the start first."""
-    import pyvista
+    figure, axes = _stage(window, FRAME_WIDTH)
+    for number, (time, file) in enumerate([(0.0, files[0][1]), *files]):
+        grid, factor = _read(saved, file), float(number > 0)
+        if number == 0:
+            _add_start(axes, grid)
+        drawn = _add_blocks(axes, grid, factor, unstable)
+        greatest = engineering(factor * float(np.hypot(*_moves(grid).T).max()), "m")
+        told = f"{heading(saved.told)}\nstep {time:g} of {files[-1][0]:g}, greatest displacement {greatest}"
+        axes.set_title(told, loc="left", fontsize=9, parse_math=False)
+        canvas: Any = figure.canvas
+        canvas.draw()
+        figure.set_layout_engine(
+            "none"
+        )  # the first frame has made room; working it out again takes longer than drawing
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        drawn.remove()
 
-    pyvista.OFF_SCREEN = True
+
+def _stage(window: FloatArray, width: int) -> tuple[Figure, Any]:
+    """Return a figure so many pixels wide, and axes that show a window (2, 2): x and y, least and greatest [m]."""
     span = window[:, 1] - window[:, 0]
     aspect = min(max(span[1] / span[0], 0.35), 1.4)
-    height = int(WIDTH * aspect) + TEXT_HEIGHT
-    plotter = pyvista.Plotter(off_screen=True, window_size=(WIDTH, height))
-    plotter.set_background("white")
-    plotter.enable_parallel_projection()
-    plotter.view_xy()
-    scale = max(span[0] / WIDTH, span[1] / (height - TEXT_HEIGHT)) * 1.06  # metres a pixel
-    x, y = window.mean(axis=1)
-    camera = plotter.camera
-    camera.focal_point, camera.position = (x, y + scale * TEXT_HEIGHT / 2, 0), (x, y + scale * TEXT_HEIGHT / 2, 1)
-    camera.parallel_scale = scale * height / 2
-    try:
-        for number, (time, file) in enumerate([(0.0, files[0][1]), *files]):
-            grid = _read(saved, file)
-            move = np.asarray(grid.point_data["displacement"]) * (number > 0)
-            if number == 0:
-                plotter.add_mesh(grid.copy(), style="wireframe", color="#b9b2a3", line_width=1, lighting=False)
-            _show(plotter, grid, move, unstable)
-            greatest = engineering(float(np.linalg.norm(move, axis=1).max()), "m")
-            text = f"{heading(saved.told)}\nstep {time:g} of {files[-1][0]:g}, greatest displacement {greatest}"
-            plotter.add_text(text, position=(10, height - 44), font_size=8, color="black", name="text")
-            plotter.camera.clipping_range = (0.1, 10.0)
-            yield np.asarray(plotter.screenshot(return_img=True))
-    finally:
-        plotter.close()
+    figure = paper((width / 100, width / 100 * aspect + TEXT), 100)
+    axes = figure.add_subplot()
+    axes.set_aspect("equal")
+    axes.set_xlim(window[0])
+    axes.set_ylim(window[1])
+    axes.tick_params(labelsize=8)
+    axes.set_xlabel("x, m", fontsize=8)
+    axes.set_ylabel("y, m", fontsize=8)
+    return figure, axes
 
 
-def _show(plotter: Any, grid: Any, move: FloatArray, unstable: IntArray) -> None:
-    moved = grid.copy()
-    moved.points = grid.points + move
-    falls = np.isin(np.asarray(grid.cell_data["block_id"]), unstable)
-    for name, chosen, colour in (("stable", ~falls, "#c9d8ea"), ("unstable", falls, "#d9776b")):
-        plotter.remove_actor(name, render=False)
-        if chosen.any():
-            part = moved.extract_cells(np.flatnonzero(chosen))
-            edges = grid.n_cells <= MOST_EDGES
-            plotter.add_mesh(
-                part,
-                color=colour,
-                show_edges=edges,
-                edge_color="#33475b",
-                lighting=False,
-                name=name,
-                reset_camera=False,
-            )
+def _polygons(grid: Grid, factor: float) -> list[FloatArray]:
+    return np.split(grid.points + factor * _moves(grid), grid.offsets[1:-1])
+
+
+def _add_start(axes: Any, grid: Grid) -> None:
+    """Draw where the blocks were given."""
+    from matplotlib.collections import PolyCollection
+
+    axes.add_collection(
+        PolyCollection(_polygons(grid, 0.0), facecolors="none", edgecolors=START, linewidths=0.7), autolim=False
+    )
+
+
+def _add_blocks(axes: Any, grid: Grid, factor: float, down: IntArray) -> Any:
+    """Draw the blocks moved by so many times their displacement, those that come down in another colour."""
+    from matplotlib.collections import PolyCollection
+
+    falls = np.isin(grid.cell_data["block_id"], down)
+    order = np.argsort(falls, kind="stable")  # what comes down lies in front
+    outlines = _polygons(grid, factor)
+    drawn = PolyCollection(
+        [outlines[k] for k in order.tolist()],
+        facecolors=[FALLS if falls[k] else ROCK for k in order.tolist()],
+        edgecolors=EDGE if len(outlines) <= MOST_EDGES else "face",
+        linewidths=0.6,
+    )
+    return axes.add_collection(drawn, autolim=False)
 
 
 def _still(image: FloatArray) -> Image:

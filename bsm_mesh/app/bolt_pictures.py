@@ -1,19 +1,15 @@
-"""Pictures of the bolts: in the model, and their forces along them (as Wang Figs. 8.13, 8.14)."""
+"""Charts of the bolts: their forces along them, and the support pressures (as Wang Figs. 8.13, 8.14)."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.canvas import WIDTH, add_paper, scalar_bar, scaled
+from bsm_mesh.app.canvas import WIDTH
 from bsm_mesh.app.figures import paper, save
-from bsm_mesh.app.tables import engineering
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
-
-if TYPE_CHECKING:
-    from bsm_mesh.app.canvas import Scene
 
 MOST_CHARTS = 12  # bolts with their own chart: the most utilised
 COLOURS = {
@@ -22,33 +18,6 @@ COLOURS = {
     BoltStatus.SLIPPING: "#e08214",
     BoltStatus.YIELDING: "#c62828",
 }
-
-
-def draw_bolts(plotter: Any, scene: Scene) -> str:
-    """Bolts by their axial force, their heads as dots."""
-    import pyvista
-
-    add_paper(plotter, scene)
-    bolts = scene.bolts
-    if not bolts.n_cells:
-        return "no bolt is there"
-    values, unit = scaled(np.asarray(bolts.cell_data["axial_force"]), "N")
-    bolts.cell_data["shown"] = values
-    bolts.points = bolts.points + np.array([0.0, 0.0, 0.01 * scene.size])
-    plotter.add_mesh(
-        bolts,
-        scalars="shown",
-        cmap="plasma",
-        clim=(0.0, max(float(values.max()), 1e-12)),
-        line_width=7,
-        lighting=False,
-        scalar_bar_args=scalar_bar(f"axial force of a bolt, {unit}"),
-    )
-    heads = bolts.points[np.asarray(bolts.point_data["station"]) == 0]
-    if len(heads):
-        plotter.add_points(pyvista.PolyData(heads), color="black", point_size=14, render_points_as_spheres=True)
-    greatest = float(np.max(bolts.cell_data["axial_force"]))
-    return f"axial force in the bolts, greatest {engineering(greatest, 'N')}; dots: heads"
 
 
 def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:

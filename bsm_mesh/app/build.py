@@ -25,8 +25,9 @@ from bsm_mesh.app.build_parts import (
     make_supports,
     make_water,
 )
+from bsm_mesh.app.mesh_tables import LineFile
 from bsm_mesh.app.model_file import read_model_file
-from bsm_mesh.app.model_tables import MeshTable, ModelFile
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
 
 Reporter = Callable[[str], None]
-Mesher: TypeAlias = "Callable[[MeshTable, dict[str, str], Path, Reach], tuple[Blocks, MeshReport]]"
+Mesher: TypeAlias = "Callable[[ModelFile, Path, Reach], tuple[Blocks, MeshReport]]"
 """Returns the blocks of a mesh, and the report on it: `read_blocks`, or what keeps what that returned."""
 Made = TypeVar("Made")
 
@@ -92,7 +93,8 @@ def output_folder(file: ModelFile, path: Path, reach: Reach) -> Path:
 def inputs_of(file: ModelFile, path: Path) -> list[Path]:
     """Return the files that a model is made of: the model file, its mesh or script, its tables."""
     script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
-    names = [file.mesh.file, script, *(table.table for table in file.bolt)]
+    lines = (table.along.file for table in file.joint.values() if isinstance(table.along, LineFile))
+    names = [file.mesh.file, script, *(table.table for table in file.bolt), *lines]
     return [path, *(path.parent / name for name in names if name is not None)]
 
 
@@ -146,7 +148,7 @@ def build_model(
     _collect(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])
     report("mesh")
-    blocks, mesh_report = mesher(file.mesh, file.groups, path, reach)
+    blocks, mesh_report = mesher(file, path, reach)
     bolts = _collect(
         faults,
         [

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.app.interruption import heed_again
-from bsm_mesh.app.model_tables import MeshTable
+from bsm_mesh.app.mesh_tables import MeshTable
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.units import convert
@@ -21,10 +22,14 @@ from bsm_mesh.model.quantities import UNIT_OF_LENGTH
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
+    from bsm_mesh.converters.meshes.marks import Marks
 
 
-def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
+def read_blocks(file: ModelFile, path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
     """Return the blocks of the mesh file, or of the geometry, which is built in a temporary folder."""
+    from bsm_mesh.app.build_marks import marks_of
+
+    mesh, groups = file.mesh, file.groups
     if (mesh.file is None) == (mesh.geometry is None):
         given = "neither is" if mesh.file is None else "both are"
         raise ModelError(f"{path.name}: [mesh] needs one of the keys 'file' and 'geometry'; {given} given")
@@ -34,28 +39,38 @@ def read_blocks(mesh: MeshTable, groups: dict[str, str], path: Path, reach: Reac
         if mesh.parameters:
             raise ModelError(f"{path.name}: [mesh.parameters] belong to a geometry; [mesh] has a file")
         with placed(path.name):
-            file = reach.mesh(mesh.file)
-        return _read(file, mesh, groups, path.name)
+            source, marks = reach.mesh(mesh.file), marks_of(file, reach)
+        return _read(source, mesh, groups, marks, path.name)
     name = str(mesh.geometry)
     with placed(path.name):
-        geometry = reach.geometry(name)
+        geometry, marks = reach.geometry(name), marks_of(file, reach)
     with scratch_folder() as folder:
         target = folder / "mesh.msh"
         try:
             build_geometry(geometry, target, mesh.parameters)
-            return _read(target, mesh, groups, path.name)
+            return _read(target, mesh, groups, marks, path.name)
         except ModelError as error:  # the name of the temporary file says nothing to the user
             raise ModelError([fault.replace(str(target), f"mesh.msh of {name}") for fault in error.faults]) from error
 
 
-def _read(path: Path, mesh: MeshTable, groups: dict[str, str], model_file: str) -> tuple[Blocks, MeshReport]:
+def _read(
+    path: Path, mesh: MeshTable, groups: dict[str, str], marks: Marks | None, model_file: str
+) -> tuple[Blocks, MeshReport]:
     from bsm_mesh.converters import read_mesh
 
     try:
         scale = convert(f"1 {mesh.unit}", UNIT_OF_LENGTH)
     except ValueError as error:
         raise ModelError(f'{model_file}: [mesh] unit = "{mesh.unit}": {error}') from None
-    return read_mesh(path, groups=groups, merge_tolerance=mesh.merge_tolerance, unit_scale=scale, blocks=mesh.blocks)
+    with placed(model_file) if marks is not None else nullcontext():
+        return read_mesh(
+            path,
+            groups=groups,
+            merge_tolerance=mesh.merge_tolerance,
+            unit_scale=scale,
+            blocks=mesh.blocks,
+            marks=marks,
+        )
 
 
 def build_geometry(case: str | os.PathLike[str], path: Path, parameters: Mapping[str, object]) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, fields
 from typing import Any
 
 from pydantic import ValidationError
 
+from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import (
     FallsTable,
     HistoryTable,
@@ -17,20 +19,27 @@ from bsm_mesh.app.model_tables import (
     SolverTable,
     StageTable,
     SupportTable,
-    Table,
     WaterTable,
 )
 from bsm_mesh.errors import ModelError, placed, raise_faults
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import LAWS, JointLaw
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
+from bsm_mesh.model.quantities import quantities_of
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller, Support
 from bsm_mesh.model.water import Water
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.falls import Falls
+
+NEEDS_LAW = (
+    'a joint with {} needs the key \'law\': "mohr_coulomb" (cohesion carries shear from the start), "patton" (cohesion '
+    'is that of its second line: asperities that shear off, with dilation), "barton_bandis" (jrc, jcs, '
+    'residual_friction) or "ladanyi_archambault" (friction, dilation, jcs)'
+)
+REASONS = {("patton", "residual_cohesion"): ": what shears off is its cohesion"}
 
 
 def make_rock(name: str, table: RockTable) -> Rock:
@@ -50,13 +59,14 @@ def make_joint(name: str, table: JointTable) -> Joint:
         filling=filling,
         law=law,
         tensile_strength=table.tensile_strength or 0.0,
+        max_closure=table.max_closure,
     )
 
 
 def _law(table: JointTable) -> JointLaw | None:
-    keys = ("friction", "dilation", "cohesion", "residual_friction", "residual_cohesion")
-    given = {key: getattr(table, key) for key in keys}
-    given = {key: value for key, value in given.items() if value is not None}
+    """Return the law of a joint; None where it gives no key of one."""
+    keys = dict.fromkeys(field.name for kind in LAWS.values() for field in fields(kind))
+    given = {key: value for key in keys if (value := getattr(table, key)) is not None}
     if not given and table.law is None:
         if table.tensile_strength is not None:
             raise ModelError(
@@ -64,21 +74,39 @@ def _law(table: JointTable) -> JointLaw | None:
                 "or leave tensile_strength out"
             )
         return None
-    faults = []
-    if "friction" not in given:
-        faults.append("a joint with a strength needs the key 'friction' [degrees]")
-    named = [key for key in ("cohesion", "residual_friction", "residual_cohesion") if given.get(key)]
-    if table.law is None and named:
-        faults.append(
-            f"a joint with {' and '.join(named)} needs the key 'law': \"mohr_coulomb\" (cohesion carries shear from "
-            'the start) or "patton" (cohesion is that of its second line: asperities that shear off, with dilation)'
-        )
-    if table.law == "mohr_coulomb" and "dilation" in given:
-        faults.append("law 'mohr_coulomb' has no dilation; remove it or choose 'patton'")
-    if table.law == "patton" and "residual_cohesion" in given:
-        faults.append("law 'patton' has no residual_cohesion: what shears off is its cohesion; remove it")
+    name = table.law or "patton"
+    faults = [
+        f"a joint with a strength needs the key '{key}'{unit}"
+        if key == "friction"
+        else f"law '{name}' needs the key '{key}'{unit}"
+        for key, unit in _missing(name, given)
+    ]
+    own = {field.name for field in fields(LAWS[name])}
+    if table.law is None:
+        named = [key for key in given if (given[key] and key not in ("friction", "dilation")) or key not in own]
+        faults += [NEEDS_LAW.format(" and ".join(named))] if named else []
+    else:
+        faults += [_foreign(name, key) for key in given if key not in own]
     raise_faults(faults)
-    return MohrCoulomb(**given) if table.law == "mohr_coulomb" else Patton(**given)
+    law: JointLaw = LAWS[name](**given)
+    return law
+
+
+def _missing(name: str, given: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Return the keys that a law lacks, each with its unit in brackets."""
+    kind: type = LAWS[name]
+    quantities = quantities_of(kind)
+    for field in fields(kind):
+        if field.default is MISSING and field.name not in given:
+            unit = quantities[field.name][0].unit
+            yield field.name, f" [{unit}]" if unit else ""
+
+
+def _foreign(name: str, key: str) -> str:
+    """Return the sentence on a key that belongs to other laws."""
+    others = " or ".join(f"'{other}'" for other, kind in LAWS.items() if key in {field.name for field in fields(kind)})
+    why = REASONS.get((name, key), "")
+    return f"law '{name}' has no {key}{why}; remove it or choose {others}"
 
 
 def make_history(table: HistoryTable) -> History:

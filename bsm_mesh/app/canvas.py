@@ -1,98 +1,126 @@
-"""What pictures of blocks are made of: the scene, outlines and joints, scales, and the file."""
+"""How pictures of blocks look: the sheet, its axes and colours, scale and key; and numbers with their prefix."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+import textwrap
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.figures import paper
+from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.arrays import FloatArray
-from bsm_mesh.files import whole_file
+from bsm_mesh.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WIDTH = 1400  # pixels
-MOST_EDGES = 40_000  # blocks; more and their outlines hide the colours
+DPI = 100
+TALLEST, NARROWEST = 11.0, 8.0  # inches
+ABOVE, BESIDE = 1.5, 1.7  # inches for title and key, and for ticks and the scale of colours
+LETTERS = 11.0  # of the title in an inch
+
+# Told apart by all eyes (Okabe and Ito); pale ones behind lines.
+FALLS, SLIPS, OPENS, HOLDS, WATER, BOLTS = "#d55e00", "#e69f00", "#0072b2", "#9a9a9a", "#56b4e9", "#006d4e"
+SETS = ("#222222", "#0072b2", "#cc79a7", "#009e73", "#8a5a00", "#56b4e9")
+ROCKS = ("#f4f1ea", "#dcd3bf", "#dfe7ee", "#ece0ea", "#dcebdf", "#cfcfcf")
+LINE, FAINT, TEXT = "#555555", "#c9c3b4", "#222222"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Scene:
-    """What the pictures of one stage share.
+@dataclass(eq=False, kw_only=True)
+class Sheet:
+    """A picture under way.
 
     Attributes
     ----------
-    grid : pyvista.UnstructuredGrid
-        The blocks with their results.
-    title : str
-        Title of the model, stage and verdict.
-    size : float [m]
-        Diagonal of the model.
-    joints : (k, 2, 2) float64 [m]
-        Both ends of every jointed face.
-    water : (k, 2, 2) float64 [m]
-        Both ends of the straight pieces of the water table.
-    bolts : pyvista.UnstructuredGrid or None
-        The bolts with their forces, if there are any.
+    figure, axes
+        Of Matplotlib.
+    scene : Scene
+        What is drawn.
+    key : list
+        What the key below the picture explains.
     """
 
-    grid: Any
-    title: str
-    size: float
-    joints: FloatArray
-    water: FloatArray
-    bolts: Any = None
+    figure: Figure
+    axes: Any
+    scene: Scene
+    key: list[Any] = field(default_factory=list)
 
-    @property
-    def outlines(self) -> bool:
-        """Whether the outlines of the blocks are drawn."""
-        return bool(self.grid.n_cells <= MOST_EDGES)
+    def polygons(self, outlines: list[FloatArray], **style: Any) -> Any:
+        """Add polygons, and return their collection."""
+        from matplotlib.collections import PolyCollection
 
+        return self.axes.add_collection(PolyCollection(outlines, **style), autolim=False)
 
-def save_picture(scene: Scene, draw: Callable[[Any, Scene], str], path: Path) -> Path:
-    """Draw one picture and write it whole or not at all."""
-    import pyvista
+    def lines(self, ends: FloatArray, **style: Any) -> Any:
+        """Add straight lines (k, 2, 2), and return their collection."""
+        from matplotlib.collections import LineCollection
 
-    x0, x1, y0, y1, _, _ = scene.grid.bounds
-    aspect = min(max((y1 - y0) / max(x1 - x0, 1e-300), 0.35), 1.4)
-    plotter = pyvista.Plotter(off_screen=True, window_size=(WIDTH, int(WIDTH * aspect * 0.86) + 150))
-    plotter.set_background("white")
-    caption = draw(plotter, scene)
-    if len(scene.water):
-        _add_lines(plotter, scene.water, 0.012 * scene.size, "#1f6fd0", 3.0)
-        caption = f"{caption}; water table in blue"
-    height = plotter.window_size[1]
-    plotter.add_text(f"{scene.title}\n{caption}", position=(20, height - 64), font_size=11, color="black")
-    plotter.enable_parallel_projection()
-    plotter.view_xy()
-    plotter.camera.tight(padding=0.2, adjust_render_window=False)
-    x, y, z = plotter.camera.focal_point  # tight leaves the camera 1 m above the middle: inside a large model
-    plotter.camera.position = (x, y, z + scene.size)
-    plotter.reset_camera_clipping_range()
-    try:
-        with whole_file(path) as draft:
-            plotter.screenshot(str(draft))
-    finally:
-        plotter.close()
-    return path
+        return self.axes.add_collection(LineCollection(list(ends), **style), autolim=False)
+
+    def explain(self, label: str, **style: Any) -> None:
+        """Add a line or a mark to the key."""
+        from matplotlib.lines import Line2D
+
+        self.key.append(Line2D([], [], label=label, **style))
+
+    def explain_patch(self, label: str, **style: Any) -> None:
+        """Add a patch of a colour to the key."""
+        from matplotlib.patches import Patch
+
+        self.key.append(Patch(label=label, **style))
+
+    def scale(self, mapped: Any, title: str) -> None:
+        """Add the scale of colours of a collection."""
+        bar = self.figure.colorbar(mapped, ax=self.axes, fraction=0.03, pad=0.015, aspect=30)
+        bar.set_label(title, fontsize=10)
+        bar.ax.tick_params(labelsize=9)
+        bar.outline.set_visible(False)
 
 
-def scalar_bar(title: str) -> dict[str, Any]:
-    """Return how the scale of colours looks, below the picture."""
-    return {
-        "title": title,
-        "color": "black",
-        "fmt": "%.3g",
-        "n_labels": 5,
-        "width": 0.5,
-        "height": 0.055,
-        "position_x": 0.25,
-        "position_y": 0.012,
-        "title_font_size": 22,
-        "label_font_size": 18,
-        "vertical": False,
-    }
+def new_sheet(scene: Scene, figure: Figure | None = None) -> Sheet:
+    """Return an empty sheet for a scene, on a figure of its own where none is given."""
+    x0, y0, x1, y1 = scene.view
+    if figure is None:
+        figure = paper(_paper_size((y1 - y0) / (x1 - x0)), DPI)
+        room: Any = figure.get_layout_engine()
+        room.set(h_pad=0.08)  # inches: title and caption do not touch
+    axes = figure.add_subplot()
+    axes.set_aspect("equal")
+    axes.set_xlim(x0, x1)
+    axes.set_ylim(y0, y1)
+    axes.set_xlabel("x, m", fontsize=9)
+    axes.set_ylabel("y, m", fontsize=9)
+    axes.tick_params(labelsize=9, color="#999999")
+    axes.set_axisbelow(True)
+    for side in axes.spines.values():
+        side.set_color("#bbbbbb")
+    return Sheet(figure=figure, axes=axes, scene=scene)
+
+
+def finish(sheet: Sheet, caption: str) -> Figure:
+    """Write title, caption and key, and return the figure."""
+    width = int(LETTERS * (sheet.figure.get_figwidth() - BESIDE))
+    title = "\n".join(textwrap.wrap(sheet.scene.title, width))
+    told = "\n".join(textwrap.wrap(caption, int(1.25 * width)))
+    sheet.figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
+    sheet.axes.set_title(told, loc="left", fontsize=10, color=TEXT, parse_math=False)
+    if sheet.key:
+        columns = min(len(sheet.key), max(2, int(sheet.figure.get_figwidth() / 2.3)))
+        sheet.figure.legend(handles=sheet.key, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+    return sheet.figure
+
+
+def _paper_size(aspect: float) -> tuple[float, float]:
+    """Return width and height of the paper for a view of so many times its width [in]."""
+    width = WIDTH / DPI
+    height = (width - BESIDE) * aspect + ABOVE
+    if height > TALLEST:
+        height = TALLEST
+        width = max((height - ABOVE) / aspect + BESIDE, NARROWEST)
+    return width, height
 
 
 def scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
@@ -103,60 +131,75 @@ def scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
     return values / factor, prefixed
 
 
-def _limits(values: FloatArray) -> tuple[tuple[float, float], str]:
+def limits(values: FloatArray) -> tuple[tuple[float, float], str]:
     """Return the ends of the colour scale, and what to say where a few outliers lie beyond them."""
+    if not len(values):
+        return (0.0, 1.0), ""
     least, low, high, greatest = np.percentile(values, [0, 1, 99, 100])
     if greatest - least <= 2 * (high - low) or high == low:
         return (float(least), float(greatest)), ""
     return (float(low), float(high)), "; colours end at the 1st and 99th percentile"
 
 
-def add_blocks(plotter: Any, scene: Scene, values: FloatArray, title: str, colours: str) -> str:
-    """Draw the blocks by a value, and return what to say about the ends of the colours."""
-    limits, remark = _limits(values)
-    grid = scene.grid.copy()
-    grid.cell_data["shown"] = values
-    plotter.add_mesh(
-        grid,
-        scalars="shown",
-        clim=limits,
+def add_blocks(sheet: Sheet, values: FloatArray, title: str, colours: str, factor: float = 0.0) -> str:
+    """Draw the blocks that stay by a value (n,), and return what to say about the ends of the colours."""
+    scene = sheet.scene
+    chosen = scene.shown[~scene.apart[scene.shown]]
+    (low, high), remark = limits(values[chosen])
+    drawn = sheet.polygons(
+        scene.polygons(chosen, factor),
+        array=values[chosen],
         cmap=colours,
-        show_edges=scene.outlines,
-        edge_color="#555555",
-        line_width=0.5,
-        lighting=False,
-        scalar_bar_args=scalar_bar(title),
+        edgecolors=LINE if scene.outlines_seen else "face",
+        linewidths=0.3,
+        antialiaseds=scene.outlines_seen,
     )
-    _add_joints(plotter, scene)
+    drawn.set_clim(low, high)
+    sheet.scale(drawn, title)
     return remark
 
 
-def add_paper(plotter: Any, scene: Scene) -> None:
-    """Draw the blocks as a light background with their outlines."""
-    plotter.add_mesh(
-        scene.grid, color="#f4f1ea", show_edges=scene.outlines, edge_color="#d0cabc", line_width=0.5, lighting=False
-    )
-    _add_joints(plotter, scene)
-    plotter.add_mesh(outline_of(scene.grid), color="black", line_width=2)
+def add_paper(sheet: Sheet, factor: float = 0.0, *, rocks: bool = False) -> None:
+    """Draw the blocks as a light background with their outlines; by their rock, with a key, where asked."""
+    scene, blocks = sheet.scene, sheet.scene.results.blocks
+    chosen = scene.shown[~scene.apart[scene.shown]]
+    rock = blocks.rock[chosen] if rocks else np.zeros(len(chosen), np.int32)
+    colours = np.array(ROCKS, dtype=object)[rock % len(ROCKS)]
+    edges = {"edgecolors": FAINT if scene.outlines_seen else "face", "linewidths": 0.4}
+    sheet.polygons(scene.polygons(chosen, factor), facecolors=list(colours), **edges)
+    if rocks:
+        for number in np.unique(rock).tolist():
+            sheet.explain_patch(blocks.rock_names[number], facecolor=ROCKS[number % len(ROCKS)], edgecolor=FAINT)
+    add_outline(sheet, factor)
 
 
-def _add_joints(plotter: Any, scene: Scene) -> None:
-    """Draw the joints as thin dark lines over the blocks, where there are some."""
-    if len(scene.joints):
-        _add_lines(plotter, scene.joints, 0.006 * scene.size, "#111111", 1.6)
+def add_outline(sheet: Sheet, factor: float = 0.0) -> None:
+    """Draw the outline of the body."""
+    sheet.lines(sheet.scene.outline(factor), colors="black", linewidths=1.2)
 
 
-def _add_lines(plotter: Any, lines: FloatArray, height: float, colour: str, width: float) -> None:
-    """Draw lines (k, 2, 2) at a height above the blocks."""
-    import pyvista
+def add_joints(sheet: Sheet, factor: float = 0.0, *, sets: bool = False) -> None:
+    """Draw the joints as thin lines; by their set, with a key, where asked."""
+    scene = sheet.scene
+    faces, names = scene.faces, scene.results.joint_names
+    chosen = (faces.joint >= 0) & ~gone(scene)
+    lines, joint = scene.face_lines(factor)[chosen], faces.joint[chosen]
+    if not sets:
+        sheet.lines(lines, colors=TEXT, linewidths=0.8)
+        return
+    for number in np.unique(joint).tolist():
+        style = {"color": SETS[number % len(SETS)], "linewidth": 1.2}
+        sheet.lines(lines[joint == number], **style)
+        sheet.explain(f"joint {names[number]}", **style)
 
-    points = np.column_stack([lines.reshape(-1, 2), np.full(2 * len(lines), height)])
-    plotter.add_mesh(pyvista.line_segments_from_points(points), color=colour, line_width=width, lighting=False)
+
+def gone(scene: Scene) -> Any:
+    """Return which faces are of blocks that come down, (k,) bool."""
+    faces = scene.faces
+    return scene.down[faces.block_a] | scene.down[faces.block_b]
 
 
-def outline_of(grid: Any) -> Any:
-    """Return the outline of the body: edges of the blocks that no other block shares."""
-    surface = grid.extract_surface(algorithm=None).clean(tolerance=1e-9)
-    return surface.extract_feature_edges(
-        boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
-    )
+def middle(scene: Scene, blocks: IntArray, factor: float = 0.0) -> FloatArray:
+    """Return the centroids of blocks, moved by so many times their displacement, (k, 2) [m]."""
+    centre = scene.results.blocks.moments.centroid[blocks] + factor * scene.stage.displacement[blocks, :2]
+    return centre

@@ -61,7 +61,7 @@ def certificate(results: Results) -> dict[str, Any]:
 
 def ground_of(stage: StageResult) -> str:
     """Return on what the verdict of a stage rests."""
-    if stage.status.is_stable:
+    if stage.status.is_at_rest:
         return "equilibrium"
     if stage.status is not Status.UNSTABLE:
         return "best state"

@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, inputs_of, load_model_file
 from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
 from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.tables import print_table
@@ -61,6 +62,7 @@ def check_model(
     settings: Sequence[str] = (),
     repair: Repair | None = None,
     scripts: bool = True,
+    quiet: bool = False,
 ) -> None:
     """Validate a model file, print the quality of its blocks, draw and mend them where asked.
 
@@ -72,11 +74,14 @@ def check_model(
     limits = Thresholds.parse(settings)
     if repair is not None and not 0 <= repair.snap < np.inf:
         raise ModelError(f"--snap {repair.snap}: must be a length of 0 m or more")
-    loaded = load_model_file(path, scripts=scripts)
-    with placed(path.name):
-        ready = make_ready(loaded.model, loaded.options)
-    notes = (*ready.notes, *_folder_notes(loaded))
-    report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
+    with Progress(quiet=quiet) as progress:
+        loaded = load_model_file(path, progress.report, scripts=scripts)
+        progress.report("contacts")
+        with placed(path.name):
+            ready = make_ready(loaded.model, loaded.options)
+        notes = (*ready.notes, *_folder_notes(loaded))
+        progress.report("quality of the blocks")
+        report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
     if picture is not None:
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)

@@ -8,13 +8,13 @@ import os
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
 from bsm_mesh import __version__
 from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
-from bsm_mesh.app.cli_results import plot, report, verify
+from bsm_mesh.app.cli_results import paraview, plot, report, verify, view
 from bsm_mesh.app.cli_safety import back_analysis, safety, study
 from bsm_mesh.app.interruption import guarded
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
@@ -40,11 +40,12 @@ def cli() -> None:
 @cli.command()
 @click.option("-o", "--output", type=PATH, default=Path("bsm-mesh-demo"), show_default=True)
 def demo(output: Path) -> None:
-    """Run the whole chain on a built-in tunnel.
+    """Run the whole chain on a built-in cavern.
 
-    Geometry, mesh, solution, VTU files and pictures, in a folder of their own.
+    Geometry, mesh, stages, VTU files and pictures, in a folder of their own: without bolts a wedge comes down from the
+    roof, with them it stands.
     """
-    from bsm_mesh.app.commands import run_demo
+    from bsm_mesh.app.demo import run_demo
 
     run_demo(output)
 
@@ -90,6 +91,7 @@ def mesh(case: str | None, output: Path | None, settings: tuple[str, ...], list_
 @click.option("--repair", type=PATH, help="Merge slivers; write the blocks to this VTU file.")
 @click.option("--snap", type=float, default=0.0, metavar="METRES", help="With --repair: join corners nearer than this.")
 @click.option("--across-joints", is_flag=True, help="With --repair: give up joints round slivers.")
+@quiet_option
 @no_scripts_option
 def check(
     model: Path,
@@ -99,6 +101,7 @@ def check(
     repair: Path | None,
     snap: float,
     across_joints: bool,
+    quiet: bool,
     no_scripts: bool,
 ) -> None:
     """Validate MODEL; report on mesh and blocks.
@@ -110,7 +113,15 @@ def check(
 
     asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
     scripts = not no_scripts
-    check_model(model, as_json=as_json, picture=picture, settings=settings, repair=asked, scripts=scripts)
+    check_model(
+        model,
+        as_json=as_json,
+        picture=picture,
+        settings=settings,
+        repair=asked,
+        scripts=scripts,
+        quiet=quiet or as_json,
+    )
 
 
 @cli.command()
@@ -120,9 +131,17 @@ def check(
 @click.option("--pictures", is_flag=True, help="Draw the pictures too, as `bsm-mesh plot` does.")
 @json_option
 @quiet_option
-@click.option("-v", "--verbose", is_flag=True, help="A line for every step on stderr: by which method it was found.")
+@click.option(
+    "-v", "--verbose", is_flag=True, help="A line for every step, by which method it was found; what the solution took."
+)
 @click.option("--spread", is_flag=True, help="Solve it by other routes too, and tell by how much they differ.")
-@click.option("--tables", is_flag=True, help="Write contacts.csv, supports.csv and joints.csv too.")
+@click.option(
+    "--tables",
+    type=click.Choice(["csv", "parquet"]),
+    is_flag=False,
+    flag_value="csv",
+    help="Write blocks, contacts, supports and joints as tables too; alone: as CSV.",
+)
 @no_scripts_option
 def run(
     model: Path,
@@ -133,7 +152,7 @@ def run(
     quiet: bool,
     verbose: bool,
     spread: bool,
-    tables: bool,
+    tables: Literal["csv", "parquet"] | None,
     no_scripts: bool,
 ) -> None:
     """Solve MODEL; write VTU, PVD, CSV and JSON.
@@ -155,9 +174,27 @@ def run(
             scripts=scripts,
             resume=resume,
             spread=spread,
-            tables=tables,
+            tables=tables or False,
+            verbose=verbose,
         )
     )
+
+
+@cli.command()
+@model_argument
+@click.option("--to", "program", required=True, type=click.Choice(["abaqus", "compas_dem", "lmgc90", "udec"]))
+@click.option("-o", "--output", type=PATH, help="The file to write; by default NAME_PROGRAM in the current folder.")
+@json_option
+@no_scripts_option
+def export(model: Path, program: str, output: Path | None, as_json: bool, no_scripts: bool) -> None:
+    """Write MODEL for another program, and list what that cannot be told.
+
+    Abaqus input (blocks of elements, joints as cohesive elements); Python scripts that run it in compas_dem or LMGC90;
+    a data file of UDEC.
+    """
+    from bsm_mesh.app.exporting import export_model
+
+    export_model(model, program, output, as_json=as_json, scripts=not no_scripts)
 
 
 @cli.command()
@@ -221,6 +258,31 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
     analyse_limit(model, output, as_json=as_json, scripts=not no_scripts, **asked)
 
 
+@cli.command("joint-test")
+@model_argument
+@click.option("--joint", required=True, metavar="NAME", help="The joint to test.")
+@click.option("--normal-stress", multiple=True, metavar="STRESS", help='Constant, such as "1 MPa"; repeatable.')
+@click.option("--displacement", default="10 mm", show_default=True, help="Greatest shear displacement, or opening.")
+@click.option(
+    "--cycles", type=int, default=0, show_default=True, help="Shear cycles to both sides; 0: to one side once."
+)
+@click.option("--bolt", metavar="NAME", help="A bolt to be pulled out and sheared across the joint.")
+@click.option("--inclination", type=float, default=0.0, help="Of the bolt to the joint's normal [degrees].")
+@click.option("--laboratory", multiple=True, type=PATH, help="CSV file of a measured curve to lay over; repeatable.")
+@click.option("-o", "--output", type=PATH, help="Folder for tables and pictures; the model's by default.")
+@json_option
+@no_scripts_option
+def joint_test(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
+    """Test a joint of MODEL as a laboratory does.
+
+    Direct shear under constant normal stresses, once or to and fro; closure and unloading; a bolt pulled out and
+    sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
+    """
+    from bsm_mesh.app.joint_test import run_joint_test
+
+    run_joint_test(model, output, as_json=as_json, scripts=not no_scripts, **asked)
+
+
 @cli.command()
 def schema() -> None:
     """Print the JSON Schema of the model file."""
@@ -229,7 +291,7 @@ def schema() -> None:
     say_json(ModelFile.model_json_schema())
 
 
-for command in (safety, back_analysis, study, plot, report, verify):
+for command in (safety, back_analysis, study, plot, view, paraview, report, verify):
     cli.add_command(command)
 
 

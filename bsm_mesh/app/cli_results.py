@@ -1,4 +1,4 @@
-"""The commands on a results folder: ``plot``, ``report``, ``verify``."""
+"""The commands on a results folder: ``plot``, ``report``, ``view``, ``paraview``, ``verify``."""
 
 from __future__ import annotations
 
@@ -13,16 +13,27 @@ from bsm_mesh.app.terminal import say
 
 @click.command()
 @click.argument("out", type=PATH)
+@click.option("--stage", metavar="NAME", help="Of this stage only, by name or number, -1 the last.")
+@click.option("--window", nargs=4, type=float, metavar="X0 Y0 X1 Y1", help="Of this part of the model only [m].")
+@click.option("--only", metavar="NAME", help="This picture only, or all that begin with the word: joints, bolts, ...")
 @click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
 @click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
-def plot(out: Path, animate: bool, step: int | None) -> None:
-    """Draw PNG pictures of the results in OUT.
+def plot(
+    out: Path,
+    stage: str | None,
+    window: tuple[float, float, float, float] | None,
+    only: str | None,
+    animate: bool,
+    step: int | None,
+) -> None:
+    """Draw PNG pictures of the results in OUT, of every stage.
 
     --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
     """
-    from bsm_mesh.app.plot import draw_in_subprocess
+    from bsm_mesh.app.plot import PictureChoice, draw_in_subprocess
 
-    for path in draw_in_subprocess(out, animate=animate, step=step):
+    choice = PictureChoice(stage=stage, window=window, only=only)
+    for path in draw_in_subprocess(out, choice, animate=animate, step=step):
         say(path)
 
 
@@ -38,6 +49,31 @@ def report(out: Path, no_pictures: bool) -> None:
     from bsm_mesh.app.report import write_report
 
     write_report(out, pictures=not no_pictures)
+
+
+@click.command()
+@click.argument("out", type=PATH)
+def view(out: Path) -> None:
+    """Write the results in OUT as a page to explore, OUT/view.html.
+
+    Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
+    click tells numbers. The page needs no other file and no network. It takes Bokeh: pip install 'bsm-mesh[view]'.
+    """
+    from bsm_mesh.app.view import write_view
+
+    say(write_view(out))
+
+
+@click.command()
+@click.argument("out", type=PATH)
+def paraview(out: Path) -> None:
+    """Write a script that opens the results in OUT in ParaView, OUT/in_paraview.py.
+
+    Coloured, moved, with the stages named: paraview --script=OUT/in_paraview.py, or File > Load State.
+    """
+    from bsm_mesh.app.paraview import write_paraview
+
+    say(write_paraview(out))
 
 
 @click.command()

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.result_tables import BOLTS, ON_REQUEST, TableForm
 from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
 from bsm_mesh.app.tables import (
+    DOWN_HEADER,
     FALL_HEADER,
     JOINT_HEADER,
     SPREAD_HEADER,
     STAGE_HEADER,
+    down_rows,
     fall_rows,
     joint_rows,
     print_table,
@@ -30,7 +34,13 @@ from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Results, Status
 from bsm_mesh.results.spread import spread_text
 
-EXIT_CODES = {Status.STABLE: 0, Status.STABLE_AFTER_FALLS: 0, Status.UNSTABLE: 0, Status.NOT_CONVERGED: 3}
+EXIT_CODES = {
+    Status.STABLE: 0,
+    Status.STABLE_AFTER_FALLS: 0,
+    Status.UNSTABLE: 0,
+    Status.NO_VERDICT: 0,
+    Status.NOT_CONVERGED: 3,
+}
 
 
 def run_model(
@@ -43,7 +53,8 @@ def run_model(
     scripts: bool = True,
     resume: bool = False,
     spread: bool = False,
-    tables: bool = False,
+    tables: TableForm | Literal[False] = False,
+    verbose: bool = False,
 ) -> int:
     """Solve a model file, write its results, and return the exit code."""
     with told as progress:
@@ -70,11 +81,11 @@ def run_model(
         sets = [asdict(one) for one in joint_sets(results, results.stages[-1])]
         say_json({**summary(results), "joints": sets, "notes": notes, "folder": str(folder)})
     else:
-        _print_results(results, notes, folder, drawn)
+        _print_results(results, notes, folder, drawn, verbose=verbose)
     return EXIT_CODES[results.status]
 
 
-def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path]) -> None:
+def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn: list[Path], *, verbose: bool) -> None:
     for note in notes:
         say(f"mesh: {note}", err=True)
     title = results.title or "Results"
@@ -83,7 +94,10 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         title = f"{title}: after stage {results.stages[-1].name}"
     if falls := fall_rows(results):
         print_table("What came down and was taken away", FALL_HEADER, falls, texts=2)
-    print_table(title, ("", ""), result_rows(results))
+    print_table(title, ("", ""), result_rows(results, verbose=verbose))
+    if down := down_rows(results):
+        most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""
+        print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", JOINT_HEADER, joints)
     for stage in results.stages:
@@ -95,24 +109,14 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
         ", water.pvd" if (folder / "water.pvd").exists() else ""
     )
-    series += ", bolts.pvd, bolts.csv" if results.stages[-1].bolts.count else ""
-    series += "".join(
-        f", {name}" for name in ("contacts.csv", "supports.csv", "joints.csv") if (folder / name).exists()
-    )
+    series += ", bolts.pvd" if results.stages[-1].bolts.count else ""
+    tables = [f"{name}.{ending}" for name in (BOLTS, *ON_REQUEST) for ending in ("csv", "parquet")]
+    series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
     for picture in drawn:
         say(picture)
-
-
-def run_demo(folder: Path) -> None:
-    """Write the starter ``tunnel`` into a folder, run it and draw it."""
-    from bsm_mesh.app.starters import starter_files, write_starter
-
-    if not all((folder / source.name).is_file() for source in starter_files("tunnel")):  # else run it as changed
-        write_starter("tunnel", folder)
-    run_model(folder / "model.toml", None, Progress(), pictures=True, as_json=False)
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:
@@ -130,8 +134,10 @@ def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> Non
     with geometry_faults(), stdout_to_stderr():
         parameters = parse_settings(find_case(case), texts)
     try:
-        with whole_file(path, parents=True) as draft:
+        with Progress() as progress, whole_file(path, parents=True) as draft:
+            progress.report(f"building {case}")
             build_geometry(case, draft, parameters)
+            progress.report("reading it")
             _, report = read_mesh(draft, groups={"*": "rock:rock"})
     except ModelError as error:
         raise ModelError([fault.replace(str(draft), str(path)) for fault in error.faults]) from error

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bsm_mesh.results.records import Status
+from bsm_mesh.results.movement import verdict_in_words
+from bsm_mesh.results.records import Results, Status
 
 PICTURES_FOLDER = "pictures"  # their folder, in that of the results
 
@@ -18,3 +19,11 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
     rest = ", of an unfinished run" if unfinished else ""
     verdict = stage.get("verdict") or stage["status"]  # the latter in folders of before
     return f"{told['title'] or 'bsm-mesh'}: {at}{state or verdict.replace('_', ' ')}{rest}"
+
+
+def stage_heading(results: Results, number: int, state: str = "") -> str:
+    """Return the model's title with a stage, where there are several, and a state, by default the stage's verdict."""
+    stage = results.stages[number]
+    at = f"stage {stage.name}, " if len(results.stages) > 1 or not results.finished else ""
+    rest = "" if results.finished else ", of an unfinished run"
+    return f"{results.title or 'bsm-mesh'}: {at}{state or verdict_in_words(results.blocks, stage)}{rest}"

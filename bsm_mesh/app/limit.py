@@ -49,6 +49,8 @@ def analyse_limit(
     if tilt:
         told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
     _tell(loaded, added, found.mechanism, str(found), told, _rows(found, numbers, told.get("tilt"), tilt), as_json)
+    if found.admissible and not as_json:
+        say(_meaning(found.factor, f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads"))
     if numbers and found.admissible and found.factor < 1 and not as_json:
         say("A factor below 1: with the loads as given the blocks must move.")
 
@@ -120,6 +122,23 @@ def _strength_rows(found: StrengthLimit) -> list[tuple[str, str]]:
     ]
 
 
+def _admitted(found: LimitAnalysis) -> str:
+    return "yes (statically admissible)" if found.admissible else "no (statically inadmissible)"
+
+
+def _meaning(factor: float, which: str) -> str:
+    """Return in one sentence what a factor of limit analysis is."""
+    if not math.isfinite(factor):
+        return (
+            f"No limit: whatever the factor on {which}, statics alone does not prove that blocks move; friction grows "
+            "with it. That is no factor of safety (bsm-mesh safety)."
+        )
+    return (
+        f"Beyond {factor:.4g} times {which} the blocks must move, whatever their stiffness; they may well move before: "
+        "an upper bound, no factor of safety (bsm-mesh safety)."
+    )
+
+
 def _rows(
     found: LimitAnalysis, numbers: tuple[int, ...], angle: float | None, side: str | None
 ) -> list[tuple[str, str]]:
@@ -127,7 +146,7 @@ def _rows(
     without = f", without load {', '.join(map(str, numbers))}" if numbers else ""
     factor = f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"
     rows = [
-        (f"statically{without}", "admissible" if found.admissible else "inadmissible"),
+        (f"can forces within strength balance the loads{without}?", _admitted(found)),
         ("contacts", str(found.contacts.count)),
         ("of them without a limit of strength", str(found.unlimited)),
         (f"greatest factor on {which}", factor),

@@ -13,7 +13,8 @@ from pydantic.fields import FieldInfo
 
 from bsm_mesh import __version__
 from bsm_mesh.app.build_parts import faults_of_parts
-from bsm_mesh.app.model_tables import ModelFile, Table
+from bsm_mesh.app.mesh_tables import Table
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.units import In
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.reading import refuse_special

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
+from pydantic import Field, PlainValidator, WithJsonSchema
 
+from bsm_mesh.app.mesh_tables import Along, Border, BoundaryTable, MeshTable, PathText, Table
 from bsm_mesh.app.units import (
     Force,
     In,
@@ -19,11 +20,9 @@ from bsm_mesh.app.units import (
     schema_of,
 )
 from bsm_mesh.model import quantities as q
-from bsm_mesh.model.blocks import MERGE_TOLERANCE
 from bsm_mesh.model.bolts import BoltKind
 from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
 from bsm_mesh.model.materials import RockStiffness
-from bsm_mesh.model.model import ContactPoints
 from bsm_mesh.model.water import WATER, Head
 from bsm_mesh.solve.options import LinearSolverName, Scheme
 from bsm_mesh.solve.stages.falls import OnFall
@@ -41,42 +40,6 @@ Fix = Annotated[
 ]
 
 
-def _path_text(value: str) -> str:
-    if not value or "\0" in value:
-        raise ValueError("must be the name of a file or folder")
-    return value
-
-
-PathText = Annotated[str, AfterValidator(_path_text)]
-
-
-class Table(BaseModel):
-    """A table of the file; a key that it does not know is an error."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class MeshTable(Table):
-    """Where the blocks come from."""
-
-    file: PathText | None = Field(
-        default=None, description="mesh file, any format that meshio reads; relative to this file"
-    )
-    geometry: PathText | None = Field(
-        default=None, description="a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
-    )
-    parameters: dict[str, Any] = Field(default_factory=dict, description="parameters of the geometry")
-    unit: str = Field(default="m", description="unit of length of the mesh")
-    merge_tolerance: Annotated[float, In(q.MERGE_TOLERANCE)] = Field(
-        default=MERGE_TOLERANCE, description="nodes nearer than this are one"
-    )
-    contact_points: ContactPoints = "ends"
-    blocks: Literal["elements", "regions"] = Field(
-        default="elements", description="every element is a rigid block, or every region between joints is one"
-    )
-    default_joint: str | None = Field(default=None, description="joint of every face that bears none")
-
-
 class RockTable(Table):
     """A rock."""
 
@@ -91,6 +54,9 @@ class RockTable(Table):
     residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
         default=None, description="with it, or with residual_friction, faces fall to both at their first slip"
     )
+    softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
+        default=None, description="slip over which strength falls to the residual values"
+    )
 
 
 class FillingTable(Table):
@@ -104,10 +70,15 @@ class FillingTable(Table):
 class JointTable(Table):
     """A joint or joint set."""
 
+    along: Along | None = Field(default=None, description="lines over the mesh, or a file of them: elements are cut")
+    between: str | Border | None = Field(
+        default=None, description='two rocks or groups of the mesh; "rocks": any two; or an array of whole numbers'
+    )
+
     normal_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     shear_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
     filling: FillingTable | None = None
-    law: Literal["patton", "mohr_coulomb"] | None = Field(
+    law: Literal["patton", "mohr_coulomb", "barton_bandis", "ladanyi_archambault"] | None = Field(
         default=None, description="patton where friction is given without it"
     )
     friction: Annotated[float, In(q.FRICTION)] | None = None
@@ -117,7 +88,26 @@ class JointTable(Table):
     residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
         default=None, description="mohr_coulomb: with it, or with residual_friction, joints fall to both at first slip"
     )
+    softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
+        default=None, description="mohr_coulomb: slip over which strength falls to the residual values"
+    )
+    jrc: Annotated[float, In(q.JRC)] | None = Field(
+        default=None, description="barton_bandis: joint roughness coefficient of a sample 0.1 m long"
+    )
+    jcs: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
+        default=None, description="joint wall compressive strength; barton_bandis: of such a sample"
+    )
+    joint_length: Annotated[float, In(q.JOINT_LENGTH)] | None = Field(
+        default=None, description="barton_bandis: length of the joint, or of the blocks along it; default: 0.1 m"
+    )
+    roughness_wears: bool | None = Field(
+        default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
+    )
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
+    max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(
+        default=None,
+        description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",
+    )
 
 
 class SupportTable(Table):
@@ -370,7 +360,12 @@ class OutputTable(Table):
     snapshots: Literal["stages", "steps"] = Field(
         default="stages", description="what the PVD files list: the end of every stage, or the steps on the way as well"
     )
-    tables: bool = Field(default=False, description="contacts.csv, supports.csv and joints.csv too")
+    tables: bool | Literal["csv", "parquet"] = Field(
+        default=False, description="blocks, contacts, supports and joints as tables too: as CSV (true) or Parquet"
+    )
+    compression: Literal["zlib", "lz4"] = Field(
+        default="zlib", description="of the VTU files: zlib is read by everything, lz4 is quicker and read by VTK only"
+    )
 
 
 class ModelFile(Table):
@@ -382,6 +377,7 @@ class ModelFile(Table):
     groups: dict[str, str] = Field(default_factory=dict, description='mesh group = "kind:name"; "*": all others')
     rock: dict[str, RockTable] = Field(min_length=1)
     joint: dict[str, JointTable] = Field(default_factory=dict)
+    boundary: dict[str, BoundaryTable] = Field(default_factory=dict, description="boundaries by place")
     support: list[SupportTable] = Field(default_factory=list)
     load: list[LoadTable] = Field(default_factory=list)
     bolt: list[BoltTable] = Field(default_factory=list)

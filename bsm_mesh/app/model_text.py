@@ -14,7 +14,7 @@ from bsm_mesh.files import write_text
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.stages import Stage
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 MODEL, MESH = "model.toml", "mesh.vtu"
 AS_RUN = "# The model as run by bsm-mesh: every default, SI units. The next run into this folder replaces it.\n"
-LAWS: dict[type, str] = {Patton: "patton", MohrCoulomb: "mohr_coulomb"}
+NAMES = {kind: name for name, kind in LAWS.items()}
 
 Content = dict[str, Any]
 
@@ -156,9 +156,9 @@ def _joint(joint: Joint) -> Content:
     if joint.filling is not None:
         table["filling"] = _fields(joint.filling)
     if joint.law is not None:
-        if type(joint.law) not in LAWS:
-            raise NoFormError(f"its law is {law_name(joint.law)}; a model file knows {' and '.join(LAWS.values())}")
-        table |= {"law": LAWS[type(joint.law)], **_fields(joint.law), "tensile_strength": joint.tensile_strength}
+        if type(joint.law) not in NAMES:
+            raise NoFormError(f"its law is {law_name(joint.law)}; a model file knows {', '.join(LAWS)}")
+        table |= {"law": NAMES[type(joint.law)], **_fields(joint.law), "tensile_strength": joint.tensile_strength}
     return table
 
 

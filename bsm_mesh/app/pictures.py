@@ -1,67 +1,188 @@
-"""The pictures of a results folder, drawn off screen with PyVista: ``python -m bsm_mesh.app.pictures OUT``."""
+"""The pictures of a results folder: ``python -m bsm_mesh.app.pictures OUT``, with what is asked for as JSON after it.
+
+A picture of a stage is a figure of Matplotlib (`figure_of`), whoever writes it. Those of the last stage bear the
+picture's name alone, as ``displacement.png``; those of stages before bear their number too:
+``displacement_stage_0.png``.
+"""
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.canvas import Scene, add_blocks, add_paper, outline_of, save_picture, scalar_bar, scaled
-from bsm_mesh.app.headings import PICTURES_FOLDER, heading
-from bsm_mesh.app.plot import BAD_INPUT
-from bsm_mesh.app.storage import SavedResults, load_results
-from bsm_mesh.app.tables import engineering
-from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.app.block_pictures import (
+    draw_arrows,
+    draw_deformation,
+    draw_displacement,
+    draw_final_position,
+    draw_model,
+    draw_principal_stresses,
+    draw_sigma_1,
+)
+from bsm_mesh.app.bolt_map import draw_bolt_utilisation, draw_bolts
+from bsm_mesh.app.canvas import Sheet, finish, new_sheet
+from bsm_mesh.app.figures import save
+from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading
+from bsm_mesh.app.joint_pictures import (
+    draw_opening,
+    draw_pressure,
+    draw_slip,
+    draw_state,
+    draw_thrust,
+    draw_utilisation,
+    draw_water,
+)
+from bsm_mesh.app.plot import BAD_INPUT, PictureChoice
+from bsm_mesh.app.scene import Scene, Window
+from bsm_mesh.app.storage import load_results
+from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.results.records import Results
 
 if TYPE_CHECKING:
-    from bsm_mesh.converters.vtk_files import Grid
+    from matplotlib.figure import Figure
 
-MOST_GLYPHS = 1200  # arrows or crosses; more cannot be told apart
-EXAGGERATED = 0.05  # of the model's size: greatest displacement drawn in the picture of the deformation
+PICTURES: dict[str, Callable[[Sheet], str | None]] = {
+    "model": draw_model,
+    "displacement": draw_displacement,
+    "displacement_arrows": draw_arrows,
+    "deformation": draw_deformation,
+    "final_position": draw_final_position,
+    "sigma_1": draw_sigma_1,
+    "principal_stresses": draw_principal_stresses,
+    "thrust": draw_thrust,
+    "joints_state": draw_state,
+    "joints_slip": draw_slip,
+    "joints_opening": draw_opening,
+    "joints_utilisation": draw_utilisation,
+    "joints_pressure": draw_pressure,
+    "water_pressure": draw_water,
+    "bolts": draw_bolts,
+    "bolts_utilisation": draw_bolt_utilisation,
+}
+FOLLOWING = ("final_position",)  # shows what has left the model's box
+CHARTS = ("bolt_forces", "histories")  # of no place in the model
 
 
-def draw_pictures(folder: Path) -> list[Path]:
-    """Draw every picture of the last stage and return their paths."""
-    import pyvista
+def figure_of(
+    results: Results, name: str, stage: int = -1, window: Window | None = None, figure: Figure | None = None
+) -> Figure | None:
+    """Return a picture of a stage, or None where there is nothing to show.
 
-    pyvista.OFF_SCREEN = True
-    from bsm_mesh.converters.result_files import stage_file
+    Parameters
+    ----------
+    results : Results
+        What came out.
+    name : str
+        One of `PICTURES`, or ``joints`` for their state.
+    stage : int
+        Number of the stage; negative: from the last one.
+    window : (x0, y0, x1, y1), optional [m]
+        What is seen.
+    figure : matplotlib.figure.Figure, optional
+        What is drawn on; by default a figure of its own, as large as suits.
 
+    Raises
+    ------
+    ModelError
+        If there is no such picture.
+    """
+    refuse_window(window)
+    (name, *_) = chosen_pictures(name) if name != "joints" else ["joints_state"]
+    number = range(len(results.stages))[stage]
+    scene = Scene(results=results, number=number, title=stage_heading(results, number), window=window)
+    return _figure(scene, name, figure)
+
+
+def _figure(scene: Scene, name: str, figure: Figure | None = None) -> Figure | None:
+    if name in FOLLOWING and scene.window is None:
+        scene = replace(scene, window=scene.following)
+    sheet = new_sheet(scene, figure)
+    caption = PICTURES[name](sheet)
+    return None if caption is None else finish(sheet, caption)
+
+
+def chosen_pictures(only: str | None) -> list[str]:
+    """Return the names of the pictures and charts that are asked for: all, one, or all that begin with a word.
+
+    Raises
+    ------
+    ModelError
+        If there is none.
+    """
+    names = [*PICTURES, *CHARTS]
+    if only is None:
+        return names
+    found = [name for name in names if name == only] or [name for name in names if name.startswith(only)]
+    if not found:
+        raise ModelError(f"plot: there is no picture '{only}'{nearest(only, names)}")
+    return found
+
+
+def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
+    """Draw the pictures of a results folder and return their paths."""
+    names = chosen_pictures(choice.only)
+    refuse_window(choice.window)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
-    saved = SavedResults(folder)
-    saved.check()
-    last = len(saved.told["stages"]) - 1
-    grid = read_grid(saved, stage_file("blocks", last), needs=("displacement", "sigma_1", "stress"))
-    joints = saved.grid(stage_file("joints", last), needs=("joint",))
-    size, title = float(grid.length), heading(saved.told)
-    bolts = _bolts(saved, last) if "bolts" in saved.told["stages"][-1] else None
-    scene = Scene(
-        grid=grid,
-        title=title,
-        size=size,
-        joints=joint_traces(joints),
-        water=saved.water_table(last),
-        bolts=bolts,
-    )
-    drawers: dict[str, Callable[[Path], object]] = {
-        name: partial(save_picture, scene, draw) for name, draw in PICTURES.items()
-    }
-    if bolts is not None:
-        from bsm_mesh.app.bolt_pictures import draw_bolt_forces, draw_bolts
+    results = load_results(folder)
+    drawn, stages = [], stages_of(results, choice.stage)
+    for number in stages:
+        scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
+        suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
+        suffix += "" if choice.window is None else "_window"
+        for name in names:
+            figure = _figure(scene, name) if name in PICTURES else None
+            if figure is not None:
+                drawn.append(add_picture(added, f"{name}{suffix}.png", partial(save, figure)))
+    if choice.window is None and len(results.stages) - 1 in stages:
+        for name, draw in _charts(results, names):
+            drawn.append(add_picture(added, f"{name}.png", draw))
+    return drawn
 
-        drawers["bolts"] = partial(save_picture, scene, draw_bolts)
-        drawers["bolt_forces"] = partial(draw_bolt_forces, load_results(folder).stages[-1].bolts, title)
-    if saved.told.get("histories"):
+
+def refuse_window(window: Window | None) -> None:
+    """Raise a `ModelError` where a window is none."""
+    if window is not None and not (np.isfinite(window).all() and window[0] < window[2] and window[1] < window[3]):
+        told = " ".join(f"{each:g}" for each in window)
+        raise ModelError(f"plot: --window {told} must be X0 Y0 X1 Y1 with x0 below x1 and y0 below y1")
+
+
+def stages_of(results: Results, stage: str | None) -> Sequence[int]:
+    """Return the numbers of the stages that are asked for, by name or number, -1 the last: all where none is.
+
+    Raises
+    ------
+    ModelError
+        If there is no such stage.
+    """
+    names = [each.name for each in results.stages]
+    if stage is None:
+        return range(len(names))
+    if stage in names:
+        return [names.index(stage)]
+    if stage.removeprefix("-").isdecimal() and -len(names) <= int(stage) < len(names):
+        return [range(len(names))[int(stage)]]
+    raise ModelError(f"plot: the results have no stage '{stage}'; there are {', '.join(names)}")
+
+
+def _charts(results: Results, names: Sequence[str]) -> Iterator[tuple[str, Callable[[Path], object]]]:
+    """Yield the charts that are asked for, and what draws each."""
+    title = stage_heading(results, len(results.stages) - 1)
+    if "bolt_forces" in names and results.stages[-1].bolts.count:
+        from bsm_mesh.app.bolt_pictures import draw_bolt_forces
+
+        yield "bolt_forces", partial(draw_bolt_forces, results.stages[-1].bolts, title)
+    if "histories" in names and results.recorded:
         from bsm_mesh.app.history_pictures import draw_histories
 
-        drawers["histories"] = partial(draw_histories, load_results(folder), title)
-    return [add_picture(added, f"{name}.png", draw) for name, draw in drawers.items()]
+        yield "histories", partial(draw_histories, results, title)
 
 
 def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) -> Path:
@@ -71,175 +192,9 @@ def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) ->
     return added.folder.path / PICTURES_FOLDER / name
 
 
-def read_grid(saved: SavedResults, name: str, needs: Sequence[str]) -> Any:
-    """Return a grid for PyVista."""
-    import pyvista
-
-    return pyvista.wrap(saved.vtk_grid(name, needs=needs))
-
-
-def _bolts(saved: SavedResults, stage: int) -> Any:
-    """Return the bolts that are there at the end of a stage."""
-    from bsm_mesh.converters.result_files import stage_file
-
-    bolts = read_grid(saved, stage_file("bolts", stage), needs=("axial_force", "alive"))
-    return bolts.extract_cells(np.flatnonzero(bolts.cell_data["alive"]))
-
-
-def joint_traces(joints: Grid) -> FloatArray:
-    """Return both ends of every face that has a joint, (k, 2, 2) [m], where the blocks were given."""
-    traces: FloatArray = joints.points.reshape(-1, 2, 2)[joints.cell_data["joint"] >= 0]
-    return traces
-
-
-def draw_displacement(plotter: Any, scene: Scene) -> str:
-    """Blocks by the magnitude of their displacement."""
-    size = np.linalg.norm(scene.grid.cell_data["displacement"], axis=1)
-    values, unit = scaled(size, "m")
-    remark = add_blocks(plotter, scene, values, f"displacement, {unit}", "viridis")
-    return f"displacement of the blocks, greatest {engineering(float(size.max()), 'm')}{remark}"
-
-
-def draw_sigma_1(plotter: Any, scene: Scene) -> str:
-    """Blocks by their most compressive principal stress."""
-    sigma = np.asarray(scene.grid.cell_data["sigma_1"])
-    values, unit = scaled(sigma, "Pa")
-    remark = add_blocks(plotter, scene, values, f"sigma_1, {unit} (compression negative)", "viridis_r")
-    return f"most compressive principal stress, {engineering(float(sigma.min()), 'Pa')} at most{remark}"
-
-
-def draw_arrows(plotter: Any, scene: Scene) -> str:
-    """Displacement arrows on the blocks' outlines."""
-    grid = scene.grid
-    add_paper(plotter, scene)
-    chosen, spacing = _spread(grid)
-    vectors = np.asarray(grid.cell_data["displacement"])[chosen]
-    length = np.linalg.norm(vectors, axis=1)
-    greatest = float(np.linalg.norm(grid.cell_data["displacement"], axis=1).max())
-    if greatest > 0:
-        import pyvista
-
-        points = pyvista.PolyData(grid.cell_centers().points[chosen] + (0, 0, 0.01 * scene.size))
-        points["displacement"], unit = scaled(length, "m")
-        points["arrow"] = vectors
-        longest = 1.6 * spacing / float(points["displacement"].max())
-        arrows = points.glyph(orient="arrow", scale="displacement", factor=longest, geom=_flat_arrow())
-        plotter.add_mesh(
-            arrows,
-            scalars="displacement",
-            cmap="plasma",
-            lighting=False,
-            scalar_bar_args=scalar_bar(f"displacement, {unit}"),
-        )
-    return f"displacement, greatest {engineering(greatest, 'm')}, {len(chosen)} of {counted(grid.n_cells, 'block')}"
-
-
-def draw_principal_stresses(plotter: Any, scene: Scene) -> str:
-    """Crosses of the principal stresses (as Wang Fig. 3.18): compression dark, tension red."""
-    import pyvista
-
-    grid = scene.grid
-    add_paper(plotter, scene)
-    chosen, spacing = _spread(grid)
-    xx, yy, _, xy, _, _ = np.asarray(grid.cell_data["stress"])[chosen].T
-    angle = np.arctan2(2 * xy, xx - yy) / 2  # direction of the greatest (least compressive) stress
-    mean, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    greatest = float(max(np.abs(mean + radius).max(), np.abs(mean - radius).max(), 1e-300))
-    centre = grid.cell_centers().points[chosen]
-    for colour, sign in (("#1f3b73", -1.0), ("#d62728", 1.0)):
-        lines = []
-        for value, turn in ((mean + radius, 0.0), (mean - radius, np.pi / 2)):
-            shown = value * sign > 0.002 * greatest
-            along = np.column_stack([np.cos(angle + turn), np.sin(angle + turn), np.zeros(len(angle))])
-            half = along * (np.abs(value) / greatest * 0.9 * spacing)[:, None]
-            lines.append(np.stack([centre - half, centre + half], axis=1)[shown].reshape(-1, 3))
-        points = np.concatenate(lines)
-        points[:, 2] += 0.01 * scene.size
-        if len(points):
-            plotter.add_mesh(pyvista.line_segments_from_points(points), color=colour, line_width=2)
-    return f"principal stresses, longest bar {engineering(greatest, 'Pa')}; blue compression, red tension"
-
-
-def draw_deformation(plotter: Any, scene: Scene) -> str:
-    """Deformed blocks, exaggerated, over their outline (as Wang Fig. 6.10)."""
-    grid = scene.grid
-    greatest = float(np.linalg.norm(grid.point_data["displacement"], axis=1).max())
-    factor = max(_round_factor(EXAGGERATED * scene.size / greatest), 1.0) if greatest > 0 else 1.0
-    warped = grid.copy()
-    warped.points = grid.points + factor * grid.point_data["displacement"] + (0, 0, 0.005 * scene.size)
-    plotter.add_mesh(warped, color="#c9d8ea", show_edges=scene.outlines, edge_color="#4a6a8a", lighting=False)
-    outline = outline_of(grid)
-    outline.points += (0, 0, 0.01 * scene.size)
-    plotter.add_mesh(outline, color="black", line_width=2)
-    return f"deformation, exaggerated {factor:g} times, over the original outline (black)"
-
-
-def draw_final_position(plotter: Any, scene: Scene) -> str:
-    """Blocks where they are at the end, true to scale, those that come down shaded (as Wang Fig. 4.19)."""
-    count = add_position(plotter, scene)
-    told = f", {count} {'block that comes' if count == 1 else 'blocks that come'} down in red" if count else ""
-    return f"final position, true to scale, over the original outlines (grey){told}"
-
-
-def add_position(plotter: Any, scene: Scene) -> int:
-    """Draw blocks where they are over where they were, and return how many come down; those are red."""
-    grid = scene.grid
-    moved = grid.copy()
-    moved.points = grid.points + grid.point_data["displacement"]
-    unstable = np.asarray(grid.cell_data["unstable"]) > 0
-    start = grid.copy()
-    plotter.add_mesh(start, style="wireframe", color="#b9b2a3", line_width=1, lighting=False)
-    moved.points[:, 2] = 0.005 * scene.size
-    for chosen, colour in ((~unstable, "#c9d8ea"), (unstable, "#d9776b")):
-        if chosen.any():
-            part = moved.extract_cells(np.flatnonzero(chosen))
-            plotter.add_mesh(part, color=colour, show_edges=scene.outlines, edge_color="#33475b", lighting=False)
-    if scene.bolts is not None and scene.bolts.n_cells:
-        bolts = scene.bolts.copy()
-        bolts.points = bolts.points + bolts.point_data["displacement"] + (0, 0, 0.01 * scene.size)
-        plotter.add_mesh(bolts, color="#1b5e20", line_width=5, lighting=False)
-    return int(unstable.sum())
-
-
-PICTURES: dict[str, Callable[[Any, Scene], str]] = {
-    "displacement": draw_displacement,
-    "sigma_1": draw_sigma_1,
-    "displacement_arrows": draw_arrows,
-    "principal_stresses": draw_principal_stresses,
-    "deformation": draw_deformation,
-    "final_position": draw_final_position,
-}
-
-
-def _spread(grid: Any) -> tuple[IntArray, float]:
-    """Return at most `MOST_GLYPHS` cells spread evenly over the model, and their mean spacing [m]."""
-    centre = grid.cell_centers().points[:, :2]
-    area = float(np.sum(grid.compute_cell_sizes(length=False, volume=False)["Area"]))
-    spacing = np.sqrt(area / min(grid.n_cells, MOST_GLYPHS))
-    if grid.n_cells <= MOST_GLYPHS:
-        return np.arange(grid.n_cells), float(spacing)
-    square = np.floor((centre - centre.min(axis=0)) / spacing).astype(np.int64)
-    _, chosen = np.unique(square, axis=0, return_index=True)
-    return chosen, float(spacing)
-
-
-def _flat_arrow() -> Any:
-    """Return an arrow of length 1 along x, flat in the plane."""
-    import pyvista
-
-    points = [(0, -0.03), (0.68, -0.03), (0.68, -0.13), (1, 0), (0.68, 0.13), (0.68, 0.03), (0, 0.03)]
-    return pyvista.PolyData(np.array([(*p, 0.0) for p in points]), faces=[7, *range(7)]).triangulate()
-
-
-def _round_factor(factor: float) -> float:
-    """Return 1, 2 or 5 times a power of ten, not above `factor`."""
-    power = 10.0 ** np.floor(np.log10(factor))
-    return float(max(step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)) * power)
-
-
 if __name__ == "__main__":
     try:
-        for picture in draw_pictures(Path(sys.argv[1])):
+        for picture in draw_pictures(Path(sys.argv[1]), PictureChoice(**json.loads(sys.argv[2]))):
             print(picture)
     except ModelError as error:
         print(error, file=sys.stderr)

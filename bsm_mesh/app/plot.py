@@ -1,10 +1,10 @@
-"""Pictures in a process of their own: a renderer without its system libraries dies of a segmentation fault."""
+"""Pictures in a process of their own: what drawing needs of memory and settings is gone with it."""
 
 from __future__ import annotations
 
-import os
+import json
 import subprocess
-import sys
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from bsm_mesh.app.headings import PICTURES_FOLDER
@@ -14,20 +14,40 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.files import remove_abandoned
 from bsm_mesh.processes import python_command
 
-BAD_INPUT = 2  # exit code of the drawing process where the results are at fault, not the renderer
-CURE = (
-    "the renderer needs system libraries: on Debian 'apt-get install libgl1 libegl1 libgl1-mesa-dri', "
-    "or use the results without pictures"
-)
+BAD_INPUT = 2  # exit code of the drawing process where the results or what is asked for are at fault
+CURE = "use the results without pictures"
 
 
-def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None = None) -> list[Path]:
+@dataclass(frozen=True, kw_only=True)
+class PictureChoice:
+    """Which pictures are drawn.
+
+    Attributes
+    ----------
+    stage : str, optional
+        Name or number of the stage, -1 the last one; by default all.
+    window : (x0, y0, x1, y1), optional [m]
+        What is seen; by default the whole model.
+    only : str, optional
+        Name of a picture, or the word that several begin with, as ``joints``; by default all.
+    """
+
+    stage: str | None = None
+    window: tuple[float, float, float, float] | None = None
+    only: str | None = None
+
+
+def draw_in_subprocess(
+    folder: Path, choice: PictureChoice | None = None, *, animate: bool = False, step: int | None = None
+) -> list[Path]:
     """Draw the pictures of a results folder into ``pictures/`` and return their paths.
 
     Parameters
     ----------
     folder : Path
         The folder of a run.
+    choice : PictureChoice, optional
+        Which ones; by default all of every stage.
     animate : bool
         Draw the movement as a GIF instead.
     step : int, optional
@@ -36,14 +56,20 @@ def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None 
     Raises
     ------
     ModelError
-        If the folder holds no results, or the renderer fails or dies.
+        If the folder holds no results, there is no such picture, stage or window, or drawing fails.
     """
     read_summary(find_results(folder))
     if animate and step is not None:
         raise ModelError("plot: give --animate or --step, not both")
-    module, *arguments = ["bsm_mesh.app.pictures", str(folder.absolute())]
+    module, *arguments = [
+        "bsm_mesh.app.pictures",
+        str(folder.absolute()),
+        json.dumps(asdict(choice or PictureChoice())),
+    ]
     if animate or step is not None:
-        module, arguments = "bsm_mesh.app.animation", [*arguments, "" if step is None else str(step)]
+        if choice is not None and choice != PictureChoice():
+            raise ModelError("plot: --animate and --step go with no --stage, --window or --only")
+        module, arguments = "bsm_mesh.app.animation", [arguments[0], "" if step is None else str(step)]
     try:
         done = subprocess.run(
             python_command(module, *arguments),
@@ -53,23 +79,14 @@ def draw_in_subprocess(folder: Path, *, animate: bool = False, step: int | None 
             errors="replace",
             check=False,
             cwd=Path(__file__).parent,  # settings of libraries in the current folder are a stranger's: matplotlibrc
-            env=_environment(),
         )
     finally:
         remove_abandoned(folder / PICTURES_FOLDER)  # of a renderer that died
     if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
-        raise ModelError(f"{folder}: the renderer died of signal {-done.returncode}; {CURE}")
+        raise ModelError(f"{folder}: drawing died of signal {-done.returncode}, perhaps for want of memory; {CURE}")
     last = (done.stderr.strip().splitlines() or ["no message"])[-1].replace(str(folder.absolute()), str(folder))
     if done.returncode == BAD_INPUT:
         raise ModelError(last)
     if done.returncode:
         raise ModelError(f"{folder}: the pictures could not be drawn: {last}; {CURE}")
     return [folder / PICTURES_FOLDER / Path(line).name for line in done.stdout.splitlines()]
-
-
-def _environment() -> dict[str, str]:
-    """Return the environment with VTK told to use EGL on Linux: it falls back to OSMesa, and asks for no display."""
-    environment = dict(os.environ)
-    if sys.platform.startswith("linux"):
-        environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    return environment

@@ -16,7 +16,7 @@ from bsm_mesh.app.model_text import MODEL
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.quality import Thresholds, poor_blocks
 from bsm_mesh.app.storage import SavedResults, load_results
-from bsm_mesh.app.tables import FALL_HEADER, engineering, fall_rows, vector
+from bsm_mesh.app.tables import FALL_HEADER, engineering, fall_rows, falling, vector
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.verify import grounds_in
 from bsm_mesh.errors import counted, listing, place
@@ -99,7 +99,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     most = int(moved.argmax())
     at = place(blocks.moments.centroid[most].round(2))  # to the centimetre
     rows: Rows = [
-        ("verdict", verdict_in_words(blocks, stage).replace("_", " ")),
+        ("verdict", verdict_in_words(blocks, stage)),
         ("why", stage.reason),
         ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"),
         ("blocks, contacts", f"{int(stage.present.sum())}, {len(stage.contacts.length)}"),
@@ -108,16 +108,12 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
             f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}",
         ),
         ("greatest displacement in all", engineering(stage.max_displacement, "m")),
-        ("sum of weights and loads (x, y)", vector(stage.total_load, "N/m")),
+        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
         ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
         ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
     ]
     if stage.unstable_blocks.size:
-        area = blocks.moments.area
-        down = stage.unstable_blocks
-        part = 100 * float(area[down].sum() / area[stage.present].sum())
-        what = f"block {listing(down)}: {engineering(float(area[down].sum()), 'm2')}, {part:.3g} % of all"
-        rows.insert(2, ("blocks that come down", what))
+        rows.insert(2, ("comes down", f"{falling(results, stage)}: block {listing(stage.unstable_blocks)}"))
     if len(stage.water_table) or stage.water.any():
         rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
     if stage.bolts.count:
@@ -161,7 +157,7 @@ def _facts(results: Results) -> Rows:
         ("extent", f"{place(low)} to {place(high)} m"),
         (
             "blocks",
-            f"{blocks.count}, of {engineering(float(area.min()), 'm2')} to {engineering(float(area.max()), 'm2')}",
+            f"{blocks.count}, of {float(area.min()):.3g} to {float(area.max()):.3g} m2",
         ),
     ]
 

@@ -8,13 +8,14 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from bsm_mesh.app.build import build_model, inputs_of, output_folder
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.model_text import MODEL, as_run, tables_of
 from bsm_mesh.app.reach import Reach
+from bsm_mesh.app.result_tables import OutputForm, TableForm
 from bsm_mesh.app.resume import identity_of, take_up
 from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.errors import ModelError, placed
@@ -61,7 +62,7 @@ def run_file(
     noted: Callable[[str], None] = lambda text: None,
     resume: bool = False,
     spread: bool = False,
-    tables: bool = False,
+    tables: TableForm | Literal[False] = False,
 ) -> FileRun:
     """Solve a model file and write its results.
 
@@ -83,8 +84,8 @@ def run_file(
         Go on where an interrupted run was; where there was none, begin at the start.
     spread : bool
         Whether the model is solved by other routes too, and how far they lead apart is told.
-    tables : bool
-        Whether contacts, supports and joint sets are written as CSV, also where its ``[output]`` does not say so.
+    tables : {"csv", "parquet"} or False
+        As what tables are written, also where its ``[output]`` does not say so.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def run_file(
     """
     file = read_model_file(path)
     if tables:
-        file = file.model_copy(update={"output": file.output.model_copy(update={"tables": True})})
+        file = file.model_copy(update={"output": file.output.model_copy(update={"tables": tables})})
     reach = Reach(folder=path.parent, scripts=scripts)
     folder = _folder(file, path, reach, output)
     if resume and folder is None:
@@ -109,7 +110,7 @@ def run_file(
                     given,
                     inputs=inputs_of(file, path),
                     steps=steps,
-                    tables=file.output.tables,
+                    form=OutputForm(tables=file.output.tables, compression=file.output.compression),
                     again=_command(path, output, scripts=scripts, tables=tables),
                     resumes=resume,
                 )
@@ -158,10 +159,10 @@ def _resumption(writer: RunWriter, report: Reporter, *, resume: bool) -> Resumpt
     return Resumption(keep=writer.keep)
 
 
-def _command(path: Path, output: Output, *, scripts: bool, tables: bool) -> str:
+def _command(path: Path, output: Output, *, scripts: bool, tables: TableForm | Literal[False]) -> str:
     """Return the command that goes on with a run."""
     words = ["bsm-mesh", "run", str(path), "--resume"]
-    words += ["--tables"] * tables
+    words += ["--tables", str(tables)] if tables else []
     words += [] if output is None else ["-o", str(output)]
     return shlex.join(words if scripts else [*words, "--no-scripts"])
 
@@ -195,6 +196,9 @@ def _as_run(file: ModelFile, path: Path, folder: Path, options: Options | None) 
     for bolt in content["bolt"]:
         if "table" in bolt:
             bolt["table"] = _from_folder(path.parent / bolt["table"], folder)
+    for joint in content["joint"].values():
+        if isinstance(joint.get("along"), dict):
+            joint["along"]["file"] = _from_folder(path.parent / joint["along"]["file"], folder)
     if options is not None:
         content |= tables_of(options)
     content["output"]["folder"] = "."

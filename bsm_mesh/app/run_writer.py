@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Self
 from bsm_mesh.app.certificate import write_arrays, write_certificate
 from bsm_mesh.app.checkpoint_file import named_by_checkpoint
 from bsm_mesh.app.checkpoints import Checkpoints
-from bsm_mesh.app.csv_tables import write_tables
 from bsm_mesh.app.histories import write_histories
 from bsm_mesh.app.history import HISTORY, write_history
 from bsm_mesh.app.own_files import CHECKPOINT, HEADER, MARKER, SUMMARY, clear, is_lasting, own_files, run_number, tidy
+from bsm_mesh.app.result_tables import USUAL, OutputForm, write_tables
 from bsm_mesh.app.results_folder import ResultsFolder, told_fault
 from bsm_mesh.app.snapshots import Snapshots
 from bsm_mesh.app.summary import fingerprint, finished_stages, summary_text
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from bsm_mesh.converters.result_files import Instant
     from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
-BOLT_TABLE = "bolts.csv"
 Given = Mapping[str, Callable[[Path], object]]
 """Files that say what is run: their names, and what writes each."""
 
@@ -50,8 +49,8 @@ class RunWriter:
         Files that the run reads. Those that lie in the folder stay there.
     steps : bool
         Write snapshots of the steps as well.
-    tables : bool
-        Write contacts, supports and joint sets as CSV as well.
+    form : OutputForm
+        Which tables, and how VTU files are compressed.
     again : str
         The command that goes on with the run if it is interrupted.
     resumes : bool
@@ -70,13 +69,13 @@ class RunWriter:
         *,
         inputs: Iterable[Path] = (),
         steps: bool = False,
-        tables: bool = False,
+        form: OutputForm = USUAL,
         again: str = "",
         resumes: bool = False,
     ) -> None:
         self.folder = ResultsFolder(folder)
         self._given, self._inputs, self._steps = dict(given or {}), tuple(inputs), steps
-        self._tables, self._again, self._resumes = tables, again, resumes
+        self._form, self._again, self._resumes = form, again, resumes
         self.checkpoints = Checkpoints()
         self._snapshots = Snapshots()
         self._stages: tuple[StageResult, ...] = ()
@@ -156,7 +155,7 @@ class RunWriter:
 
         with self._told_faults():
             self._begin()
-            self._note(write_snapshot(results(), self._place, instant))
+            self._note(write_snapshot(results(), self._place, instant, self._form.compression))
             gone = self._snapshots.add(instant)
             write_lists(self._stages, self._place, self._snapshots.instants)
             self._remove_snapshots(gone)
@@ -241,21 +240,16 @@ class RunWriter:
         from bsm_mesh.converters.result_files import write_stage
 
         for number in range(len(self._stages), len(results.stages)):
-            self._note(write_stage(results, number, self._place))
+            self._note(write_stage(results, number, self._place, self._form.compression))
             self._note(write_arrays(results, number, self._place))
 
     def _write_lists(self, results: Results) -> list[str]:
         """Write what tells of all stages: tables that grow, and the PVD files, whose names are returned."""
-        from bsm_mesh.converters.bolt_files import write_bolt_table
         from bsm_mesh.converters.result_files import write_lists
 
         write_history(results, self._place)
         self._note([HISTORY, *write_histories(results, self._place)])
-        if results.stages[0].bolts.count:
-            write_bolt_table(results, self._place / BOLT_TABLE)
-            self._note([BOLT_TABLE])
-        if self._tables:
-            self._note(write_tables(results, self._place))
+        self._note(write_tables(results, self._place, self._form))
         return write_lists(results.stages, self._place, self._snapshots.instants if self._steps else None)
 
     def _write_summary(self, results: Results) -> None:

@@ -17,6 +17,7 @@ from bsm_mesh.app.histories import with_histories
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
 from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
+from bsm_mesh.app.result_tables import USUAL, OutputForm
 from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.app.summary import finished_stages, read_summary
@@ -36,7 +37,7 @@ PATIENCE = 2.0  # s; new results take the place of the former ones in a thousand
 SEVERAL_TIMES = 5
 
 
-def save_results(results: Results, folder: Path, given: Given | None = None, *, tables: bool = False) -> Path:
+def save_results(results: Results, folder: Path, given: Given | None = None, *, form: OutputForm = USUAL) -> Path:
     """Write all files of a run into `folder`, made if need be, in place of the former results.
 
     Parameters
@@ -48,8 +49,8 @@ def save_results(results: Results, folder: Path, given: Given | None = None, *, 
     given : mapping of str to callable, optional
         Files that say what was run: their names, and what writes each. By default the model as ``model.toml`` with its
         blocks as ``mesh.vtu``.
-    tables : bool
-        Whether contacts, supports and joint sets are written as CSV too.
+    form : OutputForm
+        Which tables are written too, and how VTU files are compressed.
 
     Warns
     -----
@@ -63,7 +64,7 @@ def save_results(results: Results, folder: Path, given: Given | None = None, *, 
     """
     if given is None:
         given = _what_was_run(results)
-    with RunWriter(folder, given, tables=tables) as writer:
+    with RunWriter(folder, given, form=form) as writer:
         return writer.finish(results)
 
 

@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import ConfigDict, Field, ValidationError
 
+from bsm_mesh.app.mesh_tables import PathText, Table
 from bsm_mesh.app.model_file import read_toml, sentences
-from bsm_mesh.app.model_tables import PathText, Table
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.units import In, in_unit
 from bsm_mesh.app.variation import Variation, key_parts

@@ -22,7 +22,7 @@ from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results, StageResult, Status
 from bsm_mesh.results.stress import principal_stresses
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
 PROGRAM = "bsm-mesh"
 NEEDED = {

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from bsm_mesh.errors import one_line
+from bsm_mesh.errors import counted, listing, one_line, place
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.records import Results, StageResult
 from bsm_mesh.results.spread import RouteEnd
 from bsm_mesh.results.stress import principal_stresses
 
@@ -40,9 +40,7 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(
-        title=one_line(title), box=box.SIMPLE, title_justify="left", title_style="bold", show_header=any(header)
-    )
+    table = Table(box=box.SIMPLE, show_header=any(header))
     for number, name in enumerate(header):
         is_text = number < texts
         # of a thing and its value the value wraps where both are too wide, and the thing stays
@@ -50,7 +48,9 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
         table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap)
     for row in rows:
         table.add_row(*map(one_line, row))
-    Console(highlight=False, markup=False, emoji=False).print(table)
+    console = Console(highlight=False, markup=False, emoji=False)
+    console.print(one_line(title), style="bold")
+    console.print(table)
 
 
 def vector(components: Iterable[float], unit: str) -> str:
@@ -78,45 +78,104 @@ def _bolt_counts(bolts: BoltForces) -> str:
     return ", ".join(told)
 
 
-def result_rows(results: Results) -> list[tuple[str, str]]:
-    """Return what ``run`` prints: the verdict and the numbers that a reader asks for first."""
+def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, str]]:
+    """Return what ``run`` prints: the verdict and the numbers that a reader asks for first; more where `verbose`."""
     stage = results.stages[-1]
     sigma_1, sigma_3 = principal_stresses(stage.stress)
-    lift = vector(stage.water[:, :2].sum(axis=0), "N/m")
-    water = [("of these by the water (x, y)", lift)] if len(stage.water_table) or stage.water.any() else []
-    lifted = stage.uplifted_blocks
-    if lifted.size:
-        water.append(("blocks that water lifts", ", ".join(map(str, lifted[:12]))))
     rows = [
         ("verdict", verdict_in_words(results.blocks, stage) if results.finished else results.status.value),
         ("why", stage.reason),
-        ("scheme", f"{results.scheme} ({results.linear_solver})"),
+    ]
+    if results.unstable_blocks.size:
+        rows.append(("comes down", falling(results, stage)))
+    rows += [
         ("blocks", f"{int(stage.present.sum())}"),
-        ("contacts", f"{len(stage.contacts.length)}"),
-        ("greatest displacement", engineering(stage.max_displacement, "m")),
+        ("greatest displacement", _greatest_displacement(results, stage)),
         ("most compressive stress (sigma_1)", engineering(float(sigma_1.min()), "Pa")),
         ("most tensile stress (sigma_3)", engineering(float(sigma_3.max()), "Pa")),
-        ("sum of loads (x, y)", vector(stage.total_load, "N/m")),
-        *water,
-        ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
-        ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
-        ("time of the solution", f"{stage.seconds:.3g} s"),
+        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
+        *_water_rows(stage),
+        ("reactions (x, y)", vector(stage.total_reaction, "N/m")),
     ]
-    if results.scheme != "linear":
-        last = stage.steps[-1]
-        spent = sum(step.factorizations for step in stage.steps)
-        unit = "cycles" if results.scheme == "wang" else "steps"
-        rows.insert(4, (f"{unit}, factorizations", f"{len(stage.steps)}, {spent}"))
-        rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
     if stage.bolts.count:
         rows.append(("greatest force in a bolt", _greatest_bolt_force(stage.bolts)))
         rows.append(("bolts", _bolt_counts(stage.bolts)))
     overstressed = int((stage.contacts.utilisation > 1).sum())
     if overstressed and results.scheme == "linear":
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))
-    if results.unstable_blocks.size:
-        rows.insert(2, ("blocks that come down", ", ".join(map(str, results.unstable_blocks[:12]))))
+    rows.append(("time of the solution", f"{stage.seconds:.3g} s"))
+    return rows + (_solution_rows(results, stage) if verbose else [])
+
+
+def falling(results: Results, stage: StageResult) -> str:
+    """Return what comes down at the end of a stage: number, weight, area and part of the whole."""
+    down, area = stage.unstable_blocks, results.blocks.moments.area
+    fallen = float(area[down].sum())
+    weight = [] if stage.evidence is None else [float(np.hypot(*stage.evidence.weight[down].T).sum())]
+    told = [
+        counted(len(down), "block"),
+        f"{fallen:.3g} m2 ({100 * fallen / float(area[stage.present].sum()):.2g} % of all)",
+    ]
+    return ", ".join([*told, *(engineering(each, "N/m") for each in weight if each)])
+
+
+def _greatest_displacement(results: Results, stage: StageResult) -> str:
+    """Return the greatest displacement; where blocks come down, of those that stay."""
+    size = np.hypot(*stage.displacement[:, :2].T)
+    size[stage.unstable_blocks] = 0.0
+    of = " (of the blocks that stay)" if stage.unstable_blocks.size else ""
+    return f"{engineering(float(size.max()), 'm')}{of}"
+
+
+def _water_rows(stage: StageResult) -> list[tuple[str, str]]:
+    rows = []
+    if len(stage.water_table) or stage.water.any():
+        rows.append(("of these by the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+    if stage.uplifted_blocks.size:
+        rows.append(("blocks that water lifts", listing(stage.uplifted_blocks, 12)))
     return rows
+
+
+def _solution_rows(results: Results, stage: StageResult) -> list[tuple[str, str]]:
+    """Return how the solution was found."""
+    rows = [("scheme, linear solver", f"{results.scheme}, {results.linear_solver}")]
+    if results.scheme != "linear":
+        spent, last = sum(step.factorizations for step in stage.steps), stage.steps[-1]
+        unit = "cycles" if results.scheme == "wang" else "steps"
+        rows.append((f"{unit}, factorizations", f"{len(stage.steps)}, {spent}"))
+        rows.append(("open, slipping contacts", f"{last.open_contacts}, {last.slipping_contacts}"))
+    return [
+        *rows,
+        ("contacts", f"{len(stage.contacts.length)}"),
+        (
+            "residual: block most out of balance",
+            f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}",
+        ),
+    ]
+
+
+DOWN_HEADER = ("block", "at", "area", "weight", "of all", "moved")
+MOST_DOWN = 8  # blocks that are listed: the largest
+
+
+def down_rows(results: Results) -> list[tuple[str, ...]]:
+    """Return what ``run`` prints of the blocks that come down at the end, the largest of them."""
+    stage, moments = results.stages[-1], results.blocks.moments
+    down = stage.unstable_blocks[np.argsort(-moments.area[stage.unstable_blocks], kind="stable")]
+    whole = float(moments.area[stage.present].sum())
+    weight = np.zeros(len(moments.area)) if stage.evidence is None else np.hypot(*stage.evidence.weight.T)
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    return [
+        (
+            str(block),
+            f"{place(moments.centroid[block].round(2))} m",
+            f"{moments.area[block]:.3g} m2",
+            engineering(float(weight[block]), "N/m"),
+            f"{100 * moments.area[block] / whole:.2g} %",
+            engineering(float(moved[block]), "m"),
+        )
+        for block in down[:MOST_DOWN].tolist()
+    ]
 
 
 FALL_HEADER = ("block", "stage", "step", "moved", "area", "weight", "at", "why")
@@ -130,7 +189,7 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
             stage.name,
             str(fall.step),
             engineering(fall.moved, "m"),
-            engineering(fall.area, "m2"),
+            f"{fall.area:.3g} m2",
             engineering(fall.weight, "N/m"),
             f"({fall.place[0]:.3g}, {fall.place[1]:.3g}) m",
             fall.reason,
@@ -141,7 +200,7 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
     ]
 
 
-STAGE_HEADER = ("stage", "verdict", "blocks", "start residual", "moved", "in all")
+STAGE_HEADER = ("stage", "verdict", "blocks", "moved", "in all")
 
 
 def stage_rows(results: Results) -> list[tuple[str, ...]]:
@@ -151,7 +210,6 @@ def stage_rows(results: Results) -> list[tuple[str, ...]]:
             stage.name,
             verdict_in_words(results.blocks, stage),
             str(int(stage.present.sum())),
-            f"{stage.start_residual:.1e}",
             engineering(stage.max_stage_displacement, "m"),
             engineering(stage.max_displacement, "m"),
         )

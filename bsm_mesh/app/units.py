@@ -199,7 +199,7 @@ def _line(value: object) -> Any:
     return tuple(read)
 
 
-def _lines(value: object) -> Any:
+def lines_of(value: object) -> Any:
     """Return one line or several as several."""
     if not isinstance(value, list | tuple):
         raise ValueError("needs points [[x, y], ...] in m, or several such lists")
@@ -215,9 +215,8 @@ def _level(value: object) -> Any:
 
 
 _POINTS = {"type": "array", "items": {"type": "array", "items": schema_of(COORDINATE), "minItems": 2, "maxItems": 2}}
-Lines = Annotated[
-    Any, PlainValidator(_lines), WithJsonSchema({"anyOf": [_POINTS, {"type": "array", "items": _POINTS}]})
-]
+LINES_SCHEMA: dict[str, Any] = {"anyOf": [_POINTS, {"type": "array", "items": _POINTS}]}
+Lines = Annotated[Any, PlainValidator(lines_of), WithJsonSchema(LINES_SCHEMA)]
 Level = Annotated[Any, PlainValidator(_level), WithJsonSchema({"anyOf": [*schema_of(COORDINATE)["anyOf"], _POINTS]})]
 
 

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, build_model
+from bsm_mesh.app.build_marks import places_in
 from bsm_mesh.app.build_mesh import geometry_faults, read_blocks
+from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_file import read_toml, validated
-from bsm_mesh.app.model_tables import MeshTable, ModelFile, Table
+from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.units import In
 from bsm_mesh.errors import ModelError, nearest, raise_faults
@@ -139,15 +141,14 @@ class Variation:
         raise_faults(faults)
         return content
 
-    def _read_blocks(
-        self, mesh: MeshTable, groups: dict[str, str], path: Path, reach: Reach
-    ) -> tuple[Blocks, MeshReport]:
+    def _read_blocks(self, file: ModelFile, path: Path, reach: Reach) -> tuple[Blocks, MeshReport]:
         """Return the blocks; those of the file as it is are kept."""
         same = {name: getattr(self.file.mesh, name) for name in NOT_OF_BLOCKS}
-        if mesh.model_copy(update=same) != self.file.mesh or groups != self.file.groups:
-            return read_blocks(mesh, groups, path, reach)
+        changed = file.mesh.model_copy(update=same) != self.file.mesh or file.groups != self.file.groups
+        if changed or places_in(file) != places_in(self.file):
+            return read_blocks(file, path, reach)
         if self._mesh is None:
-            self._mesh = read_blocks(mesh, groups, path, reach)
+            self._mesh = read_blocks(file, path, reach)
         return self._mesh
 
 

@@ -114,6 +114,6 @@ def _agree(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 def _against(results: Results, stage: StageResult) -> list[str]:
     """Return what the results' own check, which knows no limit of size, finds against a stage at rest."""
-    if not stage.status.is_stable:
+    if not stage.status.is_at_rest:
         return []
     return list(replace(results, stages=(stage,)).check().faults)

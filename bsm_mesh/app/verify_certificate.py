@@ -19,6 +19,7 @@ GROUNDS = {
     "stable_after_falls": ("equilibrium",),
     "unstable": ("proved", "followed"),
     "not_converged": ("best state",),
+    "no_verdict": ("equilibrium",),
 }
 ROUNDING = 4.0 * np.finfo(float).eps  # of coordinates, in an arm
 USED = 1e-9  # by how much more than its strength a contact may bear: rounding
@@ -27,6 +28,7 @@ OVERLAP = 1.3e-3  # of a block's area, beyond the closure of contacts: what touc
 NEUTRAL = 1e-3  # negative eigenvalue of the stiffness over the mass that counts as none, over the block size
 LINEAR = 1e-9  # tolerance of the linear scheme: rounding
 ENORMOUS = 1e6  # times all loads together: forces that no rock bears
+CURVED = ("barton_bandis", "ladanyi_archambault")
 MAX_DENSE, MAX_PAIRED = 1200, 20_000  # blocks whose stability, and whose overlap, is checked here
 
 
@@ -60,6 +62,8 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
     if stage["ground"] not in GROUNDS.get(stage["verdict"], ()):
         return "", [f"the ground '{stage['ground']}' is none for '{stage['verdict']}'"]
     linear = told["scheme"] == "linear"
+    if stage["ground"] == "equilibrium" and linear != (stage["verdict"] == "no_verdict"):
+        return "", [f"an equilibrium of scheme '{told['scheme']}' is none for '{stage['verdict']}'"]
     residual, rounding = residuals(a, stage["reference_weight"])
     faults = reaction_faults(a, stage["reference_weight"]) + (strength_faults(stage, a) if not linear else [])
     if stage["ground"] == "best state":
@@ -80,6 +84,11 @@ def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[st
     for told_more, found in ("", []) if linear else overlap(a), falling(a, linear=linear):
         text, faults = f"{text}{'; ' if told_more else ''}{told_more}", faults + found
     return text + own_laws(stage, a), faults
+
+
+def is_curved(law: dict[str, Any]) -> bool:
+    """Return whether straight lines can only bound a law's strength."""
+    return is_curved(law["law"]) if law["kind"] == "reduced" else law["kind"] in CURVED
 
 
 def own_laws(stage: dict[str, Any], a: Arrays) -> str:
@@ -152,10 +161,19 @@ def reaction_faults(a: Arrays, reference: float) -> list[str]:
     return [] if off.max(initial=0.0) <= allowed else ["reactions are not the sum of the supports' forces"]
 
 
-def strength_of(law: dict[str, Any], pressure: Any, length: Any, failed: Any) -> Any:
-    """Return the shear strength (m,) [N/m] at pressures (m,) [N/m], not a number for laws of the user's own."""
+def strength_of(law: dict[str, Any], pressure: Any, length: Any, failed: Any, slid: Any) -> Any:
+    """Return the shear strength (m,) [N/m] at pressures (m,) [N/m], not a number for laws of the user's own.
+
+    `slid` (m,) [m] is how far contacts have slid.
+    """
     if law["kind"] == "weaker":
-        return np.minimum(*(strength_of(one, pressure, length, failed) for one in law["laws"]))
+        return np.minimum(*(strength_of(one, pressure, length, failed, slid) for one in law["laws"]))
+    if law["kind"] == "reduced":
+        return strength_of(law["law"], pressure, length, failed, slid) / law["factor"]
+    if law["kind"] == "barton_bandis":
+        return barton_bandis(law, pressure, length, failed, slid)
+    if law["kind"] == "ladanyi_archambault":
+        return ladanyi_archambault(law, pressure, length, failed)
     if law["kind"] == "elastic":
         return np.full(len(pressure), np.inf)
     if law["kind"] == "own":
@@ -166,7 +184,34 @@ def strength_of(law: dict[str, Any], pressure: Any, length: Any, failed: Any) ->
     line = slope * pressure
     if law["kind"] == "patton":  # the lower of two lines; once the asperities are sheared off friction is left
         return np.where(failed, residual * pressure, np.minimum(line, law["cohesion"] * length + residual * pressure))
-    return np.where(failed, left * length + residual * pressure, law["cohesion"] * length + line)
+    gone = failed.astype(float)
+    if law.get("softening_slip"):  # both values fall while it slides that far
+        gone = np.maximum(gone, np.minimum(slid / law["softening_slip"], 1.0))
+    return (1 - gone) * (law["cohesion"] * length + line) + gone * (left * length + residual * pressure)
+
+
+def barton_bandis(law: dict[str, Any], pressure: Any, length: Any, failed: Any, slid: Any) -> Any:
+    """Return Barton and Bandis's shear strength (m,) [N/m] (Barton and Choubey 1977, Barton et al. 1985)."""
+    scale = law["joint_length"] / 0.1
+    rough, wall = law["jrc"] * scale ** (-0.02 * law["jrc"]), law["jcs"] * scale ** (-0.03 * law["jrc"])
+    left = np.ones(len(pressure))
+    if law["roughness_wears"] and rough > 0:
+        peak = law["joint_length"] / 500 * (rough / law["joint_length"]) ** 0.33
+        left = np.interp(1 + slid / peak, (1.0, 2.0, 4.0, 10.0, 100.0), (1.0, 0.85, 0.7, 0.5, 0.0))
+    left = np.where(failed, 0.0, left)
+    decades = np.log10(np.maximum(wall * length, pressure) / np.maximum(pressure, 1e-300))
+    return pressure * np.tan(np.radians(np.minimum(law["residual_friction"] + left * rough * decades, 70.0)))
+
+
+def ladanyi_archambault(law: dict[str, Any], pressure: Any, length: Any, failed: Any) -> Any:
+    """Return Ladanyi and Archambault's shear strength (m,) [N/m] (1970), with Fairhurst's strength of rock."""
+    wall, smooth = law["jcs"] * length, np.tan(np.radians(law["friction"]))
+    x = pressure / wall
+    climbs = np.maximum(1 - x, 0.0) ** 1.5
+    rate = np.maximum(1 - x, 0.0) ** 4 * np.tan(np.radians(law["dilation"]))
+    rock = (np.sqrt(11.0) - 1) / 10 * np.sqrt(1 + 10 * x)
+    found = (x * climbs * (rate + smooth) + (1 - climbs) * rock) / (1 - climbs * rate * smooth)
+    return np.where(failed, smooth * pressure, wall * found)
 
 
 def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
@@ -177,7 +222,7 @@ def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
     pressure, strength = np.maximum(-normal, 0.0), np.full(len(normal), np.nan)
     for number, law in enumerate(stage["laws"]):
         rows = a["law"] == number
-        strength[rows] = strength_of(law, pressure[rows], length[rows], a["failed"][rows])
+        strength[rows] = strength_of(law, pressure[rows], length[rows], a["failed"][rows], a["slip_path"][rows])
     known = ~np.isnan(strength)
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.where(shear == 0, 0.0, np.minimum(np.abs(shear) / strength, 999.0))
@@ -417,8 +462,13 @@ def witness_faults(stage: dict[str, Any], a: Arrays, p: Arrays, *, linear: bool)
         for pressure in (0.0, 1e3, 1e6, 1e9):
             told = (lines[:, :, 1] + lines[:, :, 0] * pressure).min(axis=1, initial=np.inf)
             length = p["length"][rows]
-            known = strength_of(law, np.full(len(length), pressure), length, np.zeros(len(length), dtype=bool))
-            if (np.abs(told - known)[np.isfinite(known)] > AGREES * known[np.isfinite(known)]).any():
+            none = np.zeros(len(length))
+            known = strength_of(law, np.full(len(length), pressure), length, none > 0, none)
+            with np.errstate(invalid="ignore"):
+                off = np.where(np.isfinite(known), told - known, 0.0)
+                off = off if is_curved(law) else -np.abs(off)  # tangents lie above: what holds for more strength
+                wrong = (off < -AGREES * np.abs(known)).any()
+            if wrong:
                 faults.append(f"the lines of law {number} are not its strength")
                 break
     return faults

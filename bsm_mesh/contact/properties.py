@@ -11,7 +11,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, Weaker, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
 from bsm_mesh.model.materials import Rock
 from bsm_mesh.model.model import Model
@@ -54,6 +54,8 @@ class JointCatalogue:
         Of the joints and of every pair of rocks, different ones.
     smooth : (n_laws,) bool
         Laws that carry no shear at any pressure.
+    wears : bool
+        Whether slip wears the strength of any law off.
     """
 
     def __init__(self, model: Model) -> None:
@@ -66,6 +68,8 @@ class JointCatalogue:
         rocks = [next(rock for rock in model.rocks if rock.name == name) for name in blocks.rock_names]
         self._moduli = np.array([rock.contact_moduli for rock in rocks])
         self._joint_stiffness = np.array([joint.contact_stiffness for joint in model.joints]).reshape(-1, 2)
+        closure = [(joint.max_closure or np.inf, joint.contact_stiffness[0]) for joint in model.joints]
+        self._closure = np.array([*closure, (np.inf, np.inf)])  # the last: rock
         self._floor = least_depth(blocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
@@ -75,6 +79,7 @@ class JointCatalogue:
                 tension.append(min(_rock_tension(one), _rock_tension(other)))
         self.laws, self._law = _different(laws)
         self._tension = np.array(tension)
+        self.wears = any(wear_length_of(law) is not None for law in self.laws)
         self.smooth = np.array([_is_smooth(law) for law in self.laws], dtype=bool)
 
     def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:
@@ -83,6 +88,16 @@ class JointCatalogue:
         between = len(self._joint_stiffness) + rock[block_a] * n_rocks + rock[block_b]
         kind = np.where(joint >= 0, joint, between)
         return self._law[kind], self._tension[kind]
+
+    def closure_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return closure limit [m], infinite where there is none, and normal stiffness [Pa/m] of joints (m,), -1: rock.
+
+        Of a model without a limit they are empty.
+        """
+        if np.isinf(self._closure[:, 0]).all():
+            return np.zeros(0), np.zeros(0)
+        limit, stiffness = self._closure[joint].T
+        return limit, stiffness
 
     def look_up(
         self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray

@@ -4,7 +4,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import JointResponse, MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import BartonBandis, JointResponse, LadanyiArchambault, MohrCoulomb, Patton
 from bsm_mesh.model.loads import EdgeTractions, InSituTraction, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Filling, Joint, Rock
 from bsm_mesh.model.model import Model
@@ -13,6 +13,7 @@ from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement,
 from bsm_mesh.model.water import Water
 
 __all__ = [
+    "BartonBandis",
     "Blocks",
     "Bolt",
     "EdgeTractions",
@@ -23,6 +24,7 @@ __all__ = [
     "InSituTraction",
     "Joint",
     "JointResponse",
+    "LadanyiArchambault",
     "Model",
     "MohrCoulomb",
     "NormalRoller",

@@ -27,7 +27,13 @@ def model_in_stage(model: Model, number: int) -> Model:
     joints, rocks = joints_and_rocks_at(model, strength)
     horizontal, vertical = gravity or (model.gravity_horizontal, model.gravity_vertical)
     return model.replace(
-        joints=joints, rocks=rocks, gravity_horizontal=horizontal, gravity_vertical=vertical, stages=(), bolts=()
+        joints=joints,
+        rocks=rocks,
+        gravity_horizontal=horizontal,
+        gravity_vertical=vertical,
+        stages=(),
+        bolts=(),
+        histories=(),  # may be of bolts
     )
 
 
@@ -44,7 +50,8 @@ def strength_in_stage(model: Model, number: int) -> dict[str, float]:
 
 
 def model_up_to(model: Model, number: int) -> Model:
-    """Return a model with its first stages, so many, and without the bolts that later ones install."""
+    """Return a model with its first stages, so many, without what is recorded and the bolts that later ones install."""
     stages = model.stages[:number]
     there = [None, *(stage.name for stage in stages)]
-    return model.replace(stages=stages, bolts=[bolt for bolt in model.bolts if bolt.stage in there])
+    bolts = [bolt for bolt in model.bolts if bolt.stage in there]
+    return model.replace(stages=stages, bolts=bolts, histories=())  # which may be of bolts that are not there

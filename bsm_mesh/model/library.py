@@ -10,7 +10,7 @@ Examples
 >>> library.rock("sandstones", unit_weight=24e3).young
 18000000000.0
 >>> library.joint("serpentine joints", law=library.strength("serpentinite joints")).law
-MohrCoulomb(friction=28.0, cohesion=0.0, residual_friction=None, residual_cohesion=None)
+MohrCoulomb(friction=28.0, cohesion=0.0, residual_friction=None, residual_cohesion=None, softening_slip=None)
 """
 
 from __future__ import annotations

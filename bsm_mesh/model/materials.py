@@ -10,9 +10,11 @@ from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
 from bsm_mesh.model.law_faults import law_faults
 from bsm_mesh.model.quantities import (
+    CLOSURE,
     COHESION,
     FRICTION,
     POISSON,
+    SLIP,
     STIFFNESS,
     TENSILE_STRENGTH,
     THICKNESS,
@@ -86,6 +88,8 @@ class Rock:
         every mesh elastically homogeneous (with no Poisson effect); the pair calibrated for triangles; rigid.
     residual_friction, residual_cohesion : float or None [degrees, Pa]
         What is left of those faces' strength, as `MohrCoulomb` takes it; None: slip takes nothing away.
+    softening_slip : float or None [m]
+        Slip over which strength falls to what is left; None: at the first slip.
     """
 
     name: str
@@ -98,6 +102,7 @@ class Rock:
     stiffness: RockStiffness = "wang"
     residual_friction: Annotated[float, FRICTION] | None = None
     residual_cohesion: Annotated[float, COHESION] | None = None
+    softening_slip: Annotated[float, SLIP] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("rock", self.name)
@@ -131,6 +136,7 @@ class Rock:
             cohesion=self.cohesion or 0.0,
             residual_friction=self.residual_friction,
             residual_cohesion=self.residual_cohesion,
+            softening_slip=self.softening_slip,
         )
 
     @property
@@ -163,9 +169,13 @@ class Joint:
     filling : Filling or None
         A thick filling, instead of the two stiffnesses.
     law : JointLaw or None
-        Strength: `Patton`, `MohrCoulomb`, or a law of your own (`bsm_mesh.model.joint_laws`); None: elastic.
+        Strength: `Patton`, `MohrCoulomb`, `BartonBandis`, or a law of your own (`bsm_mesh.model.joint_laws`); None:
+        elastic.
     tensile_strength : float [Pa]
         Tension the joint bears until it breaks; belongs to a law.
+    max_closure : float or None [m]
+        Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
+        `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
     """
 
     name: str
@@ -174,6 +184,7 @@ class Joint:
     filling: Filling | None = None
     law: JointLaw | None = None
     tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    max_closure: Annotated[float, CLOSURE] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)
@@ -187,6 +198,11 @@ class Joint:
             rules.faults.append(
                 f"{rules.thing}: needs normal_stiffness and shear_stiffness [Pa/m], or filling = "
                 "{thickness, young, poisson}"
+            )
+        if self.filling is not None and self.max_closure is not None:
+            rules.faults.append(
+                f"{rules.thing}: max_closure is that of bare walls, and a filling keeps them apart; give "
+                "normal_stiffness and shear_stiffness instead of filling, or leave max_closure out"
             )
         tension = is_number(self.tensile_strength) and bool(self.tensile_strength > 0)
         if self.law is not None:

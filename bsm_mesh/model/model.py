@@ -37,6 +37,8 @@ from bsm_mesh.model.values import Rules
 from bsm_mesh.model.water import Water
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from bsm_mesh.solve.options import Options
 
 DEEPEST = 1e4  # m: deeper than any mine
@@ -144,6 +146,26 @@ class Model:
 
     def __hash__(self) -> int:
         return hash(self.digest)
+
+    def plot(self, *, window: tuple[float, float, float, float] | None = None, figure: Figure | None = None) -> Figure:
+        """Return a picture of the model as it is given: rocks, joints, supports, loads, bolts, water.
+
+        Parameters
+        ----------
+        window : (x0, y0, x1, y1), optional [m]
+            What is seen.
+        figure : matplotlib.figure.Figure, optional
+            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+        """
+        from bsm_mesh.app.plotting import plot_model
+
+        return plot_model(self, window, figure)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of it."""
+        from bsm_mesh.app.notebook import model_html
+
+        return model_html(self)
 
     @property
     def digest(self) -> str:

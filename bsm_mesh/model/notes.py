@@ -14,6 +14,7 @@ from bsm_mesh.model.joint_laws import MohrCoulomb
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, Quantity, quantities_of
+from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.water import Water
 
@@ -130,13 +131,17 @@ def _beyond_apex(thing: str, tensile_strength: float, cohesion: float, law: Mohr
 
 
 def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
-    """Return how many faces bear neither a joint nor, on either side, a rock with strength."""
+    """Return how many faces bear neither a joint nor, on either side, a rock with strength.
+
+    Those on the outline of what a stage takes away do not count: the rock is whole there until then.
+    """
     if model.default_joint is not None:
         return 0
     blocks = model.blocks
     limited = {rock.name for rock in rocks if rock.has_strength}
     unlimited = np.array([name not in limited for name in blocks.rock_names])[blocks.rock]
-    return count_faces(blocks, (blocks.edge_joint < 0) & unlimited[blocks.owner])
+    stays = np.logical_and.reduce(presence(model.stages, blocks))
+    return count_faces(blocks, (blocks.edge_joint < 0) & (unlimited & stays)[blocks.owner])
 
 
 def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:

@@ -144,6 +144,16 @@ FRICTION = Quantity(
     unit="degrees", least=0, below=90, usual=(0, 70), example='35 or "35 deg"'
 )  # 70: Barton and Choubey 1977
 DILATION = Quantity(unit="degrees", least=0, below=90, usual=(0, 45), example="5")
+JRC = Quantity(least=0, most=20, example="8", why="Barton's profiles end at 20")
+WALL_STRENGTH = Quantity(unit="Pa", least=1e4, most=1e10, usual=(1e6, 4e8), example='"80 MPa"')
+RESIDUAL_FRICTION = Quantity(
+    unit="degrees", least=0, below=70, usual=(10, 40), example="28", why="70 is the cap of Barton's law"
+)
+JOINT_LENGTH = Quantity(
+    unit="m", least=0.1, most=1e4, usual=(0.1, 50), example='"1 m"', why="0.1 m is the laboratory's sample"
+)
+CLOSURE = Quantity(unit="m", least=1e-6, most=1, usual=(1e-5, 5e-3), example='"0.2 mm"')
+SLIP = Quantity(unit="m", least=1e-6, most=1e3, usual=(1e-4, 1), example='"5 mm"')
 STRENGTH_FACTOR = Quantity(least=1e-6, most=1e6, example="0.8")
 STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
 THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1 mm"')
@@ -208,3 +218,10 @@ WIDTH = Quantity(
 MOVEMENT = Quantity(above=0, most=10, example="0.05", why="of a block's size; what moves less has not failed")
 TRIALS = Quantity(least=1, most=1000, whole=True, example="40")
 PROCESSES = Quantity(least=1, most=4096, whole=True, example="2")
+
+# Laboratory tests of joints and bolts.
+TEST_STRESS = Quantity(unit="Pa", above=0, most=1e10, usual=(1e3, 1e8), example='"1 MPa"')
+SHEAR_MOVEMENT = Quantity(unit="m", above=0, most=1e3, usual=(1e-4, 1), example='"10 mm"')
+COUNT_OF_CYCLES = Quantity(least=0, most=1000, whole=True, example="2")
+STEPS_OF_TEST = Quantity(least=2, most=100_000, whole=True, example="200")
+BOLT_INCLINATION = Quantity(unit="degrees", above=-90, below=90, example="30")

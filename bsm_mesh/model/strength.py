@@ -16,7 +16,15 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ReducibleLaw, StraightLaw, refuse_factor
+from bsm_mesh.model.joint_laws import (
+    JointLaw,
+    JointResponse,
+    ReducibleLaw,
+    StraightLaw,
+    ask,
+    refuse_factor,
+    wear_length_of,
+)
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.quantities import STRENGTH_FACTOR
 from bsm_mesh.model.values import Rules
@@ -53,12 +61,23 @@ class Reduced:
     law: JointLaw
     factor: float
 
+    @property
+    def wear_length(self) -> float | None:
+        """That of the other law [m]."""
+        return wear_length_of(self.law)
+
     def respond(
-        self, pressure: FloatArray, trial_shear: FloatArray, length: FloatArray, failed: BoolArray
+        self,
+        pressure: FloatArray,
+        trial_shear: FloatArray,
+        length: FloatArray,
+        failed: BoolArray,
+        slip_path: FloatArray | None = None,
     ) -> JointResponse:
         """Return the response of the other law to a trial shear that is greater by the factor, divided by it."""
         trial = self.factor * np.clip(trial_shear, -ENORMOUS, ENORMOUS)  # whoever asks for the strength asks with more
-        answer = self.law.respond(pressure, trial, length, failed)
+        slid = np.zeros(len(failed)) if slip_path is None else slip_path
+        answer = ask(self.law, pressure, trial, length, failed, slid)
         return replace(
             answer,
             shear=np.where(answer.sticking, trial_shear, answer.shear / self.factor),  # without rounding

@@ -7,12 +7,19 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
-from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Patton, Weaker
-from bsm_mesh.model.strength import law_name
+from bsm_mesh.model.joint_laws import BartonBandis, Elastic, JointLaw, LadanyiArchambault, MohrCoulomb, Patton, Weaker
+from bsm_mesh.model.strength import Reduced, law_name
 from bsm_mesh.model.submodel import SubModel
 from bsm_mesh.model.supports import Bars
 
-KINDS = {Elastic: "elastic", Patton: "patton", MohrCoulomb: "mohr_coulomb", Weaker: "weaker"}
+KINDS = {
+    BartonBandis: "barton_bandis",
+    Elastic: "elastic",
+    LadanyiArchambault: "ladanyi_archambault",
+    MohrCoulomb: "mohr_coulomb",
+    Patton: "patton",
+    Weaker: "weaker",
+}
 LawTable = tuple[Mapping[str, Any], ...]
 
 
@@ -28,6 +35,8 @@ class Evidence(Portable):
         Number of every contact's law there.
     failed : (m,) bool
         Asperities sheared off, cohesion and tension lost.
+    slip_path : (m,) float64 [m]
+        How far every contact has slid, elastic part apart.
     tension : (m,) float64 [N/m]
         Greatest tension that the contact bears; infinite: no bound.
     normal_stiffness, shear_stiffness : (m,) float64 [N/m2]
@@ -53,6 +62,7 @@ class Evidence(Portable):
     laws: LawTable
     law: IntArray
     failed: BoolArray
+    slip_path: FloatArray
     tension: FloatArray
     normal_stiffness: FloatArray
     shear_stiffness: FloatArray
@@ -185,6 +195,9 @@ def law_table(laws: tuple[JointLaw, ...]) -> LawTable:
 
 def _described(law: JointLaw) -> Mapping[str, Any]:
     kind = KINDS.get(type(law))
+    if isinstance(law, Reduced):
+        inner = _described(law.law)
+        return inner if inner["kind"] == "own" else {"kind": "reduced", "factor": law.factor, "law": inner}
     if isinstance(law, Weaker):
         return {"kind": kind, "laws": [_described(law.one), _described(law.other)]}
     if kind is None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.records import StageResult, Status
 
 FAR = 0.1  # of a block's size, the root of its area
 
@@ -24,13 +24,23 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
     """Return the verdict on a stage as a person reads it, with how far blocks moved before they came to rest.
 
-    `stable, after moving 3.8 m`: blocks have given way, and lie somewhere.
+    `stable, after moving 3.8 m (1.3 times the block's size)`: blocks have given way, and lie somewhere.
     """
-    verdict = stage.status.value
+    verdict = stage.status.value.replace("_", " ")
+    if stage.status is Status.NO_VERDICT:
+        return f"{verdict}: nothing can fail in this scheme"
     far = moved_far(blocks, stage)
     if not far.size:
         return verdict
-    return f"{verdict}, after moving {np.hypot(*stage.stage_displacement[far, :2].T).max():.3g} m"
+    moved = np.hypot(*stage.stage_displacement[far, :2].T)
+    most = int(moved.argmax())
+    return f"{verdict}, after moving {moved[most]:.3g} m ({part_of_size(blocks, int(far[most]), moved[most])})"
+
+
+def part_of_size(blocks: Blocks, block: int, length: float) -> str:
+    """Return a length [m] as a part of a block's size, in words."""
+    share = length / float(np.sqrt(blocks.moments.area[block]))
+    return f"{share:.2g} times the block's size" if share >= 1 else f"{share:.2g} of the block's size"
 
 
 def displacement_of(blocks: Blocks, displacement: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:

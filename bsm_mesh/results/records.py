@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.check import Check
     from bsm_mesh.results.histories import HistorySeries, Recorded
@@ -26,18 +28,28 @@ if TYPE_CHECKING:
 
 
 class Status(StrEnum):
-    """The verdict on a stage or a run; a run that is not at its end has none: it is unfinished."""
+    """The verdict on a stage or a run.
+
+    A run that is not at its end has none: it is unfinished. Nor has an equilibrium of the linear scheme, in which
+    nothing can fail.
+    """
 
     STABLE = "stable"
     STABLE_AFTER_FALLS = "stable_after_falls"
     UNSTABLE = "unstable"
     NOT_CONVERGED = "not_converged"
+    NO_VERDICT = "no_verdict"
     UNFINISHED = "unfinished"
 
     @property
     def is_stable(self) -> bool:
-        """Whether the blocks that are there are at rest."""
+        """Whether the blocks that are there stand."""
         return self in (Status.STABLE, Status.STABLE_AFTER_FALLS)
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether an equilibrium was found, be it one in which nothing can fail."""
+        return self.is_stable or self is Status.NO_VERDICT
 
 
 class ContactStatus(IntEnum):
@@ -202,7 +214,7 @@ class StageResult(Portable):
     bolts : BoltForces
         Forces in the bolts.
     unstable_blocks : (k,) int32
-        Blocks that come down; empty where the stage is stable.
+        Blocks that come down; empty where the stage is at rest.
     start_residual, residual : float
         As in `StepRecord`, before the first step and at the end.
     reference_weight : float [N/m]
@@ -355,16 +367,60 @@ class Results:
 
         return series_of(self.recorded, self.stages)
 
+    def plot(
+        self,
+        picture: str = "displacement",
+        *,
+        stage: int | str = -1,
+        window: tuple[float, float, float, float] | None = None,
+        figure: Figure | None = None,
+    ) -> Figure:
+        """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to go on with.
+
+        Parameters
+        ----------
+        picture : str
+            Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
+            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all.
+        stage : int or str
+            Number or name; negative numbers count from the last stage.
+        window : (x0, y0, x1, y1), optional [m]
+            What is seen.
+        figure : matplotlib.figure.Figure, optional
+            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+
+        Raises
+        ------
+        ModelError
+            If there is no such picture or stage, or nothing to show in it.
+        """
+        from bsm_mesh.app.plotting import plot_results
+
+        return plot_results(self, picture, stage, window, figure)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of them."""
+        from bsm_mesh.app.notebook import results_html
+
+        return results_html(self)
+
     def check(self) -> Check:
         """Return how well every stage is in equilibrium, computed anew from the forces alone."""
         from bsm_mesh.results.check import check_results
 
         return check_results(self)
 
-    def save(self, folder: str | os.PathLike[str], *, tables: bool = False) -> Path:
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        tables: bool | Literal["csv", "parquet"] = False,
+        compression: Literal["zlib", "lz4"] = "zlib",
+    ) -> Path:
         """Write the results into `folder` and return it: VTU, PVD, CSV and JSON files, the model as ``model.toml``.
 
-        With `tables` contacts, supports and joint sets as CSV too (``contacts.csv``, ``supports.csv``, ``joints.csv``).
+        With `tables` blocks, contacts, supports and joint sets as CSV (True) or Parquet too (``contacts.csv``, ...).
+        VTU compressed by zlib is read by everything, by LZ4 only by VTK, ParaView and PyVista, and written quicker.
         The folder may be new, empty, or one of former results, which are replaced as a whole. Where the model cannot be
         written a `ResultsWarning` says what is missing.
 
@@ -373,9 +429,57 @@ class Results:
         ModelError
             If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
         """
+        from bsm_mesh.app.result_tables import OutputForm
         from bsm_mesh.app.storage import save_results
 
-        return save_results(self, as_path("Results.save: folder", folder), tables=tables)
+        form = OutputForm(tables=tables, compression=compression)
+        return save_results(self, as_path("Results.save: folder", folder), form=form)
+
+    def to_meshio(self, kind: str = "blocks", stage: int = -1) -> Any:
+        """Return a ``meshio.Mesh`` of a kind at the end of a stage, as ``meshio.read`` gives it of the VTU file.
+
+        Parameters
+        ----------
+        kind : str
+            blocks, contacts, joints, supports; water and bolts where there are any.
+        stage : int
+            Its number, from the end where it is negative.
+
+        Raises
+        ------
+        ModelError
+            If there is no such stage, or nothing of the kind in it.
+        """
+        from bsm_mesh.app.result_objects import to_meshio
+
+        return to_meshio(self, kind, stage)
+
+    def to_pyvista(self, kind: str = "blocks", stage: int = -1) -> Any:
+        """Return a ``pyvista.UnstructuredGrid`` of a kind at the end of a stage; parameters as for `to_meshio`.
+
+        It has the arrays of the VTU file, and names as text arrays besides: ``joint_name``, ``status_name``,
+        ``rock_name``, ``bolt_name``.
+        """
+        from bsm_mesh.app.result_objects import to_pyvista
+
+        return to_pyvista(self, kind, stage)
+
+    def to_pandas(self, table: str = "blocks") -> Any:
+        """Return a ``pandas.DataFrame`` of all stages, one below the other, with units in ``attrs["units"]``.
+
+        Parameters
+        ----------
+        table : str
+            blocks, contacts, supports, bolts (a row a node), joints (a row a joint set) or steps.
+
+        Raises
+        ------
+        ModelError
+            If there is no such table, or pandas is not installed.
+        """
+        from bsm_mesh.app.result_tables import to_pandas
+
+        return to_pandas(self, table)
 
     @classmethod
     def load(cls, folder: str | os.PathLike[str]) -> Results:

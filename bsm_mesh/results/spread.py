@@ -45,7 +45,7 @@ def route_end(route: str, results: Results, usual: Results) -> RouteEnd:
     """Return where a route led, beside the usual one."""
     last, difference, block = results.stages[-1], None, None
     for one, other in zip(results.stages, usual.stages, strict=False):
-        if one.status.is_stable and other.status.is_stable:
+        if one.status.is_at_rest and other.status.is_at_rest:
             apart = np.hypot(*(one.displacement - other.displacement)[:, :2].T) * (one.present & other.present)
             if difference is None or apart.max() > difference:
                 difference, block = float(apart.max()), int(apart.argmax())

@@ -44,7 +44,7 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
     """
     if faults := departures.missing(model):
         return faults[0]
-    if stage.status is not Status.STABLE:
+    if stage.status not in (Status.STABLE, Status.NO_VERDICT):
         what = {
             Status.UNSTABLE: "blocks come down",
             Status.STABLE_AFTER_FALLS: "blocks came down and were taken away",

@@ -18,7 +18,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
 from bsm_mesh.converters.continuum.interfaces import Interfaces
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.model.joint_laws import Elastic, JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]
@@ -42,6 +42,8 @@ class JointHistory:
         Normal force without relative displacement, compression positive.
     slip, shear : (q,) float64 [m], [N/m]
         At the end of the last state of equilibrium.
+    slip_path : (q,) float64 [m]
+        How far the points have slid so far, elastic part apart.
     failed : (q,) bool
         As the law has it.
     present : (q,) bool
@@ -53,6 +55,7 @@ class JointHistory:
     initial_pressure: FloatArray
     slip: FloatArray
     shear: FloatArray
+    slip_path: FloatArray
     failed: BoolArray
     present: BoolArray
     water: FloatArray
@@ -68,6 +71,8 @@ class JointState:
         Displacement of the second side relative to the first, along its outward normal and its tangent.
     pressure, shear : (q,) float64 [N/m]
         Normal force, compression positive, and shear force.
+    normal_stiffness : (q,) float64 [Pa]
+        Derivative of the pressure by the closure.
     by_pressure : (q,) float64
         Derivative of the shear force by the pressure.
     strength : (q,) float64 [N/m]
@@ -79,6 +84,7 @@ class JointState:
     opening: FloatArray
     slip: FloatArray
     pressure: FloatArray
+    normal_stiffness: FloatArray
     shear: FloatArray
     by_pressure: FloatArray
     strength: FloatArray
@@ -105,6 +111,8 @@ class JointPoints:
         Per metre of thickness.
     tension : (q,) float64 [N/m]
         Tensile strength; infinite for joints without a law.
+    closure_limit : (q,) float64 [m]
+        Greatest closure; infinite: none.
     laws : tuple of JointLaw
         Of every joint in the model, and of tied rock.
     opening_rows, slip_rows : sparse (q, N)
@@ -121,6 +129,7 @@ class JointPoints:
     normal_stiffness: FloatArray
     shear_stiffness: FloatArray
     tension: FloatArray
+    closure_limit: FloatArray
     laws: tuple[JointLaw, ...]
     opening_rows: Any
     slip_rows: Any
@@ -134,8 +143,15 @@ class JointPoints:
 
     @property
     def are_linear(self) -> bool:
-        """Whether no joint in use has a law: none slips or opens."""
-        return bool(np.isinf(self.tension).all())
+        """Whether no joint in use has a law or a closure limit: none slips, opens or stiffens."""
+        return bool((np.isinf(self.tension) & np.isinf(self.closure_limit)).all())
+
+    @property
+    def wear_length(self) -> FloatArray:
+        """Slip over which strength changes markedly, (q,) [m]; infinite: it does not."""
+        of_laws = [wear_length_of(law) for law in self.laws]
+        length: FloatArray = np.array([np.inf if one is None else one for one in of_laws])[self.joint]
+        return length
 
     @property
     def tangent_direction(self) -> FloatArray:
@@ -153,7 +169,15 @@ class JointPoints:
         """Return the history of the start without any force."""
         zero = np.zeros(len(self.length))
         none = np.zeros(len(zero), dtype=bool)
-        return JointHistory(initial_pressure=zero, slip=zero, shear=zero, failed=none, present=~none, water=zero)
+        return JointHistory(
+            initial_pressure=zero,
+            slip=zero,
+            shear=zero,
+            slip_path=zero,
+            failed=none,
+            present=~none,
+            water=zero,
+        )
 
     def evaluate(self, u: FloatArray, history: JointHistory, friction_at: FloatArray | None = None) -> JointState:
         """Return the state at a displacement u (N,).
@@ -162,7 +186,7 @@ class JointPoints:
         a convex energy.
         """
         opening, slip = self.opening_rows @ u, self.slip_rows @ u
-        pressure = history.initial_pressure - self.normal_stiffness * opening
+        pressure, stiffness = self._pressures(opening, history.initial_pressure)
         trial = history.shear + self.shear_stiffness * (slip - history.slip)
         tension = np.where(history.failed, 0.0, self.tension)
         closed = history.present & (pressure >= -tension) & ((pressure > 0) | (tension > 0))
@@ -170,12 +194,13 @@ class JointPoints:
         pressure = np.where(closed, pressure, 0.0)
         rubs = closed if friction_at is None else history.present & (friction_at > 0)
         asked = np.where(rubs, pressure if friction_at is None else friction_at, 0.0)
-        answer = self._respond(asked, np.where(rubs, trial, 0.0), history.failed)
+        answer = self._respond(asked, np.where(rubs, trial, 0.0), history)
         shear, by_pressure, strength, sticking, failed = answer
         return JointState(
             opening=opening,
             slip=slip,
             pressure=pressure,
+            normal_stiffness=stiffness,
             shear=np.where(rubs, shear, 0.0),
             by_pressure=by_pressure if friction_at is None else np.zeros_like(pressure),
             strength=strength,
@@ -184,12 +209,24 @@ class JointPoints:
             failed=failed | (parted & np.isfinite(self.tension)),
         )
 
-    def _respond(self, pressure: FloatArray, trial: FloatArray, failed: BoolArray) -> tuple[Any, ...]:
+    def _pressures(self, opening: FloatArray, initial: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return pressures and their derivatives by the closure (q,), negative ones too."""
+        pressure, stiffness = initial - self.normal_stiffness * opening, self.normal_stiffness
+        rows = np.flatnonzero(np.isfinite(self.closure_limit))
+        if rows.size:
+            stiffness = stiffness.copy()
+            joint = self.normal_stiffness[rows], self.closure_limit[rows], np.zeros(len(rows))
+            overlap = closure.overlap_at(initial[rows], *joint) - opening[rows]
+            pressure[rows], stiffness[rows] = closure.pressure_at(overlap, *joint)
+        return pressure, stiffness
+
+    def _respond(self, pressure: FloatArray, trial: FloatArray, history: JointHistory) -> tuple[Any, ...]:
         names = ("shear", "by_pressure", "strength", "sticking", "failed")
         found = tuple(np.zeros(len(pressure), dtype=bool if k > 2 else float) for k in range(5))
         for number in np.unique(self.joint):
             rows = self.joint == number
-            answer = self.laws[number].respond(pressure[rows], trial[rows], self.length[rows], failed[rows])
+            memory = self.length[rows], history.failed[rows], history.slip_path[rows]
+            answer = ask(self.laws[number], pressure[rows], trial[rows], *memory)
             for values, name in zip(found, names, strict=True):
                 values[rows] = getattr(answer, name)
         return found
@@ -203,9 +240,9 @@ class JointPoints:
     def tangent(self, state: JointState, history: JointHistory, part: float) -> Any:
         """Return the derivative (N, N) of `forces`; a part of the stiffness is left to open and slipping points."""
         least = part * history.present
-        normal = np.where(state.closed, 1.0, least) * self.normal_stiffness
+        normal = np.where(state.closed, 1.0, least) * state.normal_stiffness
         shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness
-        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * self.normal_stiffness, 0.0)
+        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
         Gn, Gs = self.opening_rows, self.slip_rows
         return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs + sp.diags(cross) @ Gn)
 
@@ -216,9 +253,18 @@ class JointPoints:
         return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs)
 
 
-def remember(history: JointHistory, state: JointState) -> JointHistory:
-    """Return the history after a state of equilibrium."""
-    return replace(history, slip=state.slip, shear=state.shear, failed=state.failed)
+def slip_path_after(points: JointPoints, history: JointHistory, state: JointState) -> FloatArray:
+    """Return how far points have slid so far, (q,) [m]: what of their slip is not elastic counts."""
+    slides = state.closed & ~state.sticking & (points.shear_stiffness > 0)
+    elastic = (state.shear - history.shear)[slides] / points.shear_stiffness[slides]
+    path = history.slip_path.copy()
+    path[slides] += np.abs((state.slip - history.slip)[slides] - elastic)
+    return path
+
+
+def remember(history: JointHistory, state: JointState, path: FloatArray) -> JointHistory:
+    """Return the history after a state of equilibrium, with how far points have slid then, (q,) [m]."""
+    return replace(history, slip=state.slip, shear=state.shear, slip_path=path, failed=state.failed)
 
 
 def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
@@ -262,6 +308,7 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         normal_stiffness=stiffness[:, 0] * length,
         shear_stiffness=stiffness[:, 1] * length,
         tension=tension[joint] * length,
+        closure_limit=np.array([*(given.max_closure or np.inf for given in model.joints), np.inf])[joint],
         laws=(*(given.law or Elastic() for given in model.joints), Elastic()),
         opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),
         slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),

@@ -26,7 +26,13 @@ from bsm_mesh.converters.continuum.ground import (
     seepage_forces,
 )
 from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, remember
+from bsm_mesh.converters.continuum.joint_points import (
+    JointHistory,
+    JointPoints,
+    joint_points,
+    remember,
+    slip_path_after,
+)
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.converters.continuum.mesh import build_continuum_mesh
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
@@ -38,7 +44,8 @@ from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage, presence
 
-MAX_FAILURES = 50  # times that points of joints fail in one part of a stage and the others take over their load
+MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
+WORN = 1e-6  # of a law's wear length: slip by which two equilibria in turn may differ
 
 
 @dataclass(eq=False, slots=True)
@@ -194,20 +201,24 @@ class _Run:
         )
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium once no more points of joints fail, and the equations with the history after it."""
+        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it."""
+        start = equations.history
         for _ in range(MAX_FAILURES):
             at, converged = find_equilibrium(equations, self.state.u)
             if equations.are_linear:
                 refuse_unsolved(at)
                 converged = True
             history = equations.history
-            if history is None or at.state is None or not converged:
+            joints = equations.joints
+            if history is None or start is None or joints is None or at.state is None or not converged:
                 break
-            if (at.state.failed == history.failed).all():
-                equations = replace(equations, history=remember(history, at.state))
+            path = slip_path_after(joints, start, at.state)
+            wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
+            if (at.state.failed == history.failed).all() and not wears.any():
+                equations = replace(equations, history=remember(history, at.state, path))
                 break
             self.state.u = at.u
-            equations = replace(equations, history=replace(history, failed=at.state.failed))
+            equations = replace(equations, history=replace(history, failed=at.state.failed, slip_path=path))
         else:
             converged = False
         return equations, at, converged

@@ -144,8 +144,8 @@ def _main(module: str, function: str, path: str, seconds: str) -> None:
     stream = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print is no part of it
     reader = import_module(module)
-    with contextlib.suppress(ImportError):  # the reader says what is missing
-        for library in reader.LIBRARY:
+    for library in reader.LIBRARY:
+        with contextlib.suppress(ImportError):  # the reader says what is missing
             import_module(library)
     _limit(int(seconds), os.stat(path).st_size)
     try:

@@ -7,19 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from bsm_mesh.converters.vtk_files import Grid, write_vtu
+from bsm_mesh.converters.vtk_files import LINE, POLYGON, Grid, numbered, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import as_path
-
-LINE, POLYGON = 3, 7  # VTK's numbers of cell types
 
 
 def write_polygons(blocks: Blocks, path: str | os.PathLike[str]) -> Path:
     """Write the blocks as VTU: a polygon each, and lines along joints and boundaries; return the path.
 
     ``read_blocks`` gives equal blocks: the arrays ``rock``, ``joint``, ``boundary_<name>`` and ``excavation_<name>``
-    with the names of groups beside them as field data are found there as groups.
+    with the names of their numbers (``Grid.names``) are found there as groups.
 
     Raises
     ------
@@ -40,13 +38,13 @@ def write_polygons(blocks: Blocks, path: str | os.PathLike[str]) -> Path:
         "rock": np.concatenate([blocks.rock, no_line]),
         "joint": np.concatenate([no_block, blocks.edge_joint[lines]]),
     }
-    fields = {"rock_names": blocks.rock_names, "joint_names": blocks.joint_names}
+    names = {**numbered("rock", blocks.rock_names), **numbered("joint", blocks.joint_names)}
     for name, ids in blocks.boundaries.items():
         data[f"boundary_{name}"] = np.concatenate([no_block, np.where(np.isin(lines, ids), 0, -1)])
-        fields[f"boundary_{name}_names"] = (name,)
+        names[f"boundary:{name}"] = 0
     for name, ids in blocks.excavations.items():
         data[f"excavation_{name}"] = np.concatenate([np.where(np.isin(np.arange(blocks.count), ids), 0, -1), no_line])
-        fields[f"excavation_{name}_names"] = (name,)
+        names[f"excavation:{name}"] = 0
     ends = np.stack([number[lines], number[blocks.following[lines]]], axis=1)
     grid = Grid(
         points=blocks.vertices[first],
@@ -54,7 +52,7 @@ def write_polygons(blocks: Blocks, path: str | os.PathLike[str]) -> Path:
         connectivity=np.concatenate([number, ends.ravel()]),
         cell_type=np.repeat([POLYGON, LINE], [blocks.count, len(lines)]),
         cell_data=data,
-        field_data=fields,
+        names=names,
     )
     write_vtu(target, grid, parents=True)
     return target

@@ -17,6 +17,7 @@ from bsm_mesh.converters.meshes.cell_faults import (
     refuse_missing_nodes,
     refuse_volumes,
 )
+from bsm_mesh.converters.meshes.node_sets import set_pieces
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.edges import LongArray
@@ -103,6 +104,8 @@ def gather_cells(
     sets: CellSets,
     arrays: CellArrays,
     numbers: Sequence[LongArray] | None = None,
+    node_sets: Mapping[str, LongArray] | None = None,
+    sides: Mapping[str, LongArray] | None = None,
     notes: Sequence[Note] = (),
 ) -> MeshCells:
     """Return surface and line elements gathered from blocks of elements of one type each.
@@ -121,6 +124,8 @@ def gather_cells(
         Cell data, an array a block; those that hold whole numbers are kept.
     numbers : sequence of (m,) int64, optional
         Number of every element in the file; also the order in which blocks will be numbered.
+    node_sets, sides : mapping of str to array, optional
+        Sets of nodes, and of sides of elements by their ends: they become line elements in groups of these names.
     notes : sequence of Note
         What the reader has to say.
 
@@ -149,14 +154,17 @@ def gather_cells(
     position[piece_cell] = np.arange(len(piece_cell))
     surface = np.zeros(int(start[-1]), dtype=np.bool_)
     surface[element_cell] = True
+    pieces = np.concatenate([np.empty((0, 2), np.int64), *(data[k][1][:, :2] for k in lines)])
+    groups = [_group(name, _members(members, kept, start), position, surface) for name, members in sets.items()]
+    added = set_pieces(array, corners, offsets, node_sets or {}, sides or {})
     return MeshCells(
         source=source,
         points=array,
         corners=corners,
         offsets=offsets,
         numbers=number[element_cell],
-        pieces=np.concatenate([np.empty((0, 2), np.int64), *(data[k][1][:, :2] for k in lines)]),
-        groups=tuple(_group(name, _members(members, kept, start), position, surface) for name, members in sets.items()),
+        pieces=np.concatenate([pieces, *added.values()]),
+        groups=with_pieces(groups, added, len(pieces)),
         arrays=_whole_numbers(arrays, kept, element_cell, piece_cell),
         notes=(*notes, *_type_notes(data), *_unused_nodes(data, len(array))),
     )
@@ -241,6 +249,17 @@ def _group(name: str, cells: LongArray, position: LongArray, surface: BoolArray)
     cells = cells if np.all(cells[1:] > cells[:-1]) else np.unique(cells)
     inside, at = surface[cells], position[cells]
     return CellGroup(name=name, elements=at[inside], pieces=at[~inside & (at >= 0)])
+
+
+def with_pieces(groups: Sequence[CellGroup], added: Mapping[str, LongArray], first: int) -> tuple[CellGroup, ...]:
+    """Return groups with those of added line elements, numbered from `first`; a name there already is told apart."""
+    names, found = {group.name for group in groups}, list(groups)
+    for name, ends in added.items():
+        inside = np.arange(first, first + len(ends))
+        known = name if name not in names else f"{name} (nodes)"
+        found.append(CellGroup(name=known, elements=np.empty(0, np.int64), pieces=inside))
+        first += len(ends)
+    return tuple(found)
 
 
 def _whole_numbers(

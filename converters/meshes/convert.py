@@ -17,6 +17,7 @@ from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
 from bsm_mesh.converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
 from bsm_mesh.converters.meshes.files import read_cells
 from bsm_mesh.converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
+from bsm_mesh.converters.meshes.marks import Marks, mark
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
@@ -36,6 +37,7 @@ def read_blocks(
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
     blocks: BlocksFrom = "elements",
+    marks: Marks | None = None,
 ) -> Blocks:
     """Return the blocks of a mesh file, with joints, boundaries and excavations; warn of all that was mended.
 
@@ -47,7 +49,7 @@ def read_blocks(
         For everything that was mended or left out.
     """
     found, report = read_mesh(
-        path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance, blocks=blocks
+        path, groups=groups, unit_scale=unit_scale, merge_tolerance=merge_tolerance, blocks=blocks, marks=marks
     )
     for note in report.notes:
         warnings.warn(one_line(f"{report.source}: {note.text}"), MeshWarning, stacklevel=2)
@@ -61,6 +63,7 @@ def read_mesh(
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
     blocks: BlocksFrom = "elements",
+    marks: Marks | None = None,
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a mesh file and the report of what was found, mended and left out.
 
@@ -79,13 +82,15 @@ def read_mesh(
     blocks : str
         ``elements``: every surface element is a block; ``regions``: the elements between joints are one block, which
         may be concave.
+    marks : Marks, optional
+        Joints and boundaries by place, added to those of the mesh.
 
     Raises
     ------
     ModelError
         If the file cannot be read, holds no plane mesh, no rock, or elements that overlap.
     """
-    return _blocks_of(read_cells(path), groups or {}, unit_scale, merge_tolerance, blocks)
+    return _blocks_of(read_cells(path), groups or {}, unit_scale, merge_tolerance, blocks, marks)
 
 
 def convert_mesh(
@@ -98,6 +103,7 @@ def convert_mesh(
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
     blocks: BlocksFrom = "elements",
+    marks: Marks | None = None,
     source: str = "mesh",
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a mesh in memory, and the report.
@@ -112,7 +118,7 @@ def convert_mesh(
         For every group, one entry for each entry of `cells`: the elements in it, counted from 0; or None.
     cell_data : mapping of str to a sequence of arrays
         Whole numbers of the elements, an array for each entry of `cells`.
-    groups, unit_scale, merge_tolerance, blocks
+    groups, unit_scale, merge_tolerance, blocks, marks
         As for `read_mesh`.
     source : str
         What messages call the mesh.
@@ -132,7 +138,7 @@ def convert_mesh(
     (2, ('granite',), ())
     """
     gathered = gather_cells(source, points, cells, sets=cell_sets or {}, arrays=cell_data or {})
-    return _blocks_of(gathered, groups or {}, unit_scale, merge_tolerance, blocks)
+    return _blocks_of(gathered, groups or {}, unit_scale, merge_tolerance, blocks, marks)
 
 
 def convert_meshio(
@@ -142,12 +148,13 @@ def convert_meshio(
     unit_scale: float = 1.0,
     merge_tolerance: float = MERGE_TOLERANCE,
     blocks: BlocksFrom = "elements",
+    marks: Marks | None = None,
     source: str = "mesh",
 ) -> tuple[Blocks, MeshReport]:
     """Return the blocks of a ``meshio.Mesh``, and the report; parameters and errors as for `convert_mesh`."""
     from bsm_mesh.converters.meshes.from_meshio import cells_of_meshio
 
-    return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance, blocks)
+    return _blocks_of(cells_of_meshio(mesh, source), groups or {}, unit_scale, merge_tolerance, blocks, marks)
 
 
 def _blocks_of(
@@ -156,6 +163,7 @@ def _blocks_of(
     unit_scale: float,
     merge_tolerance: float,
     blocks_from: BlocksFrom,
+    marks: Marks | None,
 ) -> tuple[Blocks, MeshReport]:
     if not (math.isfinite(unit_scale) and unit_scale > 0):
         raise ModelError(f"unit_scale {unit_scale}: must be a length above 0 m")
@@ -165,11 +173,20 @@ def _blocks_of(
         raise ModelError(f"blocks = '{blocks_from}': must be one of {', '.join(get_args(BlocksFrom))}")
     if not all(isinstance(text, str) for entry in renaming.items() for text in entry):
         raise ModelError("groups: the names of groups and what they stand for must be texts")
-    named = name_groups(cells, renaming)
+    named = name_groups(cells, renaming, () if marks is None else marks.groups)
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)
     rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
-    return _assemble(cells, named, outlines, rocks, merge_tolerance, blocks_from)
+    elements, block_of, bolts, notes = _assemble(cells, named, outlines, rocks, merge_tolerance)
+    if marks is not None:
+        elements, more = mark(elements, marks, cells, block_of)
+        notes = (*notes, *more)
+    if blocks_from == "regions":
+        overlaps = elements.overlaps
+        elements, more = merge_regions(elements, merge_tolerance)
+        vars(elements)["overlaps"] = overlaps  # none, which takes long to find out again
+        notes = (*notes, *more)
+    return elements, _report(cells, elements, bolts, notes)
 
 
 def _assemble(
@@ -178,9 +195,8 @@ def _assemble(
     outlines: Outlines,
     rocks: Rocks,
     tolerance: float,
-    blocks_from: BlocksFrom,
-) -> tuple[Blocks, MeshReport]:
-    """Return blocks of the outlines that have a rock."""
+) -> tuple[Blocks, LongArray, dict[str, FloatArray], tuple[Note, ...]]:
+    """Return blocks of the outlines that have a rock, the block of every element, the bolts' curves, and notes."""
     placed = rocks.index >= 0
     block = np.where(placed, np.cumsum(placed) - 1, -1)
     block_of = np.where(outlines.outline_of >= 0, block[outlines.outline_of], -1)  # of every element
@@ -221,11 +237,8 @@ def _assemble(
         *boundaries.notes,
         *interior_notes(boundaries.edges, coverage, vertices),
     )
-    if blocks_from == "regions":
-        blocks, more = merge_regions(blocks, tolerance)
-        notes = (*notes, *more)
     vars(blocks)["overlaps"] = overlaps  # none, which takes long to find out again
-    return blocks, _report(cells, blocks, bolts, notes)
+    return blocks, block_of, bolts, notes
 
 
 def _renumber(corners: IntArray, n_points: int) -> tuple[IntArray, IntArray]:

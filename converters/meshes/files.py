@@ -11,14 +11,15 @@ from bsm_mesh.reading import as_path, refuse_special
 
 SELF_CONTAINED = {
     *(".msh", ".vtu", ".vtp", ".vtk", ".bdf", ".fem", ".nas", ".tec", ".dat", ".ply", ".su2", ".avs", ".off", ".mdpa"),
-    *(".ugrid", ".f3grid", ".stl", ".mesh", ".meshb", ".obj", ".wkt", ".vol", ".post", ".dato"),
+    *(".unv", ".ugrid", ".f3grid", ".stl", ".mesh", ".meshb", ".obj", ".wkt", ".vol", ".post", ".dato"),
 }
 
 
 def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """Return the elements and groups of a mesh file.
 
-    MSH 4.1 is read here, VTU, VTP and VTK by VTK, everything else by meshio; both in a process of their own.
+    MSH 4.1 and Abaqus input are read here, VTU, VTP and VTK by VTK, UNV by Gmsh, everything else by meshio; these
+    three in a process of their own.
 
     Parameters
     ----------
@@ -41,6 +42,14 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
 
     if file.suffix.lower() in SUFFIXES:
         return read_apart(read_vtk, file)
+    if file.suffix.lower() == ".inp":
+        from bsm_mesh.converters.meshes.from_inp import read_inp
+
+        return read_inp(file)
+    from bsm_mesh.converters.meshes import from_gmsh
+
+    if file.suffix.lower() in from_gmsh.SUFFIXES:
+        return read_apart(from_gmsh.read_by_gmsh, file)
     from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 
     return read_apart(read_by_meshio, file)

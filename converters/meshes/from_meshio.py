@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
 from bsm_mesh.converters.meshes.report import Note, NoteKind
+from bsm_mesh.converters.meshio_library import NAMES, load_meshio
 from bsm_mesh.errors import ModelError
 
-LIBRARY = ("meshio",)
+LIBRARY = NAMES  # what `read_apart` imports before its limits hold
 Sets = dict[str, list[npt.NDArray[Any] | None]]
 
 
@@ -27,8 +28,7 @@ def read_by_meshio(path: Path) -> MeshCells:
     ModelError
         If meshio cannot read the file.
     """
-    import meshio
-
+    meshio = load_meshio()
     said = io.StringIO()
     try:
         # meshio prints its errors and then leaves the program.
@@ -44,15 +44,10 @@ def read_by_meshio(path: Path) -> MeshCells:
     remarks = [line.strip() for line in said.getvalue().splitlines() if line.strip()]
     if any("not closed by" in line for line in remarks):
         raise ModelError(f"{path}: cut off or damaged: {remarks[-1]}; write the file again")
-    sets = _sets(mesh)
-    if path.suffix.lower() == ".inp":
-        sets.update(_abaqus_sets(path, mesh))
-    return cells_of_meshio(mesh, str(path), sets=sets, remarks=remarks)
+    return cells_of_meshio(mesh, str(path), remarks=remarks)
 
 
-def cells_of_meshio(
-    mesh: Any, source: str = "mesh", *, sets: Sets | None = None, remarks: Sequence[str] = ()
-) -> MeshCells:
+def cells_of_meshio(mesh: Any, source: str = "mesh", *, remarks: Sequence[str] = ()) -> MeshCells:
     """Return the elements and groups of a ``meshio.Mesh``.
 
     Parameters
@@ -61,18 +56,16 @@ def cells_of_meshio(
         What meshio read, or the user made.
     source : str
         Named in messages.
-    sets : mapping of str to a list of arrays, optional
-        Groups, for every block of elements; by default those of `mesh`.
     remarks : sequence of str
         What meshio printed.
     """
-    sets = _sets(mesh) if sets is None else sets
     return gather_cells(
         source,
         mesh.points,
         [(block.type, block.data if len(block.data) else np.empty((0, 2))) for block in mesh.cells],
-        sets=sets,
+        sets=_sets(mesh),
         arrays=mesh.cell_data,
+        node_sets={str(name): np.asarray(nodes, np.int64) for name, nodes in (mesh.point_sets or {}).items()},
         notes=[Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)],
     )
 
@@ -89,9 +82,7 @@ def _reason(path: Path, said: str, problem: BaseException) -> str:
     if path.suffix == ".geo":
         return "a script of Gmsh, no mesh; make one: gmsh -2 -format msh41 " + path.name
     if "Could not deduce file format" in str(problem):
-        from meshio import extension_to_filetypes
-
-        known = ", ".join(sorted({*extension_to_filetypes, ".vtp"}))
+        known = ", ".join(sorted({*load_meshio().extension_to_filetypes, ".vtp", ".unv"}))
         return f"no mesh format has the ending '{path.suffix}' (known: {known}); save the mesh as .msh or .vtu"
     if isinstance(problem, UnicodeDecodeError):
         problem = ValueError("it holds bytes that are no text")
@@ -127,27 +118,3 @@ def _sets(mesh: Any) -> Sets:
 
 def _any_members(members: list[npt.NDArray[Any] | None]) -> bool:
     return any(inside is not None and inside.size > 0 for inside in members)
-
-
-def _abaqus_sets(path: Path, mesh: Any) -> Sets:
-    """Return the sets that ``*ELEMENT, ELSET=`` lines give.
-
-    meshio 5.3.5 counts such sets instead of the element blocks, so that they move to another block where
-    one has no set, and keeps only the last of several blocks with one set.
-    """
-    sets: Sets = {}
-    k = -1
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for line in file:  # keyword lines are few; the others are passed over
-            if line[0] != "*" or line.startswith("**"):
-                continue
-            keyword, *options = (part.strip() for part in line[1:].split(","))
-            if keyword.upper() == "INCLUDE":
-                return {}
-            if keyword.upper() == "ELEMENT":
-                k += 1
-                for key, _, name in (option.partition("=") for option in options):
-                    if key.strip().upper() == "ELSET" and k < len(mesh.cells):
-                        members = sets.setdefault(name.strip(), [None] * len(mesh.cells))
-                        members[k] = np.arange(len(mesh.cells[k].data))
-    return sets if k + 1 == len(mesh.cells) else {}

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
-from bsm_mesh.converters.vtk_files import load_vtk
+from bsm_mesh.converters.vtk_files import load_vtk, names_in
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.edges import LongArray
@@ -38,9 +38,9 @@ TYPES = {  # VTK's cell type: meshio's name for it
 def read_vtk(path: Path) -> MeshCells:
     """Return the cells of a VTU, VTP or legacy VTK file, in the file's order.
 
-    Cell arrays of whole numbers can be named as groups (``"MaterialIDs=3"``). Where a cell array ``rock`` has
-    a string array ``rock_names`` as field data, its values are the groups ``rock:<name>``; so with the other kinds,
-    also as ``boundary_top`` with ``boundary_top_names``, for an edge may be in several.
+    Cell arrays of whole numbers can be named as groups (``"MaterialIDs=3"``). A field array ``rock:gneiss`` of one
+    number names that value of the cell array ``rock``; so with the other kinds, and ``boundary:top`` that of
+    ``boundary_top`` where it is there, for an edge may be in several.
 
     Raises
     ------
@@ -150,15 +150,13 @@ def _cell_data(data: Any) -> dict[str, npt.NDArray[Any]]:
 def _named_sets(
     data: Any, arrays: dict[str, npt.NDArray[Any]], numbers: list[LongArray]
 ) -> dict[str, list[npt.NDArray[Any]]]:
-    """Return the groups of whole-number arrays whose names are of a kind and that have their names as field data."""
+    """Return the groups ``kind:name`` that field arrays name as values of whole-number arrays."""
     found: dict[str, list[npt.NDArray[Any]]] = {}
-    for array, values in arrays.items():
-        kind = array.partition("_")[0]
-        names = data.GetFieldData().GetAbstractArray(f"{array}_names")
-        if names is None or not names.IsA("vtkStringArray") or kind not in {known.value for known in GroupKind}:
-            continue
-        for k in range(names.GetNumberOfValues()):
-            found[f"{kind}:{names.GetValue(k)}"] = [np.flatnonzero(values[which] == k) for which in numbers]
+    for group, number in names_in(data).items():
+        kind, _, name = group.partition(":")
+        values = arrays.get(f"{kind}_{name}", arrays.get(kind))
+        if values is not None and kind in {known.value for known in GroupKind}:
+            found[group] = [np.flatnonzero(values[which] == number) for which in numbers]
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_grou
 from bsm_mesh.model.edges import LongArray
 
 REST = "*"  # the key that stands for all elements in no rock
+ALL = 200  # names that are shown where one is not found
 MOST_VALUES = 64  # an array with more values numbers elements, not groups
 
 
@@ -71,7 +72,7 @@ class NamedGroups:
         return found
 
 
-def name_groups(cells: MeshCells, renaming: Mapping[str, str]) -> NamedGroups:
+def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[str] = ()) -> NamedGroups:
     """Return the groups of a mesh by meaning.
 
     Parameters
@@ -81,6 +82,8 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str]) -> NamedGroups:
     renaming : mapping of str to str
         From the mesh's names to ``kind:name``: a group's name, ``"ARRAY=VALUE"`` for the cells where an array of
         whole numbers has that value, or ``"*"`` for the surface elements in no rock.
+    used : collection of str
+        Names of groups that are used besides.
 
     Raises
     ------
@@ -107,15 +110,14 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str]) -> NamedGroups:
         else:
             found = _of_value(cells, key, target.kind.dimension)
             if found is None:
-                faults.append(
-                    f"{cells.source}: has no group '{key}'{nearest(key, [*known, *value_names(cells, of_pieces=True)])}"
-                )
+                names = [*known, *value_names(cells, of_pieces=True)]
+                faults.append(f"{cells.source}: has no group '{key}'{nearest(key, names, ALL)}")
             else:
                 groups.append(_named(target, found))
     raise_faults(faults)
     others = [(group, parse_group_name(group.name)) for group in cells.groups if group.name not in renaming]
     groups += [_named(parsed, group) for group, parsed in others if parsed is not None]
-    notes = _unknown([group for group, parsed in others if parsed is None])
+    notes = _unknown([group for group, parsed in others if parsed is None and group.name not in used])
     notes += [_empty(group) for group in groups if group.elements.size + group.pieces.size == 0]
     filled = tuple(group for group in groups if group.elements.size + group.pieces.size)
     return NamedGroups(groups=filled, rest=rest, notes=tuple(notes))

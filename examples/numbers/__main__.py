@@ -11,12 +11,14 @@ import sys
 import time
 from pathlib import Path
 
+from examples.numbers.joint_laws import TABLES as JOINT_LAWS
 from examples.numbers.licences import TABLES as LICENCES
 from examples.numbers.pages import Table, differences, table_in, with_table
+from examples.numbers.rough_joint import TABLES as ROUGH_JOINT
 from examples.numbers.safety import TABLES as SAFETY
 
 ROOT = Path(__file__).parents[2]
-TABLES: dict[str, Table] = {table.name: table for table in (*SAFETY, *LICENCES)}
+TABLES: dict[str, Table] = {table.name: table for table in (*SAFETY, *JOINT_LAWS, *ROUGH_JOINT, *LICENCES)}
 
 
 def main() -> int:

@@ -76,22 +76,8 @@ def larger() -> Iterator[tuple[str, bsm.Model]]:
             f"slope of two joint sets, {blocks} blocks wanted, friction {friction:g}",
             jointed_slope(blocks, friction).model(),
         )
-    cavern = _starter("cavern")
-    bolts = bsm.bolt_patterns.radial_bolts(
-        centre=(0.0, 3.875),
-        radius=8.2,
-        length=5.0,
-        count=9,
-        first=40.0,
-        last=140.0,
-        diameter=0.025,
-        yield_strength=500e6,
-        bond_strength=200e3,
-        spacing=1.5,
-        stage="heading",
-    )
-    yield "starter `cavern`, after its bench", cavern
-    yield "the same with nine bolts in the roof", cavern.replace(bolts=bolts)
+    yield "starter `cavern`, bolted, after its bench", _starter("cavern")
+    yield "starter `tunnel`, bolted", _starter("tunnel")
 
 
 def _starter(name: str) -> bsm.Model:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.geometries.joint_sets import FloatArray
-from bsm_mesh.geometries.rock_mass import RockMass
+from bsm_mesh.geometries.rock_mass import Region, RockMass
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
@@ -78,13 +78,11 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
     borders = [getattr(region, "border", None) for region in mass.regions]
     names = tuple(dict.fromkeys([*(b for b in borders if b is not None), *(joints.name for joints in mass.joints)]))
     ends, joint, region, extends = [], [], [], []
-    for number, (each, border) in enumerate(zip(mass.regions, borders, strict=True)):
-        corners = np.asarray(each.outline, dtype=np.float64)
-        corners = corners[np.any(corners != np.roll(corners, -1, axis=0), axis=1)]
-        ends.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
-        joint.append(np.full(len(corners), -1 if border is None else names.index(border)))
-        region.append(np.full(len(corners), number))
-        extends.append(np.zeros(len(corners), dtype=np.bool_))
+    for number, (sides, border) in enumerate(zip(_outlines(mass), borders, strict=True)):
+        ends.append(sides)
+        joint.append(np.full(len(sides), -1 if border is None else names.index(border)))
+        region.append(np.full(len(sides), number))
+        extends.append(np.zeros(len(sides), dtype=np.bool_))
     given = np.zeros(len(names))
     low, high = mass.box
     jointed = mass.jointed()
@@ -105,6 +103,56 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
         joint_names=names,
     )
     return pieces, given
+
+
+def _outlines(mass: RockMass) -> list[FloatArray]:
+    """Return the sides of every region, (n, 2, 2) [m].
+
+    Regions that follow each other, are of one kind and overlap, such as bands that cross, have one outline in common,
+    that of the first: between their own there would be slivers.
+    """
+    import shapely
+
+    def kind(number: int) -> tuple[object, ...] | None:
+        region = mass.regions[number]
+        return (region.rock, region.border, region.clipped, region.intact) if isinstance(region, Region) else None
+
+    found = [_sides(np.asarray(region.outline, dtype=np.float64)) for region in mass.regions]
+    polygons = shapely.polygons([shapely.linearrings(region.outline) for region in mass.regions])
+    first = 0
+    for number in range(1, len(found) + 1):
+        if number < len(found) and kind(number) is not None and kind(number) == kind(first):
+            continue
+        _fuse(found, polygons, first, number)
+        first = number
+    return found
+
+
+def _fuse(found: list[FloatArray], polygons: Any, first: int, end: int) -> None:
+    """Give the overlapping ones of the regions from `first` to `end` one outline in common."""
+    import shapely
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    mine = polygons[first:end]
+    one, other = shapely.STRtree(mine).query(mine, predicate="intersects")
+    overlapping = (one < other) & (shapely.area(shapely.intersection(mine[one], mine[other])) > 0)
+    if not overlapping.any():
+        return
+    graph = coo_array((np.ones(int(overlapping.sum())), (one[overlapping], other[overlapping])), (len(mine), len(mine)))
+    _, label = connected_components(graph, directed=False)
+    for group in np.flatnonzero(np.bincount(label) > 1):
+        members = first + np.flatnonzero(label == group)
+        rings = shapely.get_rings(shapely.get_parts(shapely.union_all(polygons[members])))
+        found[members[0]] = np.concatenate([_sides(shapely.get_coordinates(ring)[:-1]) for ring in rings])
+        for number in members[1:]:
+            found[number] = np.empty((0, 2, 2))
+
+
+def _sides(corners: FloatArray) -> FloatArray:
+    """Return the sides of an outline, (n, 2, 2), corners given twice left out."""
+    corners = corners[np.any(corners != np.roll(corners, -1, axis=0), axis=1)]
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 def _clip(traces: FloatArray, jointed: Any, shortest: float) -> FloatArray:

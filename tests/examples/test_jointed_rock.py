@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.scenes.small_case import Case
@@ -72,3 +73,25 @@ def test_the_numbers_of_the_page(case: Case, page: str) -> None:
     blocks, report = read_mesh(case.folder / "bench.inp", groups=names, blocks="regions")
     assert (report.elements, blocks.count) == (240, 8)
     assert set(blocks.offsets[1:] - blocks.offsets[:-1]) == {4}
+
+
+def test_oblique_joints_are_grouped_whole_and_alone(case: Case, page: str) -> None:
+    """Every line of both sets in the rock, as long as geometry says, and no arc of the tunnel with them."""
+    import shapely
+
+    from bsm_mesh.converters import read_mesh
+
+    mesh_by_gmsh(case.folder, "wedge.geo", "wedge.msh")
+    blocks, _ = read_mesh(case.folder / "wedge.msh", blocks="regions")
+    assert blocks.count == 33
+    assert "Thirty-three blocks." in page
+    rock = shapely.box(-10, -10, 10, 10).difference(shapely.Point(0, 0).buffer(2.5, quad_segs=500))
+    ends = blocks.vertices, blocks.vertices[blocks.following]
+    for name, dip, spacing in (("J1", 55, 4), ("J2", 122, 5)):
+        mine = blocks.edge_joint == blocks.joint_names.index(name)
+        length = np.hypot(*(ends[1] - ends[0])[mine].T).sum() / 2  # on both sides
+        d = np.radians(dip)
+        along, across = np.array([np.cos(d), np.sin(d)]), np.array([-np.sin(d), np.cos(d)])
+        middles = [np.array([0, 4]) + k * spacing * across for k in range(-8, 9)]
+        lines = shapely.linestrings([[middle - 40 * along, middle + 40 * along] for middle in middles])
+        assert length == pytest.approx(shapely.length(shapely.intersection(lines, rock)).sum(), rel=1e-3)

@@ -39,7 +39,7 @@ scheme = "continuation"
 [output]
 snapshots = "steps"
 """
-RED = (217, 119, 107)  # of blocks that come down
+RED = (213, 94, 0)  # of blocks that come down
 
 
 @pytest.fixture

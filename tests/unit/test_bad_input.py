@@ -70,6 +70,7 @@ UNITS = [
     (LOAD, '[[load]]\nblock = 3\npoint = ["1 kPa", 1]\nforce = [1, 2]\n', ["[[load]] number 1, point", "m"]),
     (LOAD, '[[load]]\nblock = 3\npoint = [1.5, 1.5]\nforce = ["1 kN", 2]\n', ["number 1, force", '"120 kN/m"']),
 ]
+BARTON = 'law = "barton_bandis"\njcs = "50 MPa"\nresidual_friction = 28\n'
 VALUES = [
     ('"10 GPa"', "nan", ["[rock.gneiss] young = nan", "no finite number"]),
     ('"10 GPa"', '"inf GPa"', ["[rock.gneiss] young", "no finite number"]),
@@ -90,6 +91,22 @@ VALUES = [
     (JOINT, "[joint.J1]\n", ["joint 'J1': needs normal_stiffness and shear_stiffness", "or filling"]),
     (JOINT, JOINT + 'law = "mohr_coulomb"\ndilation = 5\n', ["joint 'J1'", "no dilation", "choose 'patton'"]),
     ("friction = 35", "cohesion = 5", ["joint 'J1'", "needs the key 'friction'"]),
+    ("friction = 35", "jrc = 8", ["joint 'J1'", "a joint with jrc needs the key 'law'", '"barton_bandis" (jrc, jcs']),
+    ("friction = 35", 'law = "barton_bandis"\njrc = 8', ["law 'barton_bandis' needs the key 'jcs' [Pa]"]),
+    ("friction = 35", BARTON + "friction = 35", ["law 'barton_bandis' has no friction; remove it or choose"]),
+    (
+        "friction = 35",
+        BARTON + "jrc = 25",
+        ["[joint.J1] jrc = 25: must be 0 to 20", "Barton's profiles end"],
+    ),
+    ("friction = 35", BARTON + "jrc = 8\nroughness_wears = 1.5", ["[joint.J1] roughness_wears = 1.5"]),
+    ("friction = 35", BARTON + "jrc = 8\nmax_closure = 0", ["[joint.J1] max_closure = 0: must be 1e-6 to 1 m"]),
+    (
+        "friction = 35",
+        'law = "ladanyi_archambault"\nfriction = 35',
+        ["needs the key 'dilation' [degrees]", "'jcs' [Pa]"],
+    ),
+    (JOINT, JOINT + 'law = "mohr_coulomb"\nsoftening_slip = "5 mm"\n', ["softening_slip = 0.005 m never acts"]),
     (FILE, FILE + "merge_tolerance = 10\n", ["[mesh] merge_tolerance = 10: must be 0 to 1 m"]),
     (FILE, FILE + "merge_tolerance = 1\n", ["mesh.msh: none of the 4 surface elements has an area", "1 m"]),
     (LOAD, "[solver]\nthreads = -1\n", ["[solver] threads = -1: must be a whole number, 0 to 4096"]),

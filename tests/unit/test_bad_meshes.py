@@ -70,7 +70,7 @@ def test_junk_with_the_ending_of_a_mesh(case: Case, ending: str) -> None:
     [
         ("mesk.msh", ["mesk.msh: there is no such file", "mesh.msh", "correct the path"]),
         (".", [": is a folder", "give the mesh file in it"]),
-        ("mesh.unv", ["no mesh format has the ending '.unv'", ".msh"]),
+        ("mesh.xyz", ["no mesh format has the ending '.xyz'", ".msh"]),
         ("mesh.geo", ["a script of Gmsh", "gmsh -2 -format msh41 mesh.geo"]),
         ("mesh.py", ["[mesh] file is a script", 'geometry = "mesh.py"']),
         ("model.toml", ["no mesh format has the ending '.toml'"]),
@@ -79,7 +79,7 @@ def test_junk_with_the_ending_of_a_mesh(case: Case, ending: str) -> None:
 )
 def test_mesh_files_that_are_none(case: Case, name: str, words: list[str]) -> None:
     os.symlink("loop.msh", case.folder / "loop.msh")
-    for ending in ("unv", "geo", "py"):
+    for ending in ("xyz", "geo", "py"):
         case.write(f"mesh.{ending}", "nothing")
     case.change("mesh.msh", name)
     case.refuses("run", "model.toml", says=words)

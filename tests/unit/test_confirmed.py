@@ -50,7 +50,7 @@ def pressed_too_much(stage):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_forces_out_of_balance(monkeypatch, scheme):
     options = bsm.Options(scheme=scheme)
-    assert bsm.run(wall(), options).status == "stable"
+    assert bsm.run(wall(), options).status.is_at_rest
     tampered(monkeypatch, scheme, pressed_too_much)
     results = bsm.run(wall(), options)
     assert results.status == "not_converged"

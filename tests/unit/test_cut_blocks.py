@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 
 from bsm_mesh.geometries import (
     Excavation,
@@ -13,7 +14,9 @@ from bsm_mesh.geometries import (
     Opening,
     Region,
     RockMass,
+    band,
     cut_blocks,
+    rectangle,
 )
 from bsm_mesh.geometries.cutting.cut import Engine
 from tests.scenes.networks import areas, box, circle, lengths, rock
@@ -199,3 +202,28 @@ def test_bridges_too_short_for_the_model_are_refused_though_no_line_crosses_it()
     far_off = JointSet(name="J", dip=0.0, spacing=1e3, start=(0.0, 500.0), persistence=0.5, bridge=1e-12)
     with pytest.raises(GeometryError, match="too many bridges"):
         far_off.traces(np.zeros(2), np.full(2, 10.0), 1)
+
+
+def test_bands_that_cross_have_one_outline() -> None:
+    """Two shear zones that cross are one block between four of rock, of the area of their union; no slivers."""
+    ground = Region(outline=rectangle(0, 0, 20, 10), rock="gneiss")
+    zones = [
+        Region(outline=band(line, 1.0), rock="sz", border="SZ", clipped=True)
+        for line in ([(-1, 2.8), (21, 6.2)], [(-1, 6.2), (21, 2.8)], [(-1, 2.9), (21, 6.3)])
+    ]
+    cut = cut_blocks(RockMass(regions=[ground, *zones]))
+    assert np.bincount(cut.rock).tolist() == [4, 1]
+    union = shapely.union_all([shapely.Polygon(zone.outline) for zone in zones])
+    inside = shapely.intersection(union, shapely.box(0, 0, 20, 10))
+    length = cut.accounts[0].bounding
+    assert length == pytest.approx(shapely.length(shapely.intersection(union.exterior, shapely.box(0, 0, 20, 10))))
+    assert shapely.area(inside) > 30
+    other = Region(outline=rectangle(9, 0, 10, 1), rock="sill")  # between them in the list: they stay apart
+    assert cut_blocks(RockMass(regions=[ground, zones[0], other, zones[1]])).count > 6
+
+
+def test_regions_that_only_touch_keep_their_border() -> None:
+    halves = [Region(outline=rectangle(x, 0, x + 5, 5), rock="gneiss", border="B") for x in (0, 5)]
+    cut = cut_blocks(RockMass(regions=halves))
+    assert cut.count == 2
+    assert cut.accounts[0].bounding == pytest.approx(5)

@@ -98,6 +98,27 @@ def test_blocks_that_are_taken_away_have_no_movement_any_more(tmp_path: Path) ->
     np.testing.assert_array_equal(back.histories["five"].values, five.values)
 
 
+def test_a_bolt_is_recorded_where_a_stage_changes_strength_and_under_reduced_strength() -> None:
+    """The model of such a stage has no bolts of its own, nor has that of a stage before they are installed."""
+    block, floor = [(0, 0), (1, 0), (1, 1), (0, 1)], [(-1, -1), (2, -1), (2, 0), (-1, 0)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([floor, block], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=40.0))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        gravity_direction=-110.0,
+        bolts=[bsm.Bolt(start=(0.5, 0.9), end=(0.5, -0.9), diameter=0.02, name="B", stage="bolted")],
+        stages=[bsm.Stage(name="bolted"), bsm.Stage(name="rain", strength={"J": 0.9})],
+        histories=[bsm.History(name="force", bolt="B")],
+    )
+    results = bsm.run(model)
+    assert len(results.histories["force"].values) == sum(len(stage.steps) for stage in results.stages)
+    assert bsm.factor_of_safety(model, stage="initial").stable == pytest.approx(
+        np.tan(0.6981317) / np.tan(0.3490659), rel=0.01
+    )
+
+
 def test_recording_changes_nothing(recorded: Results) -> None:
     plain = bsm.run(pushed(), MOVING)
     np.testing.assert_array_equal(plain.stages[0].displacement, recorded.stages[0].displacement)

@@ -163,7 +163,7 @@ def test_a_signal_while_vtk_is_imported(case: Case) -> None:
 def test_pictures_in_their_process(case: Case) -> None:
     assert case.run("run", "model.toml", "-q").code == 0
     slow = "import time, os\ntime.sleep(300)\n"
-    case.write("fake/pyvista.py", f"open({str(case.folder / 'waiting')!r}, 'w').close()\n{slow}")
+    case.write("fake/matplotlib.py", f"open({str(case.folder / 'waiting')!r}, 'w').close()\n{slow}")
     path = f'import os; os.environ["PYTHONPATH"] = {str(case.folder / "fake")!r} + ":" + os.environ["PYTHONPATH"]'
     process = start(case, path, "plot", "out/model")
     wait_for(case.folder / "waiting", process)

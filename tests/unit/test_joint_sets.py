@@ -18,7 +18,7 @@ from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import JOINT, LINEAR, MODEL, Case
 from tests.unit.test_snapshots import MOVING, pushed
 
-NAMES = ("contacts.csv", "supports.csv", "joints.csv")
+NAMES = ("contacts.csv", "supports.csv", "joints.csv")  # and blocks.csv
 
 
 @pytest.fixture(scope="module")
@@ -111,9 +111,9 @@ def test_on_request(case: Case) -> None:
     assert max(map(len, plain.out.splitlines()[at - 2 : at + 3])) <= 80
     assert not any((case.folder / "out/model" / name).exists() for name in NAMES)
     asked = case.run("run", "model.toml", "--tables")
-    assert "contacts.csv, supports.csv, joints.csv" in asked.out
+    assert "blocks.csv, contacts.csv, supports.csv, joints.csv" in asked.out
     assert all((case.folder / "out/model" / name).exists() for name in NAMES)
-    assert "tables = true" in (case.folder / "out/model/model.toml").read_text(encoding="utf-8")
+    assert 'tables = "csv"' in (case.folder / "out/model/model.toml").read_text(encoding="utf-8")
     case.write("model.toml", MODEL + "\n[output]\ntables = true\n")
     told = json.loads(case.run("run", "model.toml", "-o", "other", "--json").out)
     assert all((case.folder / "other" / name).exists() for name in NAMES)

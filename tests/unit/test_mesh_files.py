@@ -15,6 +15,7 @@ import pytest
 from bsm_mesh.converters import NoteKind, convert_meshio, read_blocks, read_mesh
 from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 from bsm_mesh.errors import MeshWarning, ModelError
+from bsm_mesh.geometries import gmsh_session
 from bsm_mesh.model import Blocks
 
 COUNTS = {"rock:gneiss": 8, "rock:schist": 8, "excavation:core": 8, "joint:J1": 4}
@@ -180,11 +181,11 @@ def test_vtk_files_with_polygons_keep_their_order(tmp_path: Path, ending: str, o
 
 def test_a_vtu_that_names_its_rocks_needs_no_renaming(tmp_path: Path) -> None:
     from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
+    from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    grid, points, names = vtkUnstructuredGrid(), vtkPoints(), vtkStringArray()
+    grid, points = vtkUnstructuredGrid(), vtkPoints()
     points.SetData(numpy_to_vtk(POINTS[[1, 4, 5, 6, 2, 0, 1, 2, 3]], deep=True))  # every block has points of its own
     grid.SetPoints(points)
     grid.InsertNextCell(7, 5, [0, 1, 2, 3, 4])
@@ -193,10 +194,10 @@ def test_a_vtu_that_names_its_rocks_needs_no_renaming(tmp_path: Path) -> None:
     rock = numpy_to_vtk(np.array([1, 0, -1], dtype=np.int32), deep=True)
     rock.SetName("rock")
     grid.GetCellData().AddArray(rock)
-    names.SetName("rock_names")
-    for name in ("gneiss", "schist"):
-        names.InsertNextValue(name)
-    grid.GetFieldData().AddArray(names)
+    for number, name in enumerate(("rock:gneiss", "rock:schist")):
+        array = numpy_to_vtk(np.array([number]), deep=True)
+        array.SetName(name)
+        grid.GetFieldData().AddArray(array)
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetFileName(str(tmp_path / "a.vtu"))
     writer.SetInputData(grid)
@@ -213,6 +214,26 @@ def test_other_formats_of_meshio(tmp_path: Path, ending: str) -> None:
     blocks, _ = read_mesh(tmp_path / f"a.{ending}", groups={"*": "rock:a"})
     assert np.diff(blocks.offsets).tolist() == [4, 3]
     assert blocks.nodes.max() + 1 == 5
+
+
+def test_universal_files_are_read_by_gmsh(tmp_path: Path) -> None:
+    """Groups of elements keep their names; what is no such file is told."""
+    with gmsh_session("unv") as session:
+        square = session.model.occ.addRectangle(0, 0, 0, 2, 1)
+        session.model.occ.synchronize()
+        session.option.setNumber("Mesh.MeshSizeMax", 0.5)
+        session.model.addPhysicalGroup(2, [square], 1, "SCHIST")
+        session.model.addPhysicalGroup(1, [1], 2, "BASE")
+        session.model.mesh.generate(2)
+        session.option.setNumber("Mesh.SaveGroupsOfElements", 1)
+        session.write(str(tmp_path / "a.unv"))
+    blocks, report = read_mesh(tmp_path / "a.unv", groups={"SCHIST": "rock:schist", "BASE": "boundary:base"})
+    assert blocks.moments.area.sum() == pytest.approx(2)
+    assert report.groups["rock:schist"] == blocks.count > 16
+    assert (blocks.vertices[blocks.boundaries["base"], 1] == 0).all()
+    (tmp_path / "b.unv").write_text("hello")
+    with pytest.raises(ModelError, match=r"b\.unv: Gmsh finds no plane mesh in it"):
+        read_mesh(tmp_path / "b.unv")
 
 
 def test_families_of_med_are_groups() -> None:
@@ -301,7 +322,7 @@ def test_blocks_written_for_paraview_are_read_back_as_a_mesh(tmp_path: Path) -> 
         offsets=blocks.offsets,
         cell_type=POLYGON,
         cell_data={"rock": blocks.rock},
-        field_data={"rock_names": blocks.rock_names},
+        names={"rock:schist": 0, "rock:gneiss": 1},
     )
     write_vtu(tmp_path / "a.vtu", grid)
     again, _ = read_mesh(tmp_path / "a.vtu")

@@ -122,7 +122,7 @@ def around(turn: float, *points: tuple[float, float]) -> list[tuple[float, float
 
 
 @pytest.mark.parametrize("turn", [0.0, 17.0, 97.0, 172.0])
-@pytest.mark.parametrize("kind", ["plain", "cohesive", "patton", "bolted", "dowelled"])
+@pytest.mark.parametrize("kind", ["plain", "cohesive", "patton", "hyperbolic", "bolted", "dowelled"])
 def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
     """A window begins with forces from the equations; a long one, in which blocks turn, goes as several short ones."""
     polygons = [turned(p, turn) for p in (BASE, rectangle(-0.5, 0, 0.5, 1), rectangle(0.5, 0, 1.5, 1.2))]
@@ -139,6 +139,8 @@ def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
         given["bolts"] = [bsm.Bolt(start=start, end=end, diameter=0.03, bond_strength=1.0, bearing_stiffness=1e9)]
     along = 0.05 * np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn))])
     model = model_of(polygons, **given)
+    if kind == "hyperbolic":
+        model = model.replace(joints=[replace(model.joints[0], max_closure=4e-5)])
     (long, fast), (short, quick) = (
         moved_in(model, windows, b1=(*along, 0.06), b2=(0, 0, -0.05)) for windows in ((40,), 8 * (5,))
     )
@@ -148,6 +150,39 @@ def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
     off = 1e-2 if kind in ("cohesive", "patton") else 1e-5  # what breaks in a cycle breaks a cycle earlier or later
     assert_allclose(long, short, rtol=0, atol=off * moved)
     assert_allclose(fast, quick, rtol=0, atol=10 * off * np.abs(fast).max())
+
+
+@pytest.mark.parametrize("young", [None, 1e9])
+@pytest.mark.parametrize("limit", [2e-4, 1e-3])
+def test_a_hyperbolic_joint_gives_back_what_an_impact_gave_it(limit, young):
+    """Undamped it throws a block as fast as it came, or hardly faster; between rigid rock, where it ends hard, less."""
+    model = model_of([BASE, rectangle(-0.5, 0.05, 0.5, 1.05)], kn=1e8)
+    rock = replace(model.rocks[0], young=young, poisson=None if young is None else 0.2)
+    model = model.replace(joints=[replace(model.joints[0], max_closure=limit)], rocks=[rock])
+    motion = ExplicitMotion(begun(model), UNDAMPED, velocity=still(2, b1=(0, -0.3, 0)))
+    speed, deepest = [], 0.0
+    for _ in range(60):
+        motion.advance(40)
+        speed.append(motion.velocity[1, 1])
+        deepest = min(deepest, motion.residual.position[1, 1] + 0.05)
+    assert min(speed) < -0.3
+    assert (0.3 if young is None else 0.9 * 0.43) < max(speed) < 1.05 * 0.43  # the root of 0.3^2 + 2 * 0.05
+    assert deepest > -1e-2
+
+
+@pytest.mark.parametrize(("softening", "far"), [(0.002, 0.012), (0.002, 0.6), (0.05, 0.6), (0.4, 0.6)])
+def test_a_sliding_block_is_slowed_by_what_slip_leaves(softening, far):
+    """Half the square of its velocity is what friction, which falls from 35 to 15 degrees, leaves of its fall."""
+    polygons = [turned(p, 45.0) for p in (BASE, rectangle(-0.5, 0, 0.5, 1))]
+    law = bsm.MohrCoulomb(friction=35, residual_friction=15, softening_slip=softening)
+    motion = ExplicitMotion(begun(model_of(polygons, law=law, kn=1e8)), INELASTIC)
+    follow(motion, lambda m: np.hypot(*m.residual.position[1, :2]) > far)
+    moved = np.hypot(*motion.residual.position[1, :2])
+    peak, left = np.tan(np.radians([35, 15]))
+    friction = left * moved + (peak - left) * (softening / 2)
+    wanted = np.sin(np.pi / 4) * moved - np.cos(np.pi / 4) * friction
+    assert (motion.velocity[1, :2] ** 2).sum() / 2 == pytest.approx(wanted, rel=0.03, abs=6e-4)
+    assert motion.contacts.slip_path.max() == pytest.approx(moved, rel=0.02)
 
 
 @pytest.mark.parametrize(("strength", "holds"), [(60e3, True), (15e3, False)])

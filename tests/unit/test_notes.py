@@ -93,6 +93,8 @@ def test_faces_without_strength() -> None:
     bare = PLAIN.replace(rocks=[elastic], default_joint=None, joints=[])
     assert notes_of(bare)[0].startswith("4 faces of rock without a joint and without strength: they neither slip")
     assert notes_of(bare, fails=False) == []
+    dug = bare.replace(stages=[bsm.Stage(name="dug", excavate=[3])])  # its outline is rock until then, by intent
+    assert notes_of(dug)[0].startswith("2 faces of rock without a joint")
     strong = bsm.Rock("rock", unit_weight=26e3, young=1e10, poisson=0.2, friction=30)
     assert notes_of(bare.replace(rocks=[strong])) == []
     bond = bsm.Blocks.from_polygons([*grid(2, 1), grid(1, 1)[0] + (0.5, 1)], rock="rock")

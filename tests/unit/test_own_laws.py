@@ -117,7 +117,7 @@ def test_an_own_law_does_as_the_same_law_of_the_project(scheme):
     options = bsm.Options(scheme=scheme)
     own = bsm.run(wall(Coulomb(35.0), Coulomb(20.0)), options)
     built_in = bsm.run(wall(bsm.MohrCoulomb(friction=35.0), bsm.MohrCoulomb(friction=20.0)), options)
-    assert own.status == built_in.status == "stable"
+    assert own.status == built_in.status == ("no_verdict" if scheme == "linear" else "stable")
     assert_allclose(own.stages[0].displacement, built_in.stages[0].displacement, rtol=1e-9, atol=1e-15)
     assert_allclose(own.stages[0].contacts.utilisation, built_in.stages[0].contacts.utilisation, rtol=1e-9)
     assert own.stages[0].contacts.utilisation.max() > 0.1

@@ -1,8 +1,7 @@
-"""Pictures: drawn in a process of their own, with something on them; a renderer that dies is told of."""
+"""Pictures: what is on them, which are drawn, and what is told where they cannot be."""
 
 from __future__ import annotations
 
-import os
 import struct
 import subprocess
 from pathlib import Path
@@ -10,11 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bsm_mesh.app.canvas import WIDTH
+import bsm_mesh as bsm
+from bsm_mesh.app.canvas import DPI, NARROWEST, WATER, WIDTH
+from bsm_mesh.app.figures import paper
 from bsm_mesh.app.headings import heading
-from bsm_mesh.app.pictures import PICTURES
+from bsm_mesh.app.pictures import PICTURES, figure_of
 from bsm_mesh.app.plot import draw_in_subprocess
+from bsm_mesh.app.scene import Scene
 from bsm_mesh.errors import ModelError
+from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
 
 
@@ -24,35 +27,174 @@ def results(case: Case) -> Case:
     return case
 
 
-def test_every_picture_shows_something(results: Case) -> None:
+def pixels(path: Path | str) -> np.ndarray:
+    """Return a picture's colours, (height, width, 3), 0 to 1."""
     from matplotlib.image import imread
 
+    return np.asarray(imread(path))[..., :3]
+
+
+def of_colour(shown: np.ndarray, colour: str) -> np.ndarray:
+    """Return which pixels have a colour, but for rounding."""
+    wanted = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    return np.abs(shown - wanted).max(axis=2) < 0.02
+
+
+def test_every_picture_shows_something(results: Case) -> None:
     outcome = results.run("plot", "out/model")
     assert outcome.code == 0, outcome.err
     paths = [Path(line) for line in outcome.out.splitlines()]
-    assert {path.stem for path in paths} == set(PICTURES)
+    dry = {"water_pressure", "bolts", "bolts_utilisation", "joints_opening", "joints_slip"}  # there is none
+    assert {path.stem for path in paths} == set(PICTURES) - dry
     noted = "out/model/.bsm-mesh-results"
     assert sorted(outcome.new) == sorted([noted, "out/model/pictures", *map(str, paths)])
     for path in paths:
         width, height = struct.unpack(">II", path.read_bytes()[16:24])
-        assert width == WIDTH
-        assert 0.4 * WIDTH < height < 1.5 * WIDTH
-        middle = imread(path)[int(0.3 * height) : int(0.7 * height), int(0.4 * width) : int(0.6 * width), :3]
+        assert NARROWEST * DPI <= width <= WIDTH
+        assert 0.4 * width < height < 1.5 * width
+        middle = pixels(path)[int(0.3 * height) : int(0.7 * height), int(0.3 * width) : int(0.6 * width)]
         colours = np.unique((255 * middle).astype(int) @ (1 << 16, 1 << 8, 1))
         assert len(colours) > 1
         assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
 
 
-def test_lines_are_drawn_over_a_model_of_kilometres(case: Case) -> None:
-    """What lies over the blocks, here the water table, is in front of the camera at every size."""
-    from matplotlib.image import imread
-
+def test_the_water_table_is_seen_over_a_model_of_kilometres(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8").replace("[mesh]", '[mesh]\nunit = "km"')
     case.write("model.toml", f"{text}\n[water]\ntable = [[0, 1500]]\n")
     assert case.run("run", "model.toml", "--pictures", "-q").code == 0
-    shown = imread("out/model/pictures/deformation.png")[..., :3]
-    blue = np.abs(shown - np.array([0x1F, 0x6F, 0xD0]) / 255).max(axis=2) < 0.02
-    assert blue.sum() > 0.3 * WIDTH
+    for name in ("sigma_1", "water_pressure"):
+        assert of_colour(pixels(f"out/model/pictures/{name}.png"), WATER).any(axis=0).sum() > 400  # columns
+
+
+def wedge() -> bsm.Model:
+    """Return a block of 1 m on a fixed plate, over which a fixed plate lies; one of 0.1 m falls beside them."""
+    shapes = [rectangle(0, 0, 10, 1), rectangle(4, 1, 5, 2), rectangle(0, 2, 10, 3), rectangle(8, 1.5, 8.1, 1.6)]
+    joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[joint],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 2])],
+        title="Flake",
+    )
+
+
+@pytest.fixture(scope="module")
+def flake() -> bsm.results.Results:
+    """Return the results of a flake that comes down, whose area is a hundredth of the others'."""
+    return bsm.run(wedge(), bsm.Options(displacement_limit=0.2, falls=bsm.Falls(ignore_below=0)))
+
+
+def texts(figure: object) -> str:
+    """Return all that is written in a figure."""
+    from matplotlib.text import Text
+
+    return " | ".join(text.get_text() for text in figure.findobj(Text))
+
+
+@pytest.mark.parametrize("name", ["model", "displacement", "deformation", "final_position", "joints", "thrust"])
+def test_a_flake_that_comes_down_is_ringed_and_named(flake: bsm.results.Results, name: str) -> None:
+    from matplotlib.patches import Circle
+
+    assert flake.unstable_blocks.tolist() == [3]
+    figure = figure_of(flake, name)
+    (axes, *_) = figure.axes
+    (ring,) = [patch for patch in axes.patches if isinstance(patch, Circle)]
+    assert np.hypot(*(np.array(ring.center) - (8.05, 1.55))) < 0.3
+    assert ring.radius > 0.1  # seen, however small the block is
+    assert "block 3\n0.01 m2, 250 N/m" in texts(figure)
+
+
+def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Results) -> None:
+    figure = figure_of(flake, "displacement")
+    moved = np.hypot(*flake.stages[-1].displacement[:, :2].T)
+    assert moved[3] > 0.1
+    assert (
+        "displacement, mm" in figure.axes[1].get_ylabel()
+    )  # of the scale: the block that rests moves by 25 micrometres
+    assert figure.axes[1].get_ylim()[1] == pytest.approx(1e3 * moved[1], rel=1e-6)
+
+
+def test_a_window_shows_its_part(flake: bsm.results.Results) -> None:
+    figure = figure_of(flake, "joints", window=(3.0, 0.5, 6.0, 2.5))
+    (axes, *_) = figure.axes
+    assert (*axes.get_xlim(), *axes.get_ylim()) == (3.0, 6.0, 0.5, 2.5)
+    assert "2 m of them" in texts(figure)  # above the block and below it
+    assert "250 N/m" not in texts(figure)
+
+
+def test_a_figure_may_be_drawn_on(flake: bsm.results.Results) -> None:
+    given = paper((6, 4))
+    assert figure_of(flake, "joints", figure=given) is given
+    assert figure_of(flake, "bolts") is None
+    with pytest.raises(ModelError, match="there is no picture 'joint_state'; did you mean 'joints_state'"):
+        figure_of(flake, "joint_state")
+
+
+def test_what_stands_is_not_drawn_as_if_it_collapsed() -> None:
+    """A ring of blocks round a hole of 1 m moves by micrometres: it is drawn moved by a tenth of the hole at most."""
+    xs = (0, 4, 5, 9)
+    shapes = [rectangle(xs[i], xs[j], xs[i + 1], xs[j + 1]) for j in range(2) for i in range(3) if (i, j) != (1, 1)]
+    shapes.append(rectangle(0, 5, 9, 9))  # the roof is one block
+    joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[joint],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 1, 2])],
+    )
+    results = bsm.run(model)
+    scene = Scene(results=results, number=0, title="")
+    assert scene.opening == pytest.approx(1.0)
+    shown = scene.exaggeration * np.hypot(*scene.corner_movement.T).max()
+    assert 0.04 < shown <= 0.1
+    assert f"exaggerated {scene.exaggeration:g} times, at most a tenth of the free space" in texts(
+        figure_of(results, "deformation")
+    )
+
+
+def test_the_outline_leaves_out_what_blocks_share() -> None:
+    """A long edge on two short ones: all but the outer edges are shared, T-junction or not."""
+    shapes = [rectangle(0, 0, 2, 1), rectangle(0, 1, 1, 2), rectangle(1, 1, 1.5, 2)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )
+    lines = Scene(results=bsm.run(model), number=0, title="").outline()
+    assert np.hypot(*(lines[:, 1] - lines[:, 0]).T).sum() == pytest.approx(2 + 1 + 0.5 + 1 + 1.5 + 1 + 1)
+    inner = (lines[..., 1] == 1.0).all(axis=1)
+    assert np.sort(lines[inner][..., 0].reshape(-1)).tolist() == [1.5, 2.0]
+
+
+def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
+    text = Path("model.toml").read_text(encoding="utf-8")
+    case.write("model.toml", text + '[[stage]]\nname = "dug"\nexcavate = [3]\n')
+    assert case.run("run", "model.toml", "-q").code == 0
+    outcome = case.run("plot", "out/model", "--only", "joints_")
+    assert [Path(line).name for line in outcome.out.split()] == [
+        f"joints_{name}{suffix}.png" for suffix in ("_stage_0", "") for name in ("state", "utilisation", "pressure")
+    ]
+    for stage in ("dug", "1"):
+        one = case.run("plot", "out/model", "--only", "joints_state", "--stage", stage)
+        assert [Path(line).name for line in one.out.split()] == ["joints_state.png"]
+    part = case.run("plot", "out/model", "--only", "model", "--stage", "0", "--window", "0", "0", "1", "1")
+    assert [Path(line).name for line in part.out.split()] == ["model_stage_0_window.png"]
+    case.refuses("plot", "out/model", "--stage", "dog", says=["no stage 'dog'", "initial, dug"])
+    case.refuses("plot", "out/model", "--only", "blots", says=["no picture 'blots'", "bolts"])
+    for window in (("1", "0", "1", "1"), ("0", "0", "nan", "1")):
+        case.refuses("plot", "out/model", "--window", *window, says=["--window", "x0 below x1"])
+
+
+def test_pictures_of_a_former_run_are_gone_with_it(results: Case) -> None:
+    assert results.run("plot", "out/model", "--only", "model").code == 0
+    assert Path("out/model/pictures/model.png").exists()
+    assert results.run("run", "model.toml", "-q").code == 0
+    assert not Path("out/model/pictures").exists()
 
 
 def test_headings() -> None:
@@ -60,7 +202,7 @@ def test_headings() -> None:
     only, second = {"name": "initial", "status": "stable"}, {"name": "crown", "status": "not_converged"}
     one, two = {"status": "stable", "stages": [only]}, {"status": "not_converged", "stages": [only, second]}
     assert heading({"title": "Tunnel", **one}) == "Tunnel: stable"
-    fallen = {**one, "stages": [{**one["stages"][-1], "verdict": "stable_after_falls, after moving 3.8 m"}]}
+    fallen = {**one, "stages": [{**one["stages"][-1], "verdict": "stable after falls, after moving 3.8 m"}]}
     assert heading({"title": "Tunnel", **fallen}) == "Tunnel: stable after falls, after moving 3.8 m"
     assert heading({"title": "", **two}) == "bsm-mesh: stage crown, not converged"
     assert heading({"title": "Tunnel", **one}, "on its way") == "Tunnel: on its way"
@@ -71,7 +213,7 @@ def test_headings() -> None:
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")
     assert outcome.code == 0, outcome.err
-    assert outcome.out.count(".png") == len(PICTURES)
+    assert outcome.out.count(".png") == len(PICTURES) - 5
 
 
 def fake(code: int, error: str = "") -> object:
@@ -82,29 +224,20 @@ def fake(code: int, error: str = "") -> object:
 
 
 @pytest.mark.parametrize("code", [-11, -6, 3221225477])  # the last: Windows's access violation
-def test_a_renderer_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
+def test_a_drawing_that_dies(results: Case, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
     monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(code))
-    results.refuses("plot", "out/model", says=["out/model: the renderer died", "libegl1", "without pictures"])
+    results.refuses("plot", "out/model", says=["out/model: drawing died of signal", "without pictures"])
 
 
-def test_a_renderer_that_really_dies(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As VTK does without its libraries: of a segmentation fault while it is imported."""
-    results.write("fake/pyvista.py", "import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
-    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
-    monkeypatch.syspath_prepend(str(results.folder / "fake"))
-    monkeypatch.setenv("PYTHONPATH", f"{results.folder / 'fake'}{os.pathsep}{os.environ['PYTHONPATH']}")
-    results.refuses("plot", "out/model", says=["the renderer died of signal 11", "libegl1"])
-
-
-def test_a_renderer_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libGL.so.1"))
-    with pytest.raises(ModelError, match=r"could not be drawn: ImportError: libGL\.so\.1; .*libegl1"):
+def test_a_drawing_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bsm_mesh.app.plot.subprocess.run", fake(1, "Traceback ...\nImportError: libfreetype.so"))
+    with pytest.raises(ModelError, match=r"could not be drawn: ImportError: libfreetype\.so"):
         draw_in_subprocess(Path("out/model"))
 
 
 def test_a_folder_that_takes_no_pictures(results: Case) -> None:
     results.write("out/model/pictures", "a file of this name")
     message = results.refuses(
-        "plot", "out/model", says=["cannot write out/model/pictures/displacement.png", "choose another folder"]
+        "plot", "out/model", says=["cannot write out/model/pictures/model.png", "choose another folder"]
     )
     assert "apt-get" not in message

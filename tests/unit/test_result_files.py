@@ -86,8 +86,7 @@ def test_blocks(results: Results, folder: Path) -> None:
     np.testing.assert_array_equal(cells["sigma_3"], sigma_3)
     assert np.all(cells["sigma_1"] <= cells["sigma_3"])
     np.testing.assert_array_equal(cells["unstable"], [0, 0, 1])
-    names = grid.GetFieldData().GetAbstractArray("rock_names")
-    assert [names.GetValue(k) for k in range(names.GetNumberOfValues())] == ["gneiss", "schist"]
+    assert [grid.GetFieldData().GetArray(f"rock:{name}").GetValue(0) for name in ("gneiss", "schist")] == [0, 1]
     assert points["displacement"].shape == (12, 3)
 
 
@@ -151,9 +150,13 @@ def test_pyvista_reads_the_series(folder: Path, kind: str) -> None:
     assert set(points) <= set(grid.point_data)
 
 
-def test_files_are_compressed(folder: Path) -> None:
-    for path in folder.glob("*.vtu"):
-        assert b"vtkLZ4DataCompressor" in path.read_bytes()[:400]
+@pytest.mark.parametrize(("compression", "compressor"), [("zlib", b"vtkZLib"), ("lz4", b"vtkLZ4")])
+def test_files_are_compressed(results: Results, tmp_path: Path, compression: Any, compressor: bytes) -> None:
+    results.save(tmp_path, compression=compression)
+    for path in tmp_path.glob("*_0000.vtu"):
+        assert compressor + b"DataCompressor" in path.read_bytes()[:400]
+    again = Results.load(tmp_path).stages[0]
+    np.testing.assert_array_equal(again.displacement, results.stages[0].displacement)
 
 
 def test_nothing_but_whole_files(folder: Path) -> None:

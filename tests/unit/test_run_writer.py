@@ -100,7 +100,7 @@ def which(folder: Path, old: Results, new: Results) -> str:
     for name, results in (("old", old), ("new", new)):
         if read.model_digest == results.model_digest:
             assert [content_hash(stage) for stage in read.stages] == [content_hash(stage) for stage in results.stages]
-            assert read.status == results.status == "stable"
+            assert read.status == results.status == "no_verdict"
             return name
     raise AssertionError("neither the old nor the new")
 
@@ -202,8 +202,8 @@ def test_every_stage_is_on_disk_when_the_next_begins(tmp_path: Path) -> None:
         writer.finish(results)
     assert seen == [(0, 0), (1, 1), (2, 2)]
     assert unfinished.status == "unfinished"
-    assert [stage.status for stage in unfinished.stages] == ["stable"] * 3
-    assert Results.load(tmp_path / "out").status == "stable"
+    assert [stage.status for stage in unfinished.stages] == ["no_verdict"] * 3
+    assert Results.load(tmp_path / "out").status == "no_verdict"
 
 
 def test_an_interrupted_run_says_what_is_where(out: Path, old: Results, new: Results) -> None:
@@ -324,7 +324,7 @@ def test_a_file_of_a_results_name_that_its_user_put_there(tmp_path: Path, old: R
         with pytest.raises(ModelError, match=r"bolts\.csv is not from a run .* new results are in .*out\.running"):
             writer.finish(old)
     assert (folder / "bolts.csv").read_text() == "mine"
-    assert Results.load(tmp_path / "out.running").status == "stable"
+    assert Results.load(tmp_path / "out.running").status == "no_verdict"
     with pytest.raises(ModelError, match=r"bolts\.csv is not from a run and would be replaced"):
         old.save(folder)
     (folder / "bolts.csv").rename(tmp_path / "bolts.csv")
@@ -355,7 +355,7 @@ def test_folders_that_cannot_be_replaced(tmp_path: Path, old: Results, monkeypat
     monkeypatch.chdir(tmp_path / "out")
     with pytest.raises(ModelError, match="the current folder is in it; run from the folder above"):
         old.save(".")
-    assert Results.load(".").status == "stable"
+    assert Results.load(".").status == "no_verdict"
 
 
 def test_an_empty_folder_and_one_behind_a_link_are_taken(tmp_path: Path, old: Results, new: Results) -> None:

@@ -215,7 +215,8 @@ def test_fill_bears_its_weight(options):
         bsm.Stage(name="all", fill=[5]),
     ]
     results = bsm.run(tower(stages, joints=[joint]), options)
-    assert [stage.status for stage in results.stages] == ["stable"] * 4
+    verdict = "no_verdict" if options is LINEAR else "stable"
+    assert [stage.status for stage in results.stages] == [verdict] * 4
     assert results.check().ok
     filled = results.stages[2]
     assert filled.present.tolist() == [True] * 5 + [False]
@@ -243,4 +244,6 @@ def test_blocks_that_come_to_rest_far_off_are_noted(gap, said):
     assert stage.status == "stable"
     words = "before it came to rest, 1 block moved by more than a tenth of its size, up to 0.11 m: block 1"
     assert any(words in note and "displacement_limit" in note for note in stage.notes) is said
-    assert verdict_in_words(model.blocks, stage) == ("stable, after moving 0.11 m" if said else "stable")
+    assert verdict_in_words(model.blocks, stage) == (
+        "stable, after moving 0.11 m (0.11 of the block's size)" if said else "stable"
+    )

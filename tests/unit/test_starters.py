@@ -31,16 +31,40 @@ def test_every_starter_runs(case: Case, name: str) -> None:
 def test_the_tunnel_can_be_changed(case: Case) -> None:
     case.run("new", "tunnel", "mine")
     model = case.folder / "mine/model.toml"
-    model.write_text(model.read_text().replace("radius = 2.0", "radius = 3.0"))
-    assert bsm.load(model).blocks.moments.area.sum() == pytest.approx(24 * 24 - 9 * 3.14159, rel=1e-2)
+    change(case, "mine", "radius = 2.5\n", "radius = 3.0\n")
+    change(case, "mine", "radius = 2.5,", "radius = 3.0,")
+    change(case, "mine", "spacing = 3.0", "spacing = 3.5")
+    loaded = bsm.load(model)
+    area = loaded.blocks.moments.area
+    inside = [group for group in loaded.blocks.excavations if group == "tunnel"]
+    assert area.sum() == pytest.approx(24 * 24)
+    assert area[loaded.blocks.excavations[inside[0]]].sum() == pytest.approx(9 * 3.14159, rel=1e-2)
 
 
-@pytest.mark.parametrize(("friction", "verdict"), [(22, "stable"), (20, "unstable")])
-def test_the_dam_slides_where_statics_say(case: Case, friction: int, verdict: str) -> None:
-    """Water pushes with 9.81 kN/m3 h^2 / 2, the concrete weighs 24 kN/m3 (b_crest + h / (2 tan 52)) h."""
+@pytest.mark.parametrize(("name", "wedge"), [("cavern", (-0.5, 12.9, 8.2)), ("tunnel", (0.2, 3.0, 2.5))])
+def test_the_roof_wedge_stands_with_bolts_and_falls_without(case: Case, name: str, wedge: tuple[float, ...]) -> None:
+    x, y, area = wedge
+    case.run("new", name, "mine")
+    with_bolts = bsm.run(case.folder / "mine/model.toml", output=False)
+    assert [stage.status for stage in with_bolts.stages] == ["stable"] * len(with_bolts.stages)
+    assert with_bolts.stages[-1].max_stage_displacement < 0.01  # where blocks came to rest far off, they had fallen
+    without = bsm.run(with_bolts.model.replace(bolts=(), histories=()), with_bolts.options)
+    down = without.unstable_blocks
+    moments = without.blocks.moments
+    assert (without.status, without.stages[-1].name) == ("unstable", with_bolts.stages[1].name)
+    assert moments.area[down].sum() == pytest.approx(area, rel=0.05)
+    centre = (moments.area[down, None] * moments.centroid[down]).sum(axis=0) / moments.area[down].sum()
+    assert centre == pytest.approx((x, y), abs=0.3)
+
+
+@pytest.mark.parametrize(("friction", "verdict"), [(31.5, "stable"), (29.5, "unstable")])
+def test_the_dam_slides_where_statics_say(case: Case, friction: float, verdict: str) -> None:
+    """Water pushes with 9.81 kN/m3 h^2 / 2, and lifts with 9.81 kN/m3 h b / 2 what weighs 24 kN/m3 a square metre."""
     height, crest = 40.0, 6.0
-    weight = 24e3 * height * (crest + height / np.tan(np.radians(52)) / 2)
-    assert 20 < np.degrees(np.arctan(9810 * height**2 / 2 / weight)) < 22
+    base = crest + height / np.tan(np.radians(52))
+    weight = 24e3 * height * (crest + base) / 2
+    push, lift = 9810 * height**2 / 2, 9810 * height * base / 2
+    assert 30 < np.degrees(np.arctan(push / (weight - lift))) < 31
     case.run("new", "dam", "dam")
     change(case, "dam", "friction = 40                 #", f"friction = {friction} #")
     assert f"{verdict} " in case.run("run", "dam/model.toml", "-q").out
@@ -68,8 +92,8 @@ def test_the_geometry_runs_on_its_own(case: Case) -> None:
 
 
 def test_the_demo_runs_again_as_changed_but_runs_nobody_elses_model(case: Case) -> None:
-    case.run("new", "tunnel", "demo")
+    case.run("new", "cavern", "demo")
     case.write("demo/model.toml", "x = ")
     assert "demo/model.toml: not valid TOML" in case.run("demo", "-o", "demo").err
-    (case.folder / "demo/tunnel.py").unlink()
+    (case.folder / "demo/cavern.py").unlink()
     case.refuses("demo", "-o", "demo", says=["demo exists and is not empty", "name a new folder"])

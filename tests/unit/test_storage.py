@@ -100,6 +100,6 @@ def test_table_of_bolts(results: Results, tmp_path: Path) -> None:
     bolts = results.stages[0].bolts
     assert len(rows) == len(bolts.block)
     assert rows[0]["name"] == "Bölt"
-    axial = [float(row["axial_force"]) for row in rows if row["axial_force"]]
+    axial = [float(row["axial_force [N]"]) for row in rows if row["axial_force [N]"]]
     np.testing.assert_array_equal(axial, bolts.axial_force)
-    np.testing.assert_array_equal([float(row["bond_force"]) for row in rows], bolts.bond_force)
+    np.testing.assert_array_equal([float(row["bond_force [N]"]) for row in rows], bolts.bond_force)

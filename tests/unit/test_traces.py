@@ -5,12 +5,15 @@ from __future__ import annotations
 import contextlib
 import json
 import re
+import sys
 from pathlib import Path
 
 import ezdxf
 import numpy as np
 import pytest
+import shapely
 
+from bsm_mesh.errors import MeshWarning
 from bsm_mesh.geometries import (
     Fault,
     GeometryError,
@@ -84,10 +87,113 @@ def test_closed_polylines_close(tmp_path: Path) -> None:
     assert len(found.lines[0]) == 4
 
 
+def drawn(folder: Path) -> tuple[Path, dict[str, float]]:
+    """Return a drawing of curves, one a layer, and the length of each as it is."""
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    space.add_arc((0, 0), 5, 0, 90, dxfattribs={"layer": "arc"})
+    space.add_lwpolyline([(0, 0, 0, 0, 1), (10, 0, 0, 0, 0)], format="xyseb", dxfattribs={"layer": "bulge"})
+    space.add_spline([(0, 0), (5, 4), (10, -4), (15, 0)], dxfattribs={"layer": "spline"})
+    space.add_circle((3, 3), 2, dxfattribs={"layer": "circle"})
+    space.add_ellipse((0, 0), (4, 0), 0.5, 0, np.pi, dxfattribs={"layer": "ellipse"})
+    inner = drawing.blocks.new("inner")
+    inner.add_line((0, 0), (1, 0))
+    outer = drawing.blocks.new("outer")
+    outer.add_blockref("inner", (0, 1), dxfattribs={"xscale": 2})
+    outer.add_line((0, 0), (0, 3), dxfattribs={"layer": "own"})
+    space.add_blockref("outer", (100, 50), dxfattribs={"layer": "insert", "rotation": 90})
+    space.add_text("J1")
+    space.add_point((1, 1))
+    space.add_point((2, 1))
+    drawing.saveas(folder / "curves.dxf")
+    a, b = 4.0, 2.0
+    h = (a - b) ** 2 / (a + b) ** 2
+    half = np.pi * (a + b) * (1 + 3 * h / (10 + np.sqrt(4 - 3 * h))) / 2  # Ramanujan's second, to 1e-9 here
+    lengths = {"arc": 2.5 * np.pi, "bulge": 5 * np.pi, "circle": 4 * np.pi, "ellipse": half, "own": 3.0}
+    return folder / "curves.dxf", lengths
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 1e-3])
+def test_curves_are_sampled_to_a_tolerance(tmp_path: Path, tolerance: float) -> None:
+    """No chord is farther from its curve than the tolerance; inserts are taken apart, other things are counted."""
+    path, lengths = drawn(tmp_path)
+    with pytest.warns(MeshWarning, match=r"curves.dxf: left out, being no lines: 2 POINT, 1 TEXT"):
+        found = {one.name: [np.asarray(line) for line in one.lines] for one in read_traces(path, tolerance=tolerance)}
+    assert set(found) == {*lengths, "spline", "insert"}
+    for name, length in lengths.items():
+        sampled = sum(np.hypot(*np.diff(line, axis=0).T).sum() for line in found[name])
+        assert length * (1 - 2 * tolerance) - 1e-9 <= sampled <= length * (1 + 1e-9), name
+    (arc,) = found["arc"]
+    np.testing.assert_allclose(np.hypot(*arc.T), 5, rtol=1e-9)
+    middle = (arc[1:] + arc[:-1]) / 2
+    assert (5 - np.hypot(*middle.T)).max() <= tolerance
+    (spline,) = found["spline"]
+    np.testing.assert_allclose(spline[[0, -1]], [(0, 0), (15, 0)], atol=1e-9)
+    (insert,) = found["insert"]  # of a block in a block, twice as wide, turned by 90 degrees
+    np.testing.assert_allclose(insert, [(99, 50), (99, 52)], atol=1e-9)
+
+
+def test_a_finer_tolerance_takes_more_points(tmp_path: Path) -> None:
+    path, _ = drawn(tmp_path)
+    with pytest.warns(MeshWarning):
+        coarse, fine, usual = (
+            sum(len(line) for one in read_traces(path, tolerance=t) for line in one.lines) for t in (1.0, 1e-4, None)
+        )
+    assert coarse < usual < fine
+    with pytest.raises(GeometryError, match="tolerance = 0 is no length"):
+        read_traces(path, tolerance=0)
+
+
+@pytest.mark.parametrize("ending", ["shp", "gpkg"])
+def test_lines_of_a_gis(tmp_path: Path, ending: str) -> None:
+    """A shapefile and a GeoPackage of traces, as QGIS writes them, give the blocks of the same lines."""
+    path = write_gis(tmp_path / f"traces.{ending}")
+    joints = read_traces(path)
+    assert {joint.name for joint in joints} == {"J1", "F"}
+    region = [Region(outline=box(0, 0, 10, 10), rock="gneiss")]
+    assert cut_blocks(RockMass(regions=region, joints=joints)).count == 4
+
+
+def write_gis(path: Path, crs: str = "EPSG:25832") -> Path:
+    pyogrio = pytest.importorskip("pyogrio")
+    shapes = [shapely.LineString(line) for lines in LINES.values() for line in lines]
+    fields = [np.array([name for name, lines in LINES.items() for _ in lines], dtype=object)]
+    pyogrio.raw.write(
+        path,
+        geometry=np.array([shapely.to_wkb(shape) for shape in shapes], dtype=object),
+        field_data=fields,
+        fields=["set"],
+        geometry_type="LineString",
+        crs=crs,
+    )
+    return path
+
+
+def test_what_gdal_cannot_use_is_said(tmp_path: Path) -> None:
+    with pytest.raises(GeometryError, match=r"is in degrees .*; project it to metres"):
+        read_traces(write_gis(tmp_path / "degrees.gpkg", "EPSG:4326"))
+    (tmp_path / "junk.gpkg").write_bytes(b"junk" * 100)
+    with pytest.raises(GeometryError, match="GDAL cannot read it"):
+        read_traces(tmp_path / "junk.gpkg")
+
+
+def test_without_pyogrio_the_cure_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyogrio", None)
+    (tmp_path / "a.shp").touch()
+    with pytest.raises(GeometryError, match=r"a.shp: to read shapefiles and GeoPackages: pip install pyogrio"):
+        read_traces(tmp_path / "a.shp")
+
+
+def test_the_columns_of_porepy(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("# FID, START_X, START_Y, END_X, END_Y\n0, 0, 1, 2, 3\n")
+    (found,) = read_traces(tmp_path / "a.csv")
+    np.testing.assert_allclose(found.lines, [[(0, 1), (2, 3)]])
+
+
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("a.shp", "", "traces are read from .csv, .geojson, .json, .dxf"),
+        ("a.dwg", "", "traces are read from .csv, .geojson, .json, .dxf, .shp, .gpkg"),
         ("a.csv", "x,y\n1,2\n", "needs the columns x, y, trace; it has x, y"),
         ("a.csv", "x1,y1,x2,y2\n1,2,a,3\n", "line 2: x2 = 'a' is no finite number"),
         ("a.json", "{", "no JSON file of traces"),

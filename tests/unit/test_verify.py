@@ -10,6 +10,7 @@ import bsm_mesh as bsm
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.app.summary import _checksum, fingerprint
+from bsm_mesh.app.verify_certificate import check_stage
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
@@ -34,6 +35,32 @@ def test_forces_at_rest_are_checked(tmp_path):
     assert (ground["verdict"], ground["kind"], ground["holds"], code) == ("stable", "equilibrium", True, 0)
     assert "every block is in balance" in ground["text"]
     assert "no direction in which blocks fall" in ground["text"]
+
+
+def test_the_linear_scheme_gives_no_verdict(tmp_path):
+    """A block on a slope steeper than its friction: forces balance, and nothing can fail."""
+    results = bsm.run(on_incline(25.0), bsm.Options(scheme="linear"))
+    assert results.status == "no_verdict"
+    assert not results.status.is_stable
+    assert results.status.is_at_rest
+    (ground,), code = told(results, tmp_path / "out")
+    assert (ground["verdict"], ground["kind"], ground["holds"], code) == ("no_verdict", "equilibrium", True, 0)
+    assert bsm.Results.load(tmp_path / "out").status == "no_verdict"
+    summary = json.loads((tmp_path / "out" / SUMMARY).read_text())
+    assert summary["stages"][0]["verdict"] == "no verdict: nothing can fail in this scheme"
+
+
+@pytest.mark.parametrize(("scheme", "claimed"), [("linear", "stable"), ("continuation", "no_verdict")])
+def test_a_verdict_that_its_scheme_cannot_give_does_not_hold(tmp_path, scheme, claimed):
+    out = tmp_path / "out"
+    results = bsm.run(on_incline(35.0), bsm.Options(scheme=scheme))
+    results.save(out)
+    certificate = json.loads((out / "certificate.json").read_text())
+    certificate["stages"][0]["verdict"] = claimed
+    with np.load(out / certificate["stages"][0]["arrays"]) as arrays:
+        text, faults = check_stage(certificate, certificate["stages"][0], dict(arrays))
+    assert (text, len(faults)) == ("", 1)
+    assert f"an equilibrium of scheme '{scheme}' is none for '{claimed}'" in faults[0]
 
 
 def test_a_slide_is_proved_by_its_mechanism(tmp_path):

@@ -10,6 +10,8 @@ import pytest
 from bsm_mesh.converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 
+NAMES = {"b:<\t\"&'>": 1, "b:ä b": 0, "b:": 2, "other:c:d": -1}
+
 
 def square(**data: object) -> Grid:
     points = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
@@ -18,7 +20,7 @@ def square(**data: object) -> Grid:
 
 def test_round_trip_keeps_types_names_and_digits(tmp_path: Path) -> None:
     cells = {"a": np.array([0.1 + 0.2]), "b": np.array([7], np.int32), "c": np.array([[1e-300, -0.0, np.nan]])}
-    grid = square(cell_data=cells, point_data={"d": np.eye(4)[:, :3]}, field_data={"names": ("ä b", "")})
+    grid = square(cell_data=cells, point_data={"d": np.eye(4)[:, :3]}, names=NAMES)
     write_vtu(tmp_path / "a.vtu", grid)
     read = read_vtu(tmp_path / "a.vtu", needs=("a", "b"))
     np.testing.assert_array_equal(read.points, grid.points)
@@ -27,7 +29,14 @@ def test_round_trip_keeps_types_names_and_digits(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read.cell_data[name], values)
         assert read.cell_data[name].dtype == values.dtype
     np.testing.assert_array_equal(read.point_data["d"], np.eye(4)[:, :3])
-    assert read.field_data["names"] == ("ä b", "")
+    assert read.names == NAMES
+    assert read.names_of("b") == ("ä b", "<\t\"&'>", "")
+    assert read.names_of("c") == ()
+
+
+def test_names_that_xml_cannot_hold(tmp_path: Path) -> None:
+    write_vtu(tmp_path / "a.vtu", square(names={"b:\x00\x1b[31m\ud800": 0}))
+    assert read_vtu(tmp_path / "a.vtu").names_of("b") == ("\\x00\\x1b[31m\\ud800",)
 
 
 def test_a_grid_of_nothing(tmp_path: Path) -> None:

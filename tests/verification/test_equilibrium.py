@@ -21,7 +21,7 @@ def held(stage, results, balance=BALANCE):
     check = results.check()
     assert check.block_residual <= BLOCK, str(check)
     assert check.balance <= balance, str(check)
-    assert results.status == bsm.results.Status.STABLE
+    assert results.status.is_at_rest
     size = np.abs(stage.total_load).max() + np.hypot(*stage.reactions[:, :2].T).sum()
     assert_allclose(stage.total_reaction, -stage.total_load, rtol=0, atol=balance * size)
 

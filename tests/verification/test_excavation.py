@@ -64,7 +64,7 @@ def test_the_direct_state_is_exact(kind, scheme, k0):
     model = ground(kind, k0)
     results = bsm.run(model, bsm.Options(scheme=scheme))
     stage = results.stages[0]
-    assert stage.status == "stable"
+    assert stage.status == ("no_verdict" if scheme == "linear" else "stable")
     assert not stage.displacement.any()
     assert np.abs(block_residuals(results, stage)).max() <= EXACT_RESIDUAL * model.weights.min()
     depth = GROUND - model.blocks.moments.centroid[:, 1]

@@ -56,7 +56,7 @@ def opening_in_situ(origin: np.ndarray) -> bsm.Model:
 def test_the_same_wherever_it_lies(build, options):
     here, there = (bsm.run(build(origin), options) for origin in (np.zeros(2), GRID))
     for results in (here, there):
-        assert results.status == "stable"
+        assert results.status == ("no_verdict" if options is LINEAR else "stable")
         assert results.check().ok
         assert (results.stages[-1].steps[0].slipping_contacts > 0) == (options is not LINEAR)
     for one, other in zip(here.stages, there.stages, strict=True):

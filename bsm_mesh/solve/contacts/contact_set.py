@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
+from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
@@ -44,8 +46,7 @@ def gather_contacts(
     meeting = ~known & _meet_at_a_node(blocks, found, near)
     within_tolerance &= ~meeting
     fresh = ~known & within_tolerance
-    shear, failed = np.zeros(len(source)), np.full(len(source), not first)
-    shear[known], failed[known] = history.shear[source[known]], history.failed[source[known]]
+    shear, slip_path, failed, mated = _memory(history, source, known, first=first)
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset[known] = history.offset[source[known]]
     # in situ, contacts are closed at gap 0, and with a large gap too
@@ -67,13 +68,34 @@ def gather_contacts(
         old_tangential=old_tangential,
         first_tangential=first_tangential,
         failed=failed,
+        mated=mated,
+        slip_path=slip_path,
         edge_overhang=np.where(within_tolerance, band, 0.0),
         within_tolerance=within_tolerance,
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
+        hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
         by_law=rows_by_law(properties.law),
     )
+
+
+def _memory(history: History, source: IntArray, known: BoolArray, *, first: bool) -> tuple[Any, ...]:
+    """Return shear force, slip path, failed and mated of contacts, (m,) each; without history as they arise."""
+    shear, slip_path, mated = np.zeros(len(source)), np.zeros(len(source)), np.full(len(source), first)
+    failed = ~mated
+    shear[known], slip_path[known] = history.shear[source[known]], history.slip_path[source[known]]
+    failed[known], mated[known] = history.failed[source[known]], history.mated[source[known]]
+    return shear, slip_path, failed, mated
+
+
+def _hyperbolic(
+    catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray, mated: BoolArray
+) -> Hyperbolic:
+    """Return the mated contacts (m,), of lengths (m,) [m], whose joints have a closure limit."""
+    limit, stiffness = catalogue.closure_of(properties.joint)
+    limit = np.where(mated, limit, np.inf) if len(limit) else limit
+    return Hyperbolic.among(limit, stiffness, length, properties.normal_stiffness * length)
 
 
 def _lengths(history: History, found: Candidates) -> FloatArray:

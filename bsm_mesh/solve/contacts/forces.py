@@ -11,8 +11,9 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import JointLaw, JointResponse
+from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
 from bsm_mesh.model.strength import law_name
+from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
     fill_tangent,
@@ -41,11 +42,14 @@ class ContactSet:
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
     first_tangential: FloatArray  # nan: not closed yet
     failed: BoolArray
+    mated: BoolArray  # closed since the start: a joint's walls fit together, and it closes by its hyperbola
+    slip_path: FloatArray  # how far the contact has slid so far, elastic part apart
     edge_overhang: FloatArray  # (m,) how far beyond the edge's ends the contact may still be closed in this step
     within_tolerance: BoolArray
     opposing: IntArray  # (k,) corner-corner candidates that have an opposing one
     entering: IntArray  # (l,) candidates whose corner has an edge that enters the other block
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
+    hyperbolic: Hyperbolic
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
@@ -77,6 +81,7 @@ class Evaluation:
     tangential: FloatArray
     pressure: FloatArray
     shear: FloatArray
+    normal_stiffness: FloatArray  # derivative of the pressure by the closure
     closed: BoolArray
     sticking: BoolArray
     strength: FloatArray
@@ -121,6 +126,8 @@ def evaluate(
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
         pressure[~closed] = 0.0
+    overlap = contacts.offset - gap if len(contacts.hyperbolic.rows) else gap
+    pressure, stiffness = contacts.hyperbolic.pressures(overlap, pressure, contacts.normal_stiffness)
     answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
     add_moving_forces(c.block_a, c.block_b, *frames, pressure, answer.shear, forces)
@@ -130,6 +137,7 @@ def evaluate(
         tangential=tangential,
         pressure=pressure,
         shear=answer.shear,
+        normal_stiffness=stiffness,
         closed=closed,
         sticking=answer.sticking & ~np.isnan(contacts.old_tangential),
         strength=answer.strength,
@@ -174,20 +182,25 @@ def _answer(
     in_friction: BoolArray | None,
 ) -> JointResponse:
     """Return the response of the rows k by a law; other arguments as in `respond`."""
-    length, failed = contacts.candidates.length[k], contacts.failed[k]
+    memory = contacts.candidates.length[k], contacts.failed[k], contacts.slip_path[k]
     if in_friction is None:
-        return _asked(law, pressure[k], trial[k], length, failed)
+        return _asked(law, pressure[k], trial[k], *memory)
     active = in_friction[k]
-    answer = _asked(law, np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), length, failed)
+    answer = _asked(law, np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), *memory)
     return replace(answer, strength=np.where(active, answer.strength, 0.0), sticking=answer.sticking & active)
 
 
 def _asked(
-    law: JointLaw, pressure: FloatArray, trial: FloatArray, length: FloatArray, failed: BoolArray
+    law: JointLaw,
+    pressure: FloatArray,
+    trial: FloatArray,
+    length: FloatArray,
+    failed: BoolArray,
+    slip_path: FloatArray,
 ) -> JointResponse:
     """Return a law's response; raise a `ModelError` where a law of the user's own fails."""
     try:
-        return law.respond(pressure, trial, length, failed)
+        return ask(law, pressure, trial, length, failed, slip_path)
     except Exception as error:
         raise ModelError(
             f"the law {law_name(law)}: respond failed at pressures of {pressure.min(initial=0.0):.3g} to "
@@ -268,10 +281,10 @@ def tangent_stiffness(
     contacts, and corrections have to be shortened.
     """
     anchored = ~np.isnan(contacts.old_tangential)
-    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * contacts.normal_stiffness
+    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * at.normal_stiffness
     may_slip = (at.closed | contacts.within_tolerance) & anchored
     shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
-    by_gap = -at.dshear_dpressure * contacts.normal_stiffness * at.closed
+    by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
     frames = contacts.frames(at.position)
     data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear)
     return data

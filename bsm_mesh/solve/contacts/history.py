@@ -32,6 +32,10 @@ class History:
         Length that each stands for.
     failed : (k,) bool
         Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
+    mated : (k,) bool
+        Closed since the start: the joint's walls fit together.
+    slip_path : (k,) float64 [m]
+        How far each has slid since it closed, back and forth, elastic part apart.
     """
 
     active: ActiveContacts
@@ -41,6 +45,8 @@ class History:
     offset: FloatArray
     length: FloatArray
     failed: BoolArray
+    mated: BoolArray
+    slip_path: FloatArray
 
     @classmethod
     def none(cls) -> History:
@@ -54,6 +60,8 @@ class History:
             offset=empty,
             length=empty,
             failed=np.zeros(0, bool),
+            mated=np.zeros(0, bool),
+            slip_path=empty,
         )
 
 
@@ -73,15 +81,38 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         offset=np.where(_still_overlapping(contacts, at), at.gap, contacts.offset)[kept],
         length=contacts.candidates.length[kept],
         failed=at.failed[kept],
+        mated=contacts.mated[kept],
+        slip_path=slip_path_after(contacts, at)[kept],
     )
     return history, changed
+
+
+def slip_path_after(contacts: ContactSet, at: Evaluation) -> FloatArray:
+    """Return how far contacts have slid so far, (m,) [m]: what of the movement along the edge is not elastic counts."""
+    slides = at.closed & ~at.sticking & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
+    elastic = (at.shear - contacts.old_shear)[slides] / contacts.shear_stiffness[slides]
+    path = contacts.slip_path.copy()
+    path[slides] += np.abs((at.tangential - contacts.old_tangential)[slides] - elastic)
+    return path
+
+
+def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
+    """Return contacts as slip in an accepted step has left them: where strength wore off their shear is cut."""
+    closed = at.closed & ~np.isnan(at.tangential)
+    return replace(
+        contacts,
+        old_shear=np.where(closed, at.shear, contacts.old_shear),
+        old_tangential=np.where(closed, at.tangential, contacts.old_tangential),
+        failed=at.failed,
+        slip_path=slip_path_after(contacts, at),
+    )
 
 
 def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size: float) -> ContactSet:
     """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[again.candidates.history[stay]]
-    names = ("old_shear", "old_tangential", "first_tangential", "failed")
+    names = ("old_shear", "old_tangential", "first_tangential", "failed", "slip_path")
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]

@@ -33,6 +33,7 @@ def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
     at = evaluate(set_up, catalogue.laws, position)
     point = outlines.placed(position)[set_up.candidates.block_a, :2] + set_up.frames(position)[1]
     pressure = set_up.normal_stiffness * (set_up.offset - at.gap)
+    pressure, _ = set_up.hyperbolic.pressures(set_up.offset - at.gap, pressure, set_up.normal_stiffness)
     within_tolerance = set_up.within_tolerance
     peak = np.where(at.closed, at.strength, np.inf)  # tension beyond the strength is reported as such
     rows = (point, pressure, set_up.old_shear, peak, set_up.tension)
@@ -66,7 +67,7 @@ def with_filled_blocks(
         key=key,
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
-    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed")
+    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed", "mated", "slip_path")
     concatenate = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
     return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
 
@@ -124,9 +125,13 @@ def _history(
         shear=shear[kept],
         tangential=at.tangential[kept],
         first_tangential=at.tangential[kept],
-        offset=at.gap[kept] - normal[kept] / found.normal_stiffness[kept],  # to the last digit no residual
+        offset=(at.gap + found.hyperbolic.overlaps(-normal, found.normal_stiffness))[
+            kept
+        ],  # to the last digit no residual
         length=c.length[kept],
         failed=found.failed[kept],
+        mated=found.mated[kept],
+        slip_path=found.slip_path[kept],
     )
 
 
@@ -173,4 +178,6 @@ def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> 
         offset=history.offset[chosen],
         length=history.length[chosen],
         failed=history.failed[chosen],
+        mated=history.mated[chosen],
+        slip_path=history.slip_path[chosen],
     )

@@ -145,7 +145,8 @@ class Continuation:
         system.bolts = system.bolts.commit(system.bolts.evaluate(position))
         residual = system.static_residual(contacts, position)
         self._record(number, residual, position, contacts, at, began, count, tried)
-        at_rest = residual < self.options.tolerance and changed == 0 and velocity is None
+        at_rest = system.wearing_residual(contacts, at, residual) < self.options.tolerance
+        at_rest = at_rest and changed == 0 and velocity is None
         quiet = state.quiet + 1 if at_rest and system.prescription_complete(position) else 0
         if quiet >= SETTINGS.quiet_steps:  # (5)
             return self._end(Status.STABLE, "static equilibrium", contacts, position)

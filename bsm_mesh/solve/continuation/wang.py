@@ -113,7 +113,7 @@ class WangIteration(Continuation):
             pattern.place,
             len(pattern.column),
             *contacts.frames(at.position),
-            contacts.normal_stiffness * kept,
+            at.normal_stiffness * kept,
             nothing,
             shear * kept,
             nothing,

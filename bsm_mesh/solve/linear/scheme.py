@@ -291,6 +291,7 @@ def _evidence(system: LinearSystem, solution: Solution) -> Evidence:
         laws=law_table((Elastic(),)),
         law=np.zeros(m, np.int32),
         failed=nothing,
+        slip_path=np.zeros(m),
         tension=np.full(m, np.inf),
         normal_stiffness=contacts.normal_stiffness,
         shear_stiffness=contacts.shear_stiffness,
@@ -309,7 +310,7 @@ def _verdict(free: list[FreePart], spoilt: str, *, within_tolerance: bool) -> tu
     if spoilt:
         return Status.NOT_CONVERGED, spoilt
     if within_tolerance:
-        return Status.STABLE, "one linear step: no contact can fail"
+        return Status.NO_VERDICT, "one linear step: nothing can fail in this scheme"
     return Status.NOT_CONVERGED, "rounding spoils the linear solution"
 
 

@@ -34,12 +34,16 @@ SPRING = np.dtype(
         ("second_slope", "f4"),
         ("residual", "f4"),  # of the line once it has failed
         ("residual_slope", "f4"),
-        ("lasting", "f4"),  # 1 and 2 where slip on the first, the second line is for good
         ("dashpot", "f4"),  # of the normal force, over a cycle
+        ("stiffening", "f4"),  # of a joint that closes by a hyperbola, as in `Hyperbolic.stiffening`; 0: of none
+        ("rock_share", "f4"),
     ]
 )  # what is constant of a contact in a window [N/m2, N/m, m]
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
+LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
+FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the joint is closed as far as it goes
 CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
+FIRST_LASTS, SECOND_LASTS = np.uint8(8), np.uint8(16)  # slip on the first, the second line is for good
 
 
 @njit()
@@ -75,7 +79,8 @@ def stiffness_sums(
     """
     sums = np.zeros((n, 3))
     for k in range(block_a.size):
-        stiffness = np.float64(max(spring[k].normal_stiffness, spring[k].shear_stiffness))
+        normal = spring[k].normal_stiffness / max(spring[k].rock_share, LEAST_SHARE)  # as stiff as it may become
+        stiffness = np.float64(max(normal, spring[k].shear_stiffness))
         rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
         sums[block_a[k], 0] += stiffness
         sums[block_b[k], 0] += stiffness
@@ -115,7 +120,7 @@ def add_contact_forces(
     state : (m,) STATE
         Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
     events : (m,) uint8
-        CONTACTED, BROKEN, FAILED are added, in place.
+        FIRST_LASTS, SECOND_LASTS, as they come; CONTACTED, BROKEN, FAILED are added, in place.
     """
     zero = np.float32(0.0)
     for k in range(block_a.size):
@@ -127,8 +132,7 @@ def add_contact_forces(
         ey = np.float32(here[a, 1] - here[b, 1]) + day
         qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
         qy = ey - sb * (rx + ex) - vb * (ry + ey)
-        failed = events[k] & FAILED
-        pressure, shear, event = _respond(qx * ty - qy * tx, qx * tx + qy * ty, spring[k], state[k], failed)
+        pressure, shear, event = _respond(qx * ty - qy * tx, qx * tx + qy * ty, spring[k], state[k], events[k])
         events[k] |= event
         p0, s0 = spring[k].pressure, spring[k].shear
         if pressure == zero and shear == zero and p0 == zero and s0 == zero:
@@ -153,12 +157,14 @@ def _change_by_turn(
 
 @njit(nogil=True, forceinline=True)
 def _respond(
-    gap: np.float32, along: np.float32, spring: Any, state: Any, failed: np.uint8
+    gap: np.float32, along: np.float32, spring: Any, state: Any, flags: np.uint8
 ) -> tuple[np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
     """Return pressure, shear and what happened to a contact moved by `gap`, `along` [m]; update its state."""
     zero = np.float32(0.0)
     shear, tension, event = zero, state.tension, np.uint8(0)
     pressure = spring.trial_pressure - spring.normal_stiffness * gap
+    if spring.stiffening > zero:
+        pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
     closed = pressure > zero or (tension > zero and pressure >= -tension)
     if closed and along >= spring.low and along <= spring.high:
         event = CONTACTED
@@ -167,12 +173,12 @@ def _respond(
         first = spring.first + spring.first_slope * pressure
         second = spring.second + spring.second_slope * pressure
         strength = first if first <= second else second
-        if failed:
+        if flags & FAILED:
             strength = spring.residual + spring.residual_slope * pressure
         strength = max(strength, zero)
         if abs(shear) > strength:
             shear = strength if shear > zero else -strength
-            if int(spring.lasting) & (1 if first <= second else 2):
+            if flags & (FIRST_LASTS if first <= second else SECOND_LASTS):
                 event |= FAILED
     else:
         pressure = zero
@@ -181,6 +187,18 @@ def _respond(
             event = BROKEN
     state.shear, state.along, state.gap = shear, along, gap
     return pressure, shear, event
+
+
+@njit(nogil=True, forceinline=True)
+def _hyperbolic(linear: Any, trial: Any, stiffening: Any, share: Any) -> Any:  # pragma: no cover - compiled
+    """Return the pressure of a joint that closes by a hyperbola, from that of its tangent (`Hyperbolic.stiffening`)."""
+    base = max(trial, np.float32(0.0))
+    change = linear - base
+    if base + change <= np.float32(0.0):
+        return linear
+    b = np.float32(1.0) - change * stiffening
+    root = np.sqrt(max(b * b + np.float32(4.0) * change * stiffening * share, np.float32(0.0)))
+    return base + np.float32(2.0) * change / max(b + root, FLATTEST)
 
 
 @njit(nogil=True, forceinline=True)

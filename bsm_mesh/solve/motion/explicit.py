@@ -14,9 +14,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.model.joint_laws import JointLaw, wear_length_of
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
@@ -24,6 +25,8 @@ from bsm_mesh.solve.motion.contact_kernels import (
     BROKEN,
     CONTACTED,
     FAILED,
+    FIRST_LASTS,
+    SECOND_LASTS,
     SPRING,
     STATE,
     RecordArray,
@@ -79,7 +82,7 @@ class ExplicitMotion:
         self.contacted = self.residual.at.closed.copy()
         self._ramped_load = self.residual.forces if ramp else np.zeros_like(step.start)
         self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
-        self._rows, self._frame, self._spring = self._near()
+        self._rows, self._frame, self._spring, self._flags = self._near()
         given = np.zeros_like(step.start) if velocity is None else velocity
         self._masses = Masses(self._step, settings, self._weighed(), given)
         self._velocity = given / np.sqrt(self._masses.inverse_rate)
@@ -125,7 +128,7 @@ class ExplicitMotion:
         self.residual, self._searched = self._step.residual_at(position), position
         self.searches += 1
         self.contacted = self.residual.at.closed.copy()
-        self._rows, self._frame, self._spring = self._near()
+        self._rows, self._frame, self._spring, self._flags = self._near()
 
     def advance(self, max_cycles: int | None = None) -> None:
         """Go through a window, of `max_cycles` at most, and keep what slips, breaks and yields in it."""
@@ -134,7 +137,6 @@ class ExplicitMotion:
         state = np.zeros(len(rows), STATE)
         state["shear"], state["tension"] = np.where(at.closed, at.shear, 0.0)[rows], contacts.tension[rows]
         self._spring["dashpot"] = self._masses.dashpots(self._weighed())
-        events = np.zeros(len(rows), np.uint8)
         candidates = contacts.candidates
         share = Share(
             block_a=candidates.block_a[rows],
@@ -142,7 +144,7 @@ class ExplicitMotion:
             frame=self._frame,
             spring=self._spring,
             state=state,
-            events=events,
+            events=self._flags.copy(),
         )
         cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
         # A window may end early: what its supports have not moved would be lost.
@@ -152,7 +154,7 @@ class ExplicitMotion:
             share,
             self._strips,
             cycles,
-            self._settings.window * self.system.d,
+            self._window(),
             supports=(supports.block, projectors(supports, self._masses.mass), self._prescribed_in(cycles)),
             bolts=bolt_arrays(self.system, self.residual.position),
             loads=(self._acting(), self._ramped_load, self._unramped_fraction(cycles)),
@@ -164,14 +166,28 @@ class ExplicitMotion:
         if self.diverged:
             return
         self._keep(self.residual.position + moved, share)
-        self._rows, self._frame, self._spring = self._near()
+        self._rows, self._frame, self._spring, self._flags = self._near()
+
+    def _window(self) -> float:
+        """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
+        whole, contacts = self._settings.window * self.system.d, self.contacts
+        if not self.system.catalogue.wears:
+            return whole
+        slides = np.zeros(contacts.count, dtype=bool)
+        slides[self._rows] = ~self.residual.at.failed[self._rows]
+        for law, rows in contacts.by_law:
+            wear_length = wear_length_of(self.system.catalogue.laws[law])
+            if wear_length is not None:
+                room = 0.5 * wear_length + 0.25 * contacts.slip_path[rows][slides[rows]]
+                whole = min(whole, float(room.min(initial=whole)))
+        return whole
 
     def _weighed(self) -> Weighed:
         candidates, rows = self.contacts.candidates, self._rows
         return candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring
 
-    def _near(self) -> tuple[IntArray, SingleArray, RecordArray]:
-        """Return the contacts (k,) that may close within a window, their frames and springs as kernels take them."""
+    def _near(self) -> tuple[IntArray, SingleArray, RecordArray, NDArray[np.uint8]]:
+        """Return the contacts (k,) that may close within a window; frames, springs and flags as kernels take them."""
         contacts, at = self.contacts, self.residual.at
         margin = 3 * self._settings.window * self.system.d
         gap = at.gap - contacts.offset
@@ -187,20 +203,23 @@ class ExplicitMotion:
         candidates = contacts.candidates
         frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
         pressure = np.where(at.closed, at.pressure, 0.0)
+        stiffening, share = contacts.hyperbolic.stiffening(pressure, at.normal_stiffness)
         columns = {
-            "normal_stiffness": contacts.normal_stiffness,
+            "normal_stiffness": at.normal_stiffness,
+            "stiffening": stiffening,
+            "rock_share": share,
             "shear_stiffness": contacts.shear_stiffness,
             "trial_pressure": np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
             "pressure": pressure,
             "shear": np.where(at.closed, at.shear, 0.0),
             "low": low,
             "high": high,
-            **strength_lines(contacts, self.system.catalogue.laws, pressure),
         }
+        lines, lasting = strength_lines(contacts, self.system.catalogue.laws, pressure)
         spring = np.zeros(len(rows), SPRING)
-        for name, column in columns.items():  # the dashpot follows the masses
+        for name, column in (columns | lines).items():  # the dashpot follows the masses
             spring[name] = column[rows]
-        return rows, frame, spring
+        return rows, frame, spring, lasting[rows]
 
     def _acting(self) -> FloatArray:
         """Return the forces at the reference without the bolts', (n, 3)."""
@@ -242,12 +261,17 @@ class ExplicitMotion:
         touched[rows] |= (events & CONTACTED) > 0
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
         at = step.system.evaluate(here, position)
+        path = contacts.slip_path.copy()
+        stays = at.closed & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
+        elastic = (shear - contacts.old_shear)[stays] / contacts.shear_stiffness[stays]
+        path[stays] += np.abs((along - contacts.old_tangential)[stays] - elastic)
         # What is open has no shear to come back to, and is anchored where it closes.
         contacts = replace(
             here,
             old_shear=np.where(at.closed, shear, 0.0),
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
+            slip_path=path,
             tension=np.where(failed, 0.0, contacts.tension),
         )
         bolts = self.system.bolts
@@ -257,11 +281,13 @@ class ExplicitMotion:
         self.residual = self._step.residual_at(position)
 
 
-def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> dict[str, FloatArray]:
-    """Return the shear strength of contacts by the names of `SPRING`, (m,) each.
+def strength_lines(
+    contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray
+) -> tuple[dict[str, FloatArray], NDArray[np.uint8]]:
+    """Return the shear strength of contacts by the names of `SPRING`, (m,) each, and where slip is for good, (m,).
 
     The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
-    bilinear law they are its two lines. Then the residual line, and on which lines slip is for good.
+    bilinear law they are its two lines. Then the residual line.
     """
     floor = np.finfo(float).tiny
     here = _tangent(contacts, laws, np.maximum(pressure, floor))
@@ -270,7 +296,7 @@ def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: F
     residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
     lines = {"first": here, "second": other, "residual": residual}
     found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
-    return found | {"lasting": here[2] + 2 * other[2]}
+    return found, (FIRST_LASTS * here[2] + SECOND_LASTS * other[2]).astype(np.uint8)
 
 
 def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:

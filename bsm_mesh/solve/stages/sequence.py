@@ -66,7 +66,7 @@ def solve_stages(
     results = list(resumption.stages)
     last = len(model.stages) if resumption.until is None else resumption.until
     for number in range(len(results), 1 + last):
-        if results and not results[-1].status.is_stable:
+        if results and not results[-1].status.is_at_rest:
             break
         stage = model.stages[number - 1] if number else None
         name, parts = (INITIAL, (1.0,)) if stage is None else (stage.name, stage.relaxation)

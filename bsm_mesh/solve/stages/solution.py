@@ -169,7 +169,7 @@ class StageSolution:
             state.release(parts[self._now])
             stage = self._part()
             self._now += 1
-            if stage.status is not Status.STABLE or self._now == len(parts):
+            if not stage.status.is_at_rest or self._now == len(parts):
                 break
             self._keep()
         state.forget_released()
@@ -279,7 +279,7 @@ def _note_on_movement(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
 
 def _confirmed(stage: StageResult, check: Checker) -> StageResult:
     """Return a stage; at rest by the scheme alone and not by the independent check, it counts as not converged."""
-    against = check(stage) if stage.status is Status.STABLE else ()
+    against = check(stage) if stage.status.is_at_rest else ()
     if not against:
         return stage
     reason = f"{stage.reason} by the solution, but not by the independent check: {'; '.join(against)}"

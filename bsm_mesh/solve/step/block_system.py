@@ -18,7 +18,7 @@ from bsm_mesh.solve.algebra.loads import external_loads, mean_force, reference_w
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.contacts.contact_set import gather_contacts
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, evaluate, turned
-from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.contacts.history import History, worn
 
 STEP = 0.05  # step length d over the block size: turns within it are small, and the rules of contacts hold
 BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates
@@ -191,6 +191,12 @@ class BlockSystem:
         at = self.evaluate(contacts, position)
         residual = self.constraints_at(position).unconstrained(self.acting_at(position) + at.forces, self.scale)
         return float(np.abs(residual).max()) / (self.residual_scale * self.weight(at))
+
+    def wearing_residual(self, contacts: ContactSet, at: Evaluation, residual: float) -> float:
+        """Return the static residual once slip up to an evaluation has worn strength off, or `residual`."""
+        if not self.catalogue.wears or not (at.closed & ~at.sticking).any():
+            return residual
+        return max(residual, self.static_residual(worn(contacts, at), at.position))
 
     def weight(self, at: Evaluation) -> float:
         """Return the unit of residuals within a step [N/m]: mean weight or load, else the mean contact force."""

@@ -1,8 +1,8 @@
-"""A cavern excavated in two stages under a shear zone, in rock with two joint sets: change it and run it.
+"""A cavern in two joint sets under a shear zone, excavated in two stages: change it and run it.
 
 `build` cuts the rock into blocks and writes them as a Gmsh mesh with physical groups: `rock:gneiss`, `rock:shear_zone`,
-`joint:J1`, `joint:wall` (both sides of the zone), `excavation:heading`, `excavation:bench`. Later regions lie over
-earlier ones.
+`joint:J1`, `joint:J2`, `joint:wall` (both sides of the zone), `excavation:heading`, `excavation:bench`. Later regions
+lie over earlier ones. A joint of each set goes through a point of its own near the roof: together they cut out a wedge.
 """
 
 from pathlib import Path
@@ -27,13 +27,14 @@ def build(
     height: float = 12.0,
     bench: float = 6.0,
     rise: float = 4.0,
-    spacing: float = 4.0,
+    spacing: float = 5.0,
     zone_width: float = 1.0,
     seed: int = 1,
 ) -> None:
-    """Write the mesh to `path`. Lengths in m, angles in degrees."""
+    """Write the mesh to `path`. Lengths in m, angles in degrees; the middle of the floor is the origin."""
     frame = rectangle(-30, -20, 30, 32)
-    zone = band([(-40, 14), (40, 22)], zone_width)
+    zone = band([(-40, 15), (40, 24)], zone_width)
+    law = Normal(spacing, 0.15 * spacing)  # mean and standard deviation
     mass = RockMass(
         regions=[
             Region(outline=frame, rock="gneiss"),
@@ -42,8 +43,8 @@ def build(
             Excavation(outline=rectangle(-span / 2, 0, span / 2, bench), name="bench"),
         ],
         joints=[
-            JointSet(name="J1", dip=15, spacing=spacing),
-            JointSet(name="J2", dip=75, spacing=Normal(spacing, 0.2 * spacing), scatter=2.0),
+            JointSet(name="J1", dip=52, spacing=law, start=(-span / 4, height - 1), scatter=2.0),
+            JointSet(name="J2", dip=126, spacing=law, start=(0.86 * span / 4, height - 1), scatter=2.0),
         ],
         seed=seed,  # same seed, same blocks
     )

@@ -1,7 +1,8 @@
-"""A circular tunnel in rock with a set of inclined joints: change it and run `bsm-mesh run model.toml`.
+"""A circular tunnel in rock with two sets of joints, by Gmsh alone: change it and run `bsm-mesh run model.toml`.
 
-`build` writes a Gmsh mesh. What counts are the names of its physical groups, `kind:name`:
-surfaces `rock:gneiss`, curves `joint:J1` and `boundary:bottom`.
+`build` writes a Gmsh mesh. What counts are the names of its physical groups, `kind:name`: surfaces `rock:gneiss` and
+`excavation:tunnel` (a surface may bear both), curves `joint:J1`, `joint:J2` and `boundary:bottom`. What the joints
+bound is a block (`blocks = "regions"`), whatever the size of the elements.
 """
 
 from pathlib import Path
@@ -12,40 +13,47 @@ import numpy as np
 
 def build(
     path: str | Path,
-    radius: float = 2.0,
+    radius: float = 2.5,
     width: float = 24.0,
     height: float = 24.0,
-    dip: float = 60.0,
+    dips: tuple[float, float] = (55.0, 122.0),
     spacing: float = 3.0,
-    size: float = 0.9,
+    above: float = 1.8,
+    size: float = 1.0,
 ) -> None:
-    """Write the mesh to `path`. Lengths in m, dip in degrees from the horizontal."""
+    """Write the mesh to `path`. Lengths in m, dips in degrees from the horizontal; the tunnel's axis is the origin.
+
+    A joint of each set goes through the point `above` the crown: they cut a wedge out of the roof.
+    """
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         occ = gmsh.model.occ
         ground = occ.addRectangle(-width / 2, -height / 2, 0, width, height)
-        hole = occ.addDisk(0, 0, 0, radius, radius)
-        rock, _ = occ.cut([(2, ground)], [(2, hole)])
+        tunnel = occ.addDisk(0, 0, 0, radius, radius)
 
         # Joints: parallel lines through the whole model, cut to the rock by intersecting them with it.
-        direction = np.array([np.cos(np.radians(dip)), np.sin(np.radians(dip))])
-        normal = np.array([-direction[1], direction[0]])
-        reach = np.hypot(width, height)
-        count = int(reach / 2 / spacing)
-        lines = []
-        for k in range(-count, count + 1):
-            (x0, y0), (x1, y1) = (k + 0.5) * spacing * normal + np.outer([-reach, reach], direction)
-            lines.append((1, occ.addLine(occ.addPoint(x0, y0, 0), occ.addPoint(x1, y1, 0))))
-        joints, _ = occ.intersect(lines, rock, removeTool=False)
+        sets = []
+        for dip in dips:
+            direction = np.array([np.cos(np.radians(dip)), np.sin(np.radians(dip))])
+            normal = np.array([-direction[1], direction[0]])
+            reach = np.hypot(width, height)
+            count = int(reach / spacing)
+            lines = []
+            for k in range(-count, count + 1):
+                middle = (0.2, radius + above) + k * spacing * normal
+                (x0, y0), (x1, y1) = middle + np.outer([-reach, reach], direction)
+                lines.append((1, occ.addLine(occ.addPoint(x0, y0, 0), occ.addPoint(x1, y1, 0))))
+            sets.append(occ.intersect(lines, [(2, ground)], removeTool=False)[0])
 
         # Fragmenting renumbers everything: groups are set afterwards, from the map of children.
-        _, children = occ.fragment(rock, joints)
+        _, children = occ.fragment([(2, ground), (2, tunnel), *sets[0], *sets[1]], [])
         occ.synchronize()
-        surfaces = [tag for child in children[: len(rock)] for dim, tag in child if dim == 2]
-        traces = [tag for child in children[len(rock) :] for dim, tag in child if dim == 1]
-        gmsh.model.addPhysicalGroup(2, sorted(set(surfaces)), name="rock:gneiss")
-        gmsh.model.addPhysicalGroup(1, sorted(set(traces)), name="joint:J1")
+        rock, inside = ([tag for _, tag in child] for child in children[:2])
+        gmsh.model.addPhysicalGroup(2, rock, name="rock:gneiss")
+        gmsh.model.addPhysicalGroup(2, inside, name="excavation:tunnel")
+        for name, pieces in (("J1", children[2 : 2 + len(sets[0])]), ("J2", children[2 + len(sets[0]) :])):
+            gmsh.model.addPhysicalGroup(1, [tag for child in pieces for _, tag in child], name=f"joint:{name}")
         sides: dict[str, list[int]] = {"bottom": [], "top": [], "sides": []}
         for _, tag in gmsh.model.getEntities(1):
             x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(1, tag)
@@ -59,7 +67,7 @@ def build(
             gmsh.model.addPhysicalGroup(1, tags, name=f"boundary:{name}")
 
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 32)  # elements round the full circle
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 32)  # straight sides round the full circle
         gmsh.model.mesh.generate(2)
         gmsh.write(str(path))
     finally:

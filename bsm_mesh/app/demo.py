@@ -1,0 +1,47 @@
+"""The command ``demo``: a cavern whose roof wedge comes down without bolts, and stands with them."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import tomli_w
+
+from bsm_mesh.app.commands import run_model
+from bsm_mesh.app.model_file import read_model_file
+from bsm_mesh.app.plot import PictureChoice, draw_in_subprocess
+from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.terminal import say
+from bsm_mesh.files import write_text
+
+CASE, LAST = "cavern", "-1"
+MODEL, UNBOLTED = "model.toml", "unbolted.toml"
+
+
+def run_demo(folder: Path) -> None:
+    """Write the starter into a folder, run it without its bolts and with them, and draw both.
+
+    Where the starter is there already it is run as it was changed.
+    """
+    from bsm_mesh.app.starters import starter_files, write_starter
+
+    if not all((folder / source.name).is_file() for source in starter_files(CASE)):
+        write_starter(CASE, folder)
+    read_model_file(folder / MODEL)  # says what is wrong, and where
+    write_text(folder / UNBOLTED, without_bolts((folder / MODEL).read_text(encoding="utf-8")))
+    for name in (UNBOLTED, MODEL):
+        say(f"\n{folder / name}")
+        run_model(folder / name, None, Progress(), pictures=False, as_json=False)
+    for name in (UNBOLTED, MODEL):
+        for picture in draw_in_subprocess(folder / "out" / Path(name).stem, PictureChoice(stage=LAST)):
+            say(picture)
+
+
+def without_bolts(text: str) -> str:
+    """Return a model file without its bolts and what is recorded of them."""
+    content = tomllib.loads(text)
+    content.pop("bolt", None)
+    if "history" in content:
+        content["history"] = [table for table in content["history"] if "bolt" not in table]
+    content["title"] = f"{content.get('title', 'Cavern')}, without bolts"
+    return f"# {MODEL} without its bolts, written by: bsm-mesh demo\n\n{tomli_w.dumps(content)}"

@@ -1,0 +1,264 @@
+"""What is drawn over blocks: what comes down, supports, loads, gravity, water table, bolts, numbers of blocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.app.canvas import BOLTS, FALLS, TEXT, WATER, Sheet, middle
+from bsm_mesh.app.scene import Scene
+from bsm_mesh.app.tables import engineering
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import counted, listing
+from bsm_mesh.results.bolts import BoltStatus
+
+MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
+MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread over all of it
+LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
+WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
+LONGEST_LOAD = 0.06  # of what is seen
+LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
+ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
+ENOUGH = 600  # blocks; the numbers of more are too many
+GRAVITY = 0.03  # of what is seen: length of its arrow
+OF_WATER = "#0a4f7a"
+
+
+def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
+    """Draw the blocks that have gone, ring and name them, and return what to say of them.
+
+    They are drawn where they are, by so many times their displacement that all are; those that were taken away where
+    they were given.
+    """
+    scene, stage = sheet.scene, sheet.scene.stage
+    away = factor * stage.displacement[:, :2]
+    x0, y0, x1, y1 = scene.view
+    centre = scene.results.blocks.moments.centroid + away
+    out = ~((centre > (x0, y0)) & (centre < (x1, y1))).all(axis=1)
+    told = []
+    taken = np.zeros_like(scene.down)
+    taken[[fall.block for fall in stage.falls]] = True
+    for mask, colour, style, what in (
+        (scene.down, FALLS, "-", "coming down"),
+        (scene.apart & ~scene.down, "#f0b27a", "-", "at rest after moving far"),
+        (taken, "none", "--", "taken away after the fall"),
+    ):
+        blocks = np.flatnonzero(mask)
+        if not len(blocks):
+            continue
+        hatch = "////" if colour == FALLS else None
+        look = {"facecolors": colour, "edgecolors": "black", "linewidths": 0.9, "linestyles": style, "hatch": hatch}
+        here, given = np.flatnonzero(mask & ~out & ~taken), np.flatnonzero(mask & (out | taken))
+        for those, drawn in ((here, factor), (given, 0.0)):
+            if len(those):
+                sheet.polygons(scene.polygons(those, drawn), **look, zorder=3)
+                _ring(sheet, those, drawn)
+        sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
+        beyond = ", beyond the picture, drawn where given" if factor and (out & mask & ~taken).any() else ""
+        told.append(f"{_named(blocks)} {what}{beyond}")
+    return f"; {'; '.join(told)}, in no colour of the scale" if told else ""
+
+
+def _named(blocks: IntArray) -> str:
+    return f"block{'s' * (len(blocks) > 1)} {listing(blocks, 6)}"
+
+
+def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
+    """Draw a ring round each group of blocks that lie together, and name it."""
+    scene = sheet.scene
+    area = scene.results.blocks.moments.area
+    centre = middle(scene, blocks, factor)
+    radius = np.maximum(0.9 * np.sqrt(area[blocks]), LEAST_RING * scene.size)
+    groups = [np.flatnonzero(mine) for mine in _together(centre, radius)]
+    groups.sort(key=lambda group: -float(area[blocks[group]].sum()))
+    weight = _weight(scene)
+    for group in groups[:MOST_RINGS]:
+        low, high = (centre[group] - radius[group, None]).min(axis=0), (centre[group] + radius[group, None]).max(axis=0)
+        at, across = (low + high) / 2, float((high - low).max())
+        if across > WIDEST_RING * scene.size:  # so many are seen without a ring; the largest of them is pointed at
+            at, across = centre[group[area[blocks[group]].argmax()]], 0.0
+        total = area[blocks[group]].sum()
+        text = f"{_named(blocks[group])}\n{total:.3g} m2"
+        text += f", {engineering(float(weight[blocks[group]].sum()), 'N/m')}" if weight.any() else ""
+        _name(sheet, at, across, text)
+
+
+def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
+    """Draw a ring of a diameter, and a name beside it within the picture."""
+    from matplotlib.patches import Circle
+
+    x0, y0, x1, y1 = sheet.scene.view
+    part = (at - (x0, y0)) / (x1 - x0, y1 - y0)
+    if not ((part > 0) & (part < 1)).all():
+        return
+    if across > 0:
+        sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=FALLS, linewidth=2.0, zorder=5))
+    side, up = (-1 if part[0] > 0.7 else 1), (-1 if part[1] > 0.75 else 1)
+    edge = at + across / 2 * np.array([0.7 * side, 0.7 * up])
+    sheet.axes.annotate(
+        text,
+        xy=tuple(edge),
+        xytext=(28 * side, 24 * up),
+        textcoords="offset points",
+        ha="left" if side > 0 else "right",
+        va="center",
+        fontsize=9,
+        color=TEXT,
+        zorder=6,
+        parse_math=False,
+        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": FALLS, "alpha": 0.92},
+        arrowprops={"arrowstyle": "-", "color": FALLS, "linewidth": 1.2},
+    )
+
+
+def _together(centre: FloatArray, radius: FloatArray) -> list[BoolArray]:
+    """Return which circles overlap each other, directly or by others, a mask a group."""
+    from scipy.sparse.csgraph import connected_components
+
+    if len(centre) > ENOUGH:
+        return []
+    apart = np.hypot(*(centre[:, None] - centre[None, :]).transpose(2, 0, 1))
+    count, group = connected_components(apart < radius[:, None] + radius[None, :], directed=False)
+    return [group == number for number in range(count)]
+
+
+def _weight(scene: Scene) -> FloatArray:
+    """Return the weight of every block as a size, (n,) [N/m]."""
+    evidence = scene.stage.evidence
+    if evidence is None:
+        return np.zeros(scene.results.blocks.count)
+    weight: FloatArray = np.hypot(*evidence.weight.T)
+    return weight
+
+
+def add_supports(sheet: Sheet) -> None:
+    """Draw where supports hold the blocks: a triangle where in both directions, a circle where in one."""
+    evidence, scene = sheet.scene.stage.evidence, sheet.scene
+    if evidence is None or not len(evidence.bar_block):
+        return
+    points, of_point = np.unique(evidence.bar_point.round(9), axis=0, return_inverse=True)
+    along = np.zeros((len(points), 2))
+    np.maximum.at(along, of_point.reshape(-1), np.abs(evidence.bar_direction))
+    both = (along > 0.1).all(axis=1)
+    chosen = scene.spread(points, MOST_SUPPORTS)
+    for mask, label, style in (
+        (both, "held", {"marker": "^", "markersize": 7, "color": TEXT}),
+        (~both, "held in one direction", {"marker": "o", "markersize": 5, "color": TEXT, "markerfacecolor": "white"}),
+    ):
+        mine = chosen[np.asarray(mask)[chosen]]
+        if len(mine):
+            sheet.axes.plot(*points[mine].T, linestyle="none", clip_on=False, zorder=4, **style)
+            sheet.explain(label, linestyle="none", **style)
+
+
+def add_loads(sheet: Sheet) -> None:
+    """Draw the loads on the blocks, but weight and water, as arrows that end at the blocks' faces."""
+    stage = sheet.scene.stage
+    if stage.evidence is None:
+        return
+    applied = stage.loads[:, :2] - stage.water[:, :2] - stage.evidence.weight
+    add_forces(sheet, applied, "#8a1c1c", "loads", outside=True)
+
+
+def add_water_forces(sheet: Sheet) -> None:
+    """Draw the force of the water on every block."""
+    add_forces(sheet, sheet.scene.stage.water[:, :2], OF_WATER, "water on a block", outside=False)
+
+
+def add_forces(sheet: Sheet, forces: FloatArray, colour: str, what: str, *, outside: bool) -> None:
+    """Draw forces (n, 2) on blocks, where they are not too crowded, and say how large the greatest is.
+
+    With `outside` they end where they meet the block, else they begin at its centroid.
+    """
+    scene = sheet.scene
+    size = np.hypot(*forces.T)
+    greatest = float(size[scene.shown].max(initial=0.0))
+    if greatest <= 0:
+        return
+    blocks = scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
+    sense = forces[blocks] / size[blocks, None]
+    at = middle(scene, blocks)
+    if outside:
+        at = at - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
+    chosen = scene.spread(at, MOST_LOADS)
+    at, vector = at[chosen], forces[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
+    arrows(sheet, at - vector if outside else at, vector, colour)
+    sheet.explain(f"{what}, greatest {engineering(greatest, 'N/m')}", color=colour, marker=">", linewidth=1.5)
+
+
+def arrows(sheet: Sheet, tail: FloatArray, vector: FloatArray, colour: Any, **style: Any) -> Any:
+    """Draw arrows (k, 2) from their tails, true to scale in metres, and return them."""
+    given = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0022, "zorder": 4, **style}
+    values = () if isinstance(colour, str) else (colour,)
+    colours = {"color": colour} if isinstance(colour, str) else {}
+    return sheet.axes.quiver(*tail.T, *vector.T, *values, **colours, **given)
+
+
+def add_gravity(sheet: Sheet) -> None:
+    """Draw the direction of gravity in the upper left corner."""
+    evidence = sheet.scene.stage.evidence
+    pull = np.zeros(2) if evidence is None else evidence.weight.sum(axis=0)
+    if not pull.any():
+        return
+    x0, _, _, y1 = sheet.scene.view
+    sense = pull / np.hypot(*pull)
+    length = GRAVITY * sheet.scene.size
+    at = np.array([x0 + 0.6 * length, y1 - 1.6 * length])
+    arrows(sheet, (at - length / 2 * sense)[None], (length * sense)[None], TEXT, width=0.003, zorder=7)
+    sheet.axes.text(*(at - length * sense), "g", fontsize=10, color=TEXT, ha="center", va="center", zorder=7)
+
+
+def add_water_table(sheet: Sheet) -> None:
+    """Draw the water table."""
+    table = sheet.scene.stage.water_table
+    if len(table):
+        sheet.lines(table, colors=WATER, linewidths=2.2, zorder=3)
+        sheet.explain("water table", color=WATER, linewidth=2.2)
+
+
+def add_bolts(sheet: Sheet) -> None:
+    """Draw the bolts that are there, with their heads."""
+    ends, _ = bolt_lines(sheet.scene)
+    if not len(ends):
+        return
+    sheet.lines(ends, colors=BOLTS, linewidths=2.2, zorder=4)
+    add_heads(sheet)
+    sheet.explain("bolt, its head", color=BOLTS, linewidth=2.2, marker="o", markersize=4)
+
+
+def add_heads(sheet: Sheet) -> None:
+    """Draw the heads of the bolts as dots."""
+    bolts = sheet.scene.stage.bolts
+    heads = bolts.original[bolts.node_start[:-1]][bolts.status != BoltStatus.ABSENT]
+    sheet.axes.plot(*heads.T, linestyle="none", marker="o", markersize=4, color=TEXT, zorder=5)
+
+
+def bolt_lines(scene: Scene) -> tuple[FloatArray, IntArray]:
+    """Return both ends of the elements that are there, (k, 2, 2) [m], and their numbers."""
+    bolts = scene.stage.bolts
+    element = np.flatnonzero(bolts.alive)
+    first = bolts.first_node[element]
+    return np.stack([bolts.original[first], bolts.original[first + 1]], axis=1), element
+
+
+def add_numbers(sheet: Sheet) -> bool:
+    """Write the numbers of the blocks in which they can be read; return whether there are any."""
+    scene = sheet.scene
+    moments = scene.results.blocks.moments
+    wide = np.sqrt(moments.area[scene.shown]) > ROOM_FOR_NUMBER * scene.size
+    blocks = scene.shown[wide & ~scene.apart[scene.shown]]
+    if not len(blocks) or len(scene.shown) > ENOUGH:
+        return False
+    x0, y0, x1, y1 = scene.view
+    for block, (x, y) in zip(blocks.tolist(), moments.centroid[blocks].tolist(), strict=True):
+        if x0 < x < x1 and y0 < y < y1:
+            sheet.axes.text(x, y, str(block), ha="center", va="center", fontsize=7, color="#6b6b6b", zorder=2)
+    return True
+
+
+def told_count(sheet: Sheet) -> str:
+    """Return how many blocks are there, and how many of them are seen."""
+    scene = sheet.scene
+    seen = "" if len(scene.shown) == len(scene.here) else f", {len(scene.shown)} of them seen"
+    return f"{counted(len(scene.here), 'block')}{seen}"

@@ -1,0 +1,29 @@
+"""The command ``view``: a results folder as one page to explore in a browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.headings import heading
+from bsm_mesh.app.storage import SavedResults
+from bsm_mesh.app.view_data import read_view
+from bsm_mesh.app.view_page import page_of
+from bsm_mesh.files import write_text
+
+VIEW = "view.html"
+
+
+def write_view(out: Path) -> Path:
+    """Write the page of a results folder into it and return its path.
+
+    Raises
+    ------
+    ModelError
+        If the folder holds no results, or they are damaged or too large for a page, or Bokeh is not there.
+    """
+    added, saved = AddedFiles(out), SavedResults(out)
+    page = page_of(read_view(saved), heading(saved.told))
+    with added.file(VIEW) as draft:
+        write_text(draft, page)
+    return out / VIEW

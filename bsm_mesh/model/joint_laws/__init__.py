@@ -1,0 +1,46 @@
+"""Joint laws, one a file: what each bears in shear under its pressure, and what it remembers (`law`)."""
+
+from typing import Any
+
+from bsm_mesh.model.joint_laws.barton_bandis import BartonBandis
+from bsm_mesh.model.joint_laws.elastic import Elastic
+from bsm_mesh.model.joint_laws.ladanyi_archambault import LadanyiArchambault
+from bsm_mesh.model.joint_laws.law import (
+    JointLaw,
+    JointResponse,
+    ReducibleLaw,
+    StraightLaw,
+    WearingLaw,
+    ask,
+    wear_length_of,
+)
+from bsm_mesh.model.joint_laws.mohr_coulomb import MohrCoulomb
+from bsm_mesh.model.joint_laws.patton import Patton
+from bsm_mesh.model.joint_laws.reduction import refuse_factor
+from bsm_mesh.model.joint_laws.weaker import Weaker
+
+LAWS: dict[str, type[Any]] = {
+    "patton": Patton,
+    "mohr_coulomb": MohrCoulomb,
+    "barton_bandis": BartonBandis,
+    "ladanyi_archambault": LadanyiArchambault,
+}
+"""Laws by the names that a model file gives them; the fields of each are its keys there."""
+
+__all__ = [
+    "LAWS",
+    "BartonBandis",
+    "Elastic",
+    "JointLaw",
+    "JointResponse",
+    "LadanyiArchambault",
+    "MohrCoulomb",
+    "Patton",
+    "ReducibleLaw",
+    "StraightLaw",
+    "Weaker",
+    "WearingLaw",
+    "ask",
+    "refuse_factor",
+    "wear_length_of",
+]

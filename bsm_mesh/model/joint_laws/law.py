@@ -1,0 +1,157 @@
+"""What a joint law is: how much shear a contact bears under its pressure, and what it remembers.
+
+A law is one small frozen class with `respond`: old state in; shear, tangent and new state out, vectorised over
+contacts. It sees numbers, not the model. Evaluating it changes nothing; only an accepted step keeps a new state.
+That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.strength_lines` besides. A law that has
+`reduced(factor)` too is asked for itself at another strength; of one without, all shear forces are divided
+(`bsm_mesh.model.strength`). One that has a `wear_length` is told how far its contacts have slid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, cast, runtime_checkable
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class JointResponse:
+    """What a law answers.
+
+    Attributes
+    ----------
+    shear : (m,) float64 [N/m]
+        Shear force.
+    by_pressure : (m,) float64
+        Derivative of the shear force by the pressure; 0 while sticking.
+    strength : (m,) float64 [N/m]
+        Greatest shear force at this pressure; infinite where there is no limit.
+    sticking : (m,) bool
+        Whether the shear force is the trial one.
+    failed : (m,) bool
+        New state: fallen to the residual strength. Stays true.
+    """
+
+    shear: FloatArray
+    by_pressure: FloatArray
+    strength: FloatArray
+    sticking: BoolArray
+    failed: BoolArray
+
+
+class JointLaw(Protocol):
+    """A law for the shear force of contacts: what every scheme asks of it."""
+
+    def respond(
+        self, pressure: FloatArray, trial_shear: FloatArray, length: FloatArray, failed: BoolArray
+    ) -> JointResponse:
+        """Return the response of contacts.
+
+        Those that do not touch come with neither pressure nor trial shear: that must leave their state as it is.
+
+        Parameters
+        ----------
+        pressure : (m,) float64 [N/m]
+            Normal force, compression positive; negative where the contact bears tension.
+        trial_shear : (m,) float64 [N/m]
+            Shear force if the contact stuck.
+        length : (m,) float64 [m]
+            Length that each contact stands for.
+        failed : (m,) bool
+            Old state.
+        """
+
+
+class WearingLaw(JointLaw, Protocol):
+    """A law whose strength wears off with slip: its contacts remember how far they have slid.
+
+    Attributes
+    ----------
+    wear_length : float or None [m]
+        Slip over which strength changes markedly; None: it does not wear. Blocks that are followed slide by no more
+        than half of it, and a quarter of what they have slid, before laws are asked again.
+    """
+
+    @property
+    def wear_length(self) -> float | None:
+        """Slip over which strength changes markedly [m]; None: it does not wear."""
+
+    def respond(
+        self,
+        pressure: FloatArray,
+        trial_shear: FloatArray,
+        length: FloatArray,
+        failed: BoolArray,
+        slip_path: FloatArray | None = None,
+    ) -> JointResponse:
+        """Return the response of contacts that have slid `slip_path` (m,) [m] so far, not at all where it is None.
+
+        Within a step the strength is that at its start; how far a contact has slid is kept with the accepted step.
+        """
+
+
+def wear_length_of(law: JointLaw) -> float | None:
+    """Return over which slip a law's strength changes markedly [m]; None: not with slip."""
+    found: float | None = getattr(law, "wear_length", None)
+    return found
+
+
+def ask(
+    law: JointLaw,
+    pressure: FloatArray,
+    trial_shear: FloatArray,
+    length: FloatArray,
+    failed: BoolArray,
+    slip_path: FloatArray,
+) -> JointResponse:
+    """Return a law's response; one that wears is told how far the contacts have slid, (m,) [m]."""
+    if wear_length_of(law) is None:
+        return law.respond(pressure, trial_shear, length, failed)
+    wearing = cast("WearingLaw", law)
+    return wearing.respond(pressure, trial_shear, length, failed, slip_path)
+
+
+@runtime_checkable
+class StraightLaw(JointLaw, Protocol):
+    """A law whose strength is bounded by straight lines: what limit analysis asks of it besides."""
+
+    def strength_lines(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return slope [-] and intercept [N/m] of k lines for contacts that have not failed, (m, k) each.
+
+        The shear strength at a pressure p is the least of ``intercept + slope * p``. A curved strength has tangents,
+        which lie above it, and lines through points that follow each other, which lie below it between them.
+
+        Parameters
+        ----------
+        length : (m,) float64 [m]
+            Length that each contact stands for.
+        """
+
+
+@runtime_checkable
+class ReducibleLaw(JointLaw, Protocol):
+    """A law that knows itself at another strength."""
+
+    def reduced(self, factor: float) -> JointLaw:
+        """Return the law with the tangent of every friction angle, and every cohesion, divided by a factor.
+
+        Parameters
+        ----------
+        factor : float
+            More than 1 weakens, less strengthens.
+        """
+
+
+def cut_to_strength(trial: FloatArray, strength: FloatArray, slope: FloatArray, failed: BoolArray) -> JointResponse:
+    """Return the trial shear cut to the strength (return mapping)."""
+    sticking = np.abs(trial) <= strength
+    return JointResponse(
+        shear=np.where(sticking, trial, np.copysign(strength, trial)),
+        by_pressure=np.where(sticking, 0.0, np.copysign(slope, trial)),
+        strength=strength,
+        sticking=sticking,
+        failed=failed,
+    )

@@ -1,0 +1,112 @@
+"""UDEC: a data file of commands. Blocks are the outline cut by cracks, joints by material numbers.
+
+Written after the manual of UDEC 5 (Itasca 2011); UDEC itself was not there to run it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.exports.parts import (
+    GRAVITY,
+    JointedFaces,
+    fixed_blocks,
+    forces_on_blocks,
+    friction_and_cohesion,
+    left_out,
+)
+from bsm_mesh.files import write_text
+from bsm_mesh.model.model import Model
+from bsm_mesh.model.supports import Fixed
+
+ROUNDING = 0.01  # of the shortest edge: radius of rounded corners, which UDEC wants
+STIFF = 1e11  # Pa/m: faces of rock without a joint, and joints without a stiffness of their own
+
+
+def write(model: Model, path: Path) -> tuple[str, ...]:
+    """Write a model; return what is left out."""
+    blocks = model.blocks
+    jointed = JointedFaces.of(model)
+    shortest = float(np.hypot(*blocks.edge_vectors.T).min())
+    lines = [f"; {model.title or 'a model'} of bsm-mesh, in m, N, Pa, kg/m^3, for UDEC", "new"]
+    lines += [f"round {ROUNDING * shortest:.6g}", f"edge {2 * ROUNDING * shortest:.6g}"]
+    for first, last in zip(blocks.offsets[:-1], blocks.offsets[1:], strict=True):
+        lines.append("block " + " ".join(f"{x:.9g},{y:.9g}" for x, y in blocks.vertices[first:last]))
+    remarks = left_out(model, ("earthquake",))
+    lines += [";", "; materials of blocks, then of joints", *_materials(model)]
+    lines += _joints(model, jointed)
+    horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
+    lines += [f"gravity {GRAVITY * horizontal:.9g} {-GRAVITY * (1 - vertical):.9g}"]
+    lines += _supports(model, remarks) + _loads(model)
+    lines += ["damp auto", "solve ratio 1e-6", "save solved.sav"]
+    write_text(path, "\n".join(lines) + "\n")
+    return tuple(remarks)
+
+
+def _near(point: FloatArray, reach: float) -> str:
+    x, y = point
+    return f"range {x - reach:.9g},{x + reach:.9g} {y - reach:.9g},{y + reach:.9g}"
+
+
+def _materials(model: Model) -> list[str]:
+    lines = []
+    for number, name in enumerate(model.blocks.rock_names, start=1):
+        (weight,) = {rock.unit_weight for rock in model.rocks if rock.name == name}
+        lines.append(f"prop mat={number} dens={weight / GRAVITY:.9g} ; rock {name}")
+    inside = _inner_points(model)
+    reach = 1e-3 * np.sqrt(model.blocks.moments.area)
+    for block in np.flatnonzero(model.blocks.rock > 0):
+        lines.append(f"change mat={model.blocks.rock[block] + 1} {_near(inside[block], reach[block])}")
+    return lines
+
+
+def _inner_points(model: Model) -> FloatArray:
+    import shapely
+
+    rings = shapely.linearrings(model.blocks.vertices, indices=model.blocks.owner)
+    inside: FloatArray = shapely.get_coordinates(shapely.point_on_surface(shapely.polygons(rings)))
+    return inside
+
+
+def _joints(model: Model, jointed: JointedFaces) -> list[str]:
+    lines = [f"prop jmat=1 jkn={STIFF:g} jks={STIFF:g} jfric=45 jcoh=1e20 jten=1e20 ; faces of rock without a joint"]
+    for number, joint in enumerate(model.joints, start=2):
+        friction, cohesion = friction_and_cohesion(joint)
+        normal, shear = joint.contact_stiffness
+        strength = "jfric=45 jcoh=1e20 jten=1e20" if friction is None else f"jfric={friction:g} jcoh={cohesion:g}"
+        tension = "" if friction is None else f" jten={joint.tensile_strength:g}"
+        lines.append(f"prop jmat={number} jkn={normal:g} jks={shear:g} {strength}{tension} ; joint {joint.name}")
+    lines.append("change jmat=1 jcons=2")
+    start, end = jointed.faces.start, jointed.faces.end
+    for joint, (x, y), (u, v) in zip(jointed.joint, start, end, strict=True):
+        if joint >= 0:
+            reach = 1e-3 * float(np.hypot(u - x, v - y))
+            box = f"{min(x, u) - reach:.9g},{max(x, u) + reach:.9g} {min(y, v) - reach:.9g},{max(y, v) + reach:.9g}"
+            lines.append(f"change jmat={joint + 2} range {box}")
+    return lines
+
+
+def _supports(model: Model, remarks: list[str]) -> list[str]:
+    lines, inside = [], _inner_points(model)
+    reach = 1e-3 * np.sqrt(model.blocks.moments.area)
+    for number, support in enumerate(model.supports, start=1):
+        held = fixed_blocks(model, support) if isinstance(support, Fixed) else np.empty(0, np.int64)
+        if not isinstance(support, Fixed):
+            remarks.append(f"support {number} ({type(support).__name__}): only blocks that are fixed are written")
+        elif support.blocks is None:
+            remarks.append(f"support {number} holds edges or a point: the whole blocks there are fixed")
+        lines += [f"fix {_near(inside[block], reach[block])}" for block in held]
+    return lines
+
+
+def _loads(model: Model) -> list[str]:
+    inside, reach = _inner_points(model), 1e-3 * np.sqrt(model.blocks.moments.area)
+    forces = forces_on_blocks(model)
+    return [
+        f"load {_near(inside[block], reach[block])} xload={x:.9g} yload={y:.9g} ; moment {m:.6g}"
+        for block, (x, y, m) in enumerate(forces)
+        if x or y
+    ]

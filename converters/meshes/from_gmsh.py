@@ -1,0 +1,49 @@
+"""I-deas universal files (.unv), read by Gmsh: meshio does not know them."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from bsm_mesh.converters.meshes.cells import MeshCells
+from bsm_mesh.converters.meshes.from_msh import read_msh41
+from bsm_mesh.errors import ModelError
+from bsm_mesh.files import scratch_folder, whole_file
+
+SUFFIXES = (".unv",)
+LIBRARY = ("gmsh",)
+
+
+def read_by_gmsh(path: Path) -> MeshCells:
+    """Return the elements and groups of a file that Gmsh reads; groups of elements keep their names.
+
+    Raises
+    ------
+    ModelError
+        If Gmsh is not there, or cannot read the file.
+    """
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise ModelError(f"{path}: this format is read by Gmsh, which cannot start ({error})") from None
+    gmsh.initialize(interruptible=False, readConfigFiles=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.AbortOnError", 2)
+        gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+        gmsh.option.setNumber("Mesh.Binary", 1)
+        gmsh.option.setNumber("Mesh.SaveAll", 1)
+        gmsh.merge(str(path))
+        with scratch_folder() as folder:
+            with whole_file(folder / "mesh.msh") as draft:
+                gmsh.write(str(draft))
+            cells = read_msh41(folder / "mesh.msh")
+    except ModelError:
+        raise ModelError(
+            f"{path}: Gmsh finds no plane mesh in it; it is damaged, or not what its ending says"
+        ) from None
+    except Exception as error:  # Gmsh raises nothing more special
+        raise ModelError(f"{path}: Gmsh cannot read it ({error}); it is damaged, or holds no mesh") from None
+    finally:
+        gmsh.finalize()
+    return dataclasses.replace(cells, source=str(path))

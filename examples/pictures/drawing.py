@@ -1,0 +1,139 @@
+"""How a picture of a page is drawn: run, drawn, joined with others, put in its place."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from PIL import Image
+
+from examples.numbers.pages import markdown
+
+ROOT = Path(__file__).parents[2]
+Window = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """A picture of the pages.
+
+    Attributes
+    ----------
+    target : str
+        The file, relative to the checkout.
+    models : tuple of str
+        Model files, relative to the checkout, or ``demo/NAME`` of the starter cavern; a panel each.
+    name : str
+        The picture, as `bsm-mesh plot --only` knows it; ``movement.gif``, or ``step N``.
+    columns : int
+        In how many columns several panels stand.
+    window : (x0, y0, x1, y1), optional [m]
+        What is seen.
+    script : str
+        What draws it instead, relative to the checkout.
+    elsewhere : str
+        The command that draws it; it is only listed here.
+    shows, mended : str
+        What is seen, and what was mended when it was judged.
+    """
+
+    target: str
+    models: tuple[str, ...] = ()
+    name: str = ""
+    columns: int = 1
+    window: Window | None = None
+    script: str = ""
+    elsewhere: str = ""
+    shows: str
+    mended: str = ""
+
+
+def draw(picture: Drawn, folder: Path) -> None:
+    """Draw a picture and put it in its place; runs lie in `folder`."""
+    if picture.elsewhere:
+        return
+    if picture.script:
+        subprocess.run([sys.executable, picture.script], cwd=ROOT, check=True)
+        return
+    panels = [_panel(picture, _results(model, folder)) for model in picture.models]
+    target = ROOT / picture.target
+    if target.suffix == ".gif":
+        target.write_bytes(panels[0].read_bytes())
+        return
+    _joined(panels, picture.columns).save(target, optimize=True)
+
+
+@cache
+def _results(model: str, folder: Path) -> Path:
+    """Return the results folder of a model."""
+    out = folder / model.replace("/", "_").removesuffix(".toml")
+    path = ROOT / model
+    if model.startswith("demo/"):
+        path = _demo(folder) / model.removeprefix("demo/")
+    _command("run", str(path), "-q", "-o", str(out))
+    return out
+
+
+@cache
+def _demo(folder: Path) -> Path:
+    """Return the folder with both models of the demo."""
+    from bsm_mesh.app.demo import MODEL, UNBOLTED, without_bolts
+    from bsm_mesh.app.starters import write_starter
+
+    case = folder / "demo"
+    write_starter("cavern", case)
+    (case / UNBOLTED).write_text(without_bolts((case / MODEL).read_text(encoding="utf-8")), encoding="utf-8")
+    return case
+
+
+def _panel(picture: Drawn, results: Path) -> Path:
+    """Draw one panel and return its file."""
+    if picture.name == "movement.gif":
+        asked = ["--animate"]
+    elif picture.name.startswith("step "):
+        asked = ["--step", picture.name.removeprefix("step ")]
+    else:
+        asked = ["--stage", "-1", "--only", picture.name]
+        asked += [] if picture.window is None else ["--window", *(f"{each:g}" for each in picture.window)]
+    drawn = _command("plot", str(results), *asked)
+    return Path(drawn.strip().splitlines()[-1])
+
+
+def _command(*arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "bsm_mesh", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if done.returncode not in (0, 3):
+        raise RuntimeError(done.stderr)
+    return done.stdout
+
+
+def _joined(panels: Sequence[Path], columns: int) -> Image.Image:
+    """Return pictures side by side."""
+    images = [Image.open(panel).convert("RGB") for panel in panels]
+    rows = -(-len(images) // columns)
+    width, height = max(image.width for image in images), max(image.height for image in images)
+    whole = Image.new("RGB", (columns * width, rows * height), "white")
+    for number, image in enumerate(images):
+        whole.paste(image, (number % columns * width, number // columns * height))
+    return whole
+
+
+def table(pictures: Sequence[Drawn]) -> str:
+    """Return the table of the page: every picture, what it shows, what was mended."""
+    rows = []
+    for picture in pictures:
+        with Image.open(ROOT / picture.target) as image:
+            size = f"{image.width} x {image.height}"
+        how = picture.script or picture.elsewhere
+        how = f"`{how}`" if how else f"`{picture.name}` of {_models(picture)}"
+        rows.append((f"[{picture.target}](../{picture.target})", how, size, picture.shows, picture.mended or "nothing"))
+    return markdown(("picture", "drawn by", "pixels", "shows", "mended"), rows)
+
+
+def _models(picture: Drawn) -> str:
+    return ", ".join(model.removeprefix("examples/") for model in picture.models)

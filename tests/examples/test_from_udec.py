@@ -1,0 +1,39 @@
+"""The page for users of UDEC and RS2: its problem runs, and the keys that it names are there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import bsm_mesh as bsm
+from bsm_mesh.app.model_tables import ModelFile
+from tests.scenes.small_case import Case
+
+PAGE = (Path(__file__).parents[2] / "docs/from_udec_and_rs2.md").read_text(encoding="utf-8")
+FILES = re.compile(r"`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def test_the_problem_runs(case: Case) -> None:
+    names = dict(FILES.findall(PAGE))
+    assert set(names) == {"opening.py", "opening.toml"}
+    for name, content in names.items():
+        case.write(name, content)
+    (command,) = re.findall(r"^```sh\nbsm-mesh (.*)\n```", PAGE, re.MULTILINE)
+    outcome = case.run(*command.split())
+    assert outcome.code == 0, outcome.err
+    results = bsm.Results.load("out/opening")
+    assert [stage.status for stage in results.stages] == ["stable", "stable"]
+    assert results.stages[0].max_displacement < 1e-9  # the field balances the loads exactly
+    assert -2e-3 < results.histories["crown"].values[-1, 1] < 0  # the crown comes down a little
+    assert (case.folder / "out/opening/pictures/joints_state.png").is_file()
+
+
+def test_every_key_that_it_names_is_a_key() -> None:
+    schema = ModelFile.model_json_schema()
+    known = {key for part in schema["$defs"].values() for key in part.get("properties", {})} | set(schema["properties"])
+    tables = PAGE[PAGE.index("## What is what") : PAGE.index("## What is different")]
+    right = " ".join(line.rsplit("|", 2)[1] for line in tables.splitlines() if line.startswith("|"))
+    named = set(re.findall(r"`\[+[\w.]+\]+ ([^`]*)`", right))
+    keys = {key for text in named for key in re.findall(r"(?:^|, )(\w+)(?= =|,|$)", text)}
+    assert len(keys) > 12
+    assert keys - {"a_x"} <= known  # the gradient in a list of stresses

@@ -1,0 +1,145 @@
+"""Models for other programs: Abaqus read back, UDEC parsed, scripts as they stand; run where the programs are there."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import json
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import bsm_mesh as bsm
+from bsm_mesh.app.exporting import ENDINGS
+from bsm_mesh.converters import read_mesh
+from bsm_mesh.converters.exports import PROGRAMS, export
+from bsm_mesh.errors import ModelError
+from tests.scenes.arch import arch
+from tests.scenes.models import model_of
+from tests.scenes.shapes import SQUARE, rectangle
+from tests.scenes.small_case import MODEL, Case
+from tests.unit.test_run_writer import staged
+
+L_SHAPE = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)
+
+
+def test_abaqus_read_back_is_the_same_mesh(tmp_path: Path) -> None:
+    """Blocks, areas, rocks, joints on both sides, boundaries; what it cannot say is listed."""
+    model = staged()
+    remarks = export(model, "abaqus", tmp_path / "a.inp")
+    blocks, report = read_mesh(tmp_path / "a.inp")
+    assert (blocks.count, blocks.rock_names) == (6, ("gneiss",))
+    assert_allclose(blocks.moments.area, model.blocks.moments.area, rtol=1e-12)
+    assert_allclose(blocks.moments.centroid, model.blocks.moments.centroid, atol=1e-12)
+    assert report.groups["joint:J1"] == 14
+    assert {n: len(e) for n, e in blocks.boundaries.items()} == {n: len(e) for n, e in model.blocks.boundaries.items()}
+    assert [text for text in remarks if "stage" in text or "bolt" in text or "water" in text] == [
+        *("2 stages (first, second)", "1 bolt", "groundwater")
+    ]
+    text = (tmp_path / "a.inp").read_text()
+    loads = [line.split(", ") for line in text.partition("*CLOAD\n")[2].partition("*")[0].splitlines()]
+    assert sum(float(value) for _, axis, value in loads if axis == "2") == pytest.approx(-3e5)
+    assert {axis for _, axis, _ in loads} == {"2"}
+
+
+def test_concave_blocks_become_triangles_and_junctions_are_told(tmp_path: Path) -> None:
+    model = model_of([L_SHAPE, rectangle(1, 1, 2, 2)])
+    remarks = export(model, "abaqus", tmp_path / "a.inp")
+    blocks, _ = read_mesh(tmp_path / "a.inp", blocks="elements")
+    assert_allclose(blocks.moments.area.sum(), 5 + 1)
+    assert any("T-junctions" in text for text in remarks)
+    with pytest.raises(ModelError, match="blocks 0 are concave, which this program does not take"):
+        export(model, "lmgc90", tmp_path / "a.py")
+
+
+def test_udec_has_every_block_joint_and_load(tmp_path: Path) -> None:
+    model = arch(5, 0.3, friction=40)
+    export(model, "udec", tmp_path / "a.dat")
+    lines = (tmp_path / "a.dat").read_text().splitlines()
+    outlines = [
+        np.array([point.split(",") for point in line.split()[1:]], dtype=float)
+        for line in lines
+        if line.startswith("block ")
+    ]
+    blocks = model.blocks
+    assert len(outlines) == blocks.count
+    assert_allclose(np.concatenate(outlines), blocks.vertices, atol=1e-8)
+    assert "prop jmat=2 jkn=1e+10 jks=1e+10 jfric=40 jcoh=0 jten=0 ; joint J" in lines
+    assert sum(line.startswith("change jmat=2 range ") for line in lines) == 6  # joints of five stones
+    assert sum(line.startswith("fix range ") for line in lines) == 2
+    assert "gravity 0 -9.81" in lines
+
+
+@pytest.mark.parametrize("program", ["compas_dem", "lmgc90"])
+def test_scripts_hold_the_model(tmp_path: Path, program: str) -> None:
+    model = arch(5, 0.3, friction=40).replace(loads=[bsm.PointLoad(block=2, point=(0, 1.0), force=(1e3, -2e3))])
+    remarks = export(model, program, tmp_path / "a.py")
+    tree = ast.parse((tmp_path / "a.py").read_text())
+    (data,) = (
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "DATA"
+    )
+    assert_allclose(np.concatenate(data["blocks"]), model.blocks.vertices)
+    assert_allclose(data["density"], 25e3 / 9.81)
+    assert data["fixed"] == [5, 6]
+    assert data["friction"] == pytest.approx(np.tan(np.radians(40)))
+    x, y, moment = data["loads"]["2"]
+    assert (x, y) == (1e3, -2e3)
+    assert moment == pytest.approx(-1e3 * (1.0 - model.blocks.moments.centroid[2, 1]))
+    assert "stiffness of joints: contacts are rigid" in remarks
+    assert any("RBE and CRA take weights alone" in text for text in remarks) == (program == "compas_dem")
+
+
+def test_one_friction_for_all_is_the_lowest(tmp_path: Path) -> None:
+    model = model_of([rectangle(-1, -1, 2, 0), SQUARE])
+    second = bsm.Joint("K", 1e9, 1e9, law=bsm.MohrCoulomb(friction=20, cohesion=1e3))
+    model = model.replace(joints=[*model.joints, second])
+    remarks = export(model, "lmgc90", tmp_path / "a.py")
+    assert "one coefficient of friction for all contacts: that of joint 'K', the lowest" in remarks
+    assert "joint 'K': cohesion and tensile strength" in remarks
+
+
+def test_names_that_are_refused(tmp_path: Path) -> None:
+    model = arch(5, 0.3)
+    with pytest.raises(ModelError, match=r"no export to 'flac'; known: abaqus, compas_dem, lmgc90, udec"):
+        export(model, "flac", tmp_path / "a")
+    with pytest.raises(ModelError, match=r"give a name that ends in \.py"):
+        export(model, "lmgc90", tmp_path / "a.txt")
+    with pytest.raises(ModelError, match="would stand for the package of that name"):
+        export(model, "compas_dem", tmp_path / "compas_dem.py")
+    with pytest.raises(ModelError, match=r"cannot write .*choose another folder"):
+        export(model, "udec", tmp_path / "nowhere" / "a.dat")
+
+
+def test_the_command(case: Case) -> None:
+    assert set(ENDINGS) == set(PROGRAMS)
+    case.write("model.toml", MODEL)
+    done = case.run("export", "model.toml", "--to", "abaqus")
+    assert done.code == 0
+    assert "written to model_abaqus.inp" in done.out
+    told = json.loads(case.run("export", "model.toml", "--to", "udec", "-o", "a.dat", "--json").out)
+    assert (told["file"], told["blocks"]) == ("a.dat", 4)
+    assert case.run("export", "model.toml", "--to", "flac").code == 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("compas_lmgc90") is None, reason="pip install compas_lmgc90")
+def test_lmgc90_finds_the_forces_of_an_arch(tmp_path: Path) -> None:
+    """Statics alone does not give them: rigid contacts and stiff springs agree to a thousandth of the weight."""
+    model = arch(9, 0.2)
+    export(model, "lmgc90", tmp_path / "a.py")
+    subprocess.run([sys.executable, "a.py", "400"], cwd=tmp_path, check=True, capture_output=True)
+    weight = 25e3 * model.blocks.moments.area[:9].sum()
+    with (tmp_path / "forces.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    theirs = {frozenset((int(r["block_a"]), int(r["block_b"]))): abs(float(r["force_y [N/m]"])) for r in rows}
+    contacts = bsm.run(model).stages[-1].contacts
+    for pair in {frozenset(p) for p in zip(contacts.block_a.tolist(), contacts.block_b.tolist(), strict=True)}:
+        mine = [{a, b} == pair for a, b in zip(contacts.block_a, contacts.block_b, strict=True)]
+        assert abs(contacts.force[mine].sum(axis=0)[1]) == pytest.approx(theirs[pair], abs=2e-3 * weight)

@@ -1,0 +1,70 @@
+"""Joint sets fragmented into surfaces of a user's own Gmsh model, and curves found in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import gmsh
+import numpy as np
+import pytest
+
+from bsm_mesh.converters import read_mesh
+from bsm_mesh.geometries import (
+    Fault,
+    GeometryError,
+    JointSet,
+    Region,
+    RockMass,
+    cut_blocks,
+    find_curves,
+    fragment_by_joints,
+    gmsh_session,
+    name_groups,
+    rectangle,
+    write_mesh,
+)
+from tests.scenes.networks import areas
+
+SETS = [JointSet(name="J1", dip=35, spacing=2.5, start=(0, 0)), JointSet(name="J2", dip=110, spacing=3.0, start=(1, 0))]
+
+
+def test_the_blocks_are_those_of_our_cutter(tmp_path: Path) -> None:
+    with gmsh_session("own"):
+        rock = gmsh.model.occ.addRectangle(-6, -5, 0, 12, 10)
+        (pieces,), joints = fragment_by_joints([rock], SETS)
+        assert set(joints) == {"joint:J1", "joint:J2"}
+        bottom = find_curves(along=[(-6, -5), (6, -5)])
+        name_groups({"rock:gneiss": pieces, **joints, "boundary:bottom": bottom})
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 2)
+        gmsh.model.mesh.generate(2)
+        write_mesh(tmp_path / "a.msh")
+    blocks, _ = read_mesh(tmp_path / "a.msh", blocks="regions")
+    cut = cut_blocks(RockMass(regions=[Region(outline=rectangle(-6, -5, 6, 5), rock="gneiss")], joints=SETS))
+    assert blocks.count == cut.count == len(pieces)
+    np.testing.assert_allclose(np.sort(blocks.moments.area), np.sort(areas(cut)), atol=1e-6)
+    edges = blocks.boundaries["bottom"]
+    assert np.hypot(*blocks.edge_vectors[edges].T).sum() == pytest.approx(12)
+
+
+def test_curves_by_direction_box_and_line() -> None:
+    with gmsh_session("curves"):
+        rock = gmsh.model.occ.addRectangle(0, 0, 0, 4, 4)
+        gmsh.model.occ.addDisk(10, 0, 0, 1, 1)
+        _, joints = fragment_by_joints([rock], [Fault(name="F", lines=[[(-1, 0), (5, 6)], [(0, 2), (4, 2)]])])
+        everything = {tag for _, tag in gmsh.model.getEntities(1)}
+        assert set(find_curves()) == everything
+        oblique = find_curves(dip=45)
+        assert set(oblique) == set(find_curves(dip=-135)) <= set(joints["joint:F"])
+        assert set(find_curves(dip=0, among=joints["joint:F"])) | set(oblique) == set(joints["joint:F"])
+        assert len(find_curves(box=[(9, -1), (11, 1)])) == 1  # the circle
+        assert find_curves(box=[(9, -1), (11, 1)], dip=0) == []
+        assert len(find_curves(along=[(0, 0), (4, 0)])) == 1
+
+
+def test_what_cannot_be_fragmented() -> None:
+    with gmsh_session("nothing"):
+        with pytest.raises(GeometryError, match="there are no surfaces"):
+            fragment_by_joints([], SETS)
+        rock = gmsh.model.occ.addRectangle(0, 0, 0, 4, 4)
+        with pytest.raises(GeometryError, match="no joint crosses the surfaces"):
+            fragment_by_joints([rock], [Fault(name="F", lines=[[(7, 0), (8, 0)]])])

@@ -1,0 +1,85 @@
+"""Pictures in Python: figures of Matplotlib, of results and of a model that was not run."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import bsm_mesh as bsm
+from bsm_mesh.app.plotting import as_given
+from bsm_mesh.errors import ModelError
+from tests.scenes.openings import OPENED, opening
+
+
+@pytest.fixture(scope="module")
+def results():
+    return bsm.run(opening(bolted=True))
+
+
+def texts(figure):
+    legends = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    return [figure.get_suptitle(), *(axes.get_title(loc="left") for axes in figure.axes), *legends]
+
+
+def test_joints_of_a_stage(results):
+    """The key has the share of the joints' length in each state."""
+    told = texts(results.plot("joints", stage="dig"))
+    faces = {name: share for name, share in (text.split(", ") for text in told if "of the length" in text)}
+    assert set(faces) == {"sticking", "slipping", "open"}
+    assert "stage dig, stable" in told[0]
+    assert "initial" in texts(results.plot("joints", stage=0))[0]
+
+
+def test_it_is_drawn_on_a_figure_that_is_given(results):
+    figure = Figure()
+    assert results.plot(figure=figure) is figure
+    assert figure.axes[0].get_xlabel() == "x, m"
+
+
+def test_a_window(results):
+    axes = results.plot("model", window=(1, 1, 3, 2)).axes[0]
+    assert (axes.get_xlim(), axes.get_ylim()) == ((1, 3), (1, 2))
+
+
+@pytest.mark.parametrize(
+    ("picture", "stage", "says"),
+    [
+        ("joint", 5, "there is no stage 5; stages are numbered 0 to 1"),
+        ("joints", "digg", "there is no stage 'digg'; did you mean 'dig'"),
+        ("jonts_slip", 0, "there is no picture 'jonts_slip'; did you mean 'joints_slip'"),
+        ("displacement", 0, "there is nothing to show in 'displacement' of that stage"),
+    ],
+)
+def test_what_is_not_there(picture, stage, says):
+    still = bsm.run(opening(bolted=False).replace(supports=[bsm.Fixed(blocks=range(24))]))
+    with pytest.raises(ModelError, match=says):
+        still.plot(picture, stage=stage)
+
+
+def test_a_model_that_was_not_run(results):
+    model = opening(bolted=True)
+    told = texts(model.plot())
+    assert told[0] == "Opening with bolts: as given"
+    assert told[1].startswith("24 blocks where they were given")
+    assert {"rock", "joint J", "held", "water table", "bolt, its head"} <= set(told)
+
+
+def test_what_is_known_of_a_model_is_what_its_run_begins_with(results):
+    given, first = as_given(results.model).stages[0], results.stages[0]
+    np.testing.assert_allclose(given.loads, first.loads, atol=1e-6)
+    np.testing.assert_allclose(given.water, first.water, atol=1e-6)
+    np.testing.assert_array_equal(given.water_table, first.water_table)
+    np.testing.assert_array_equal(given.present, first.present)
+    np.testing.assert_array_equal(given.evidence.weight, first.evidence.weight)
+    np.testing.assert_array_equal(given.evidence.bar_block, first.evidence.bar_block)
+    np.testing.assert_array_equal(given.bolts.original, first.bolts.original)
+    assert given.bolts.alive.all()
+
+
+def test_blocks_that_a_stage_fills_in_are_not_there_at_first():
+    model = opening(bolted=False)
+    stages = (*model.stages, bsm.Stage(name="fill", fill=OPENED))
+    assert as_given(model.replace(stages=stages)).stages[0].present.all()
+
+
+def test_a_notebook_shows_the_figure(results):
+    assert results.plot("joints")._repr_png_().startswith(b"\x89PNG")

@@ -1,0 +1,69 @@
+"""What `run` says in an engineer's words: what comes down, how far blocks moved, nothing wider than a terminal."""
+
+from __future__ import annotations
+
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.app.tables import down_rows, falling, print_table, result_rows
+from bsm_mesh.results.movement import part_of_size
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle
+from tests.scenes.small_case import Case
+
+
+@pytest.fixture(scope="module")
+def falls() -> bsm.results.Results:
+    """Return the results of two blocks of 1 and 0.25 m2 in the air beside one that rests."""
+    shapes = [
+        rectangle(0, 0, 10, 1),
+        rectangle(1, 1, 3, 2),
+        rectangle(5, 4, 6, 5),
+        rectangle(8, 4, 8.5, 4.5),
+    ]
+    options = bsm.Options(falls=bsm.Falls(ignore_below=0), displacement_limit=0.5)
+    return bsm.run(model_of(shapes, friction=30.0), options)
+
+
+def test_what_comes_down_is_told_with_place_area_weight_and_part(falls: bsm.results.Results) -> None:
+    stage, weight = falls.stages[-1], -falls.stages[-1].evidence.weight[:, 1]
+    assert stage.unstable_blocks.tolist() == [2, 3]
+    rows = down_rows(falls)
+    assert [row[:3] for row in rows] == [("2", "(5.5, 4.5) m", "1 m2"), ("3", "(8.25, 4.25) m", "0.25 m2")]
+    assert [row[3] for row in rows] == [f"{weight[b] / 1e3:.4g} kN/m" for b in (2, 3)]
+    assert [row[4] for row in rows] == ["7.5 %", "1.9 %"]  # of 13.25 m2
+    assert falling(falls, stage).startswith("2 blocks, 1.25 m2 (9.4 % of all), ")
+
+
+def test_words_of_the_solver_are_told_where_they_are_asked_for(falls: bsm.results.Results) -> None:
+    short, long = dict(result_rows(falls)), dict(result_rows(falls, verbose=True))
+    assert "weights and loads (x, y)" in short
+    assert not any("factorization" in row or "residual" in row for row in short)
+    assert {"steps, factorizations", "residual: block most out of balance"} <= set(long)
+    assert short["greatest displacement"].endswith("(of the blocks that stay)")
+
+
+def test_lengths_as_parts_of_a_block() -> None:
+    blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 4, 1)], rock="rock")
+    assert part_of_size(blocks, 0, 0.5) == "0.25 of the block's size"
+    assert part_of_size(blocks, 0, 5.0) == "2.5 times the block's size"
+
+
+def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -> None:
+    print_table("A title that is longer than its table by far", ("a", "b"), [("1", "2")])
+    title, *_ = capsys.readouterr().out.splitlines()
+    assert title == "A title that is longer than its table by far"  # not broken at the table's width
+    case.run("new", "tunnel", "mine")
+    for command in (["run", "mine/model.toml", "-q"], ["check", "mine/model.toml", "-q"], ["limit", "mine/model.toml"]):
+        for line in case.run(*command).out.splitlines():
+            told = line.startswith(
+                ("stage ", "note: ", "written ", "next: ", "mesh: ", "admissible", "No limit", "Beyond")
+            )
+            assert told or len(line) <= 80, line
+
+
+@pytest.mark.parametrize(("asked", "on"), [((), "weights and loads"), (("--load", "1"), "load 1")])
+def test_a_limit_says_what_it_is(case: Case, asked: tuple[str, ...], on: str) -> None:
+    outcome = case.run("limit", "model.toml", *asked)
+    assert f"No limit: whatever the factor on {on}, statics alone does not prove" in outcome.out
+    assert "That is no factor of safety" in outcome.out
