@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from examples.numbers.pages import Table, markdown
 
+ROOT = Path(__file__).parents[2]
 PROJECT = "bsm-mesh"
-EXTRAS = ("pardiso", "mpi", "dask", "dxf")  # of those who use the program; other extras are tools of its developers
+EXTRAS = (
+    "pardiso",
+    "mpi",
+    "dask",
+    "dxf",
+    "gis",
+    "view",
+    "pandas",
+    "meshlane",
+)  # of those who use the program; other extras are tools of its developers
 LONG = 40  # letters: a longer "License" is the text itself
 INSTALL = "sh bootstrap.sh test"
 
@@ -30,16 +42,17 @@ def licence(package: Distribution) -> str:
 
 
 def needed(name: str, extra: str = "") -> Iterator[str]:
-    """Give the names that a package requires here; with an extra, those of the extra."""
-    for line in distribution(name).requires or ():
+    """Give the names that a package requires here; of the project, with an extra, those of the extra."""
+    for line in declared(extra) if name == PROJECT else distribution(name).requires or ():
         requirement = Requirement(line)
-        marker = requirement.marker
-        if extra:
-            here = marker is not None and marker.evaluate({"extra": extra}) and not marker.evaluate({"extra": ""})
-        else:
-            here = marker is None or marker.evaluate({"extra": ""})
-        if here:
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
             yield canonicalize_name(requirement.name)
+
+
+def declared(extra: str) -> list[str]:
+    """Return what pyproject.toml requires: an environment may have been installed from an older one."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return project["optional-dependencies"][extra] if extra else project["dependencies"]
 
 
 def all_needed() -> dict[str, str]:
