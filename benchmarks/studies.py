@@ -23,7 +23,7 @@ import psutil
 from bsm_mesh.app.study_folder import RUNS
 from bsm_mesh.studies.table import StudyTable
 
-HEIGHT, BEDDING, CROSS = 40.0, 1.75, 4.0  # m: the starter's slope with 300 blocks
+HEIGHT, BEDDING, CROSS = 40.0, 2.2, 5.0  # m: the starter's slope with 300 blocks
 DIP = 15.0  # degrees, of its bedding
 STUDY = """\
 model = "model.toml"
@@ -55,6 +55,8 @@ def write_study(folder: Path, runs: int) -> None:
     subprocess.run([sys.executable, "-m", "bsm_mesh", "new", "slope", str(folder)], check=True, capture_output=True)
     text = (folder / "model.toml").read_text(encoding="utf-8")
     joints = f"bedding_spacing = {BEDDING}\njoint_spacing = {CROSS}"
+    assert "bedding_dip = 30.0" in text
+    assert "height = 20.0" in text
     text = text.replace("bedding_dip = 30.0", f"bedding_dip = {DIP}")
     text = text.replace("height = 20.0", f"height = {HEIGHT}\n{joints}")
     (folder / "model.toml").write_text(text, encoding="utf-8")

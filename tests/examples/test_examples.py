@@ -160,7 +160,7 @@ def test_the_weak_tunnel_fails_with_the_bench(tmp_path: Path) -> None:
 
 def test_example_1_by_the_homogeneous_route(tmp_path: Path) -> None:
     stages = stages_of(told("run", EXAMPLES / "01_circular_tunnel/homogeneous.toml", "-o", tmp_path))
-    assert [stage["status"] for stage in stages] == ["stable", "stable"]
+    assert [stage["status"] for stage in stages] == ["no_verdict", "no_verdict"]
     assert stages[0]["max_displacement"] == 0.0
     assert stages[1]["most_compressive_stress"] < -2 * 26e3 * 11
 

@@ -93,7 +93,7 @@ def test_stages_that_change_strength_and_shake(tmp_path: Path, left: list[Path],
     for name, write in files_of_model(built, bsm.Options(scheme=scheme)).items():
         write(model.parent / name)
     whole = bsm.run(model, output=out)
-    assert [stage.status for stage in whole.stages] == ["stable"] * 5
+    assert {stage.status for stage in whole.stages} == {"no_verdict" if scheme == "linear" else "stable"}
     if scheme == "continuation":
         assert [bool((stage.contacts.status == 1).any()) for stage in whole.stages] == [False, True, True, True, False]
     wanted, copies = content(out), list(left)
