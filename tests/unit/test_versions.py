@@ -66,4 +66,6 @@ def test_extras_are_what_bootstrap_adds() -> None:
         "test",
         "benchmark",
         "mutation",
+        "browser",
+        "view",
     }
