@@ -280,6 +280,16 @@ def test_blocks_that_no_chain_of_contacts_joins_to_a_support_are_unstable():
     assert list(beside.unstable_blocks) == [1, 2]
 
 
+@pytest.mark.parametrize("size", [0.1, 1.0])
+def test_a_block_in_the_air_falls_from_where_it_was_given(size):
+    """Beside blocks at rest: it falls until that is seen, and not beyond all bounds in one step."""
+    polygons = [rectangle(0, 0, 10, 1), rectangle(4, 1, 5, 2), rectangle(7, 2.5, 7 + size, 2.5 + size)]
+    results = bsm.run(model_of(polygons))
+    assert results.status == "unstable"
+    assert results.unstable_blocks.tolist() == [2]
+    assert -2.0 < results.stages[-1].displacement[2, 1] < -0.01
+
+
 def test_without_any_load_there_is_no_verdict():
     with pytest.raises(bsm.ModelError, match="nothing loads the model"):
         solve(model_of([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], gamma=0.0))

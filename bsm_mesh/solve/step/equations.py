@@ -180,6 +180,11 @@ class StepEquations:
         return largest
 
     def _is_within_band(self, movement: FloatArray) -> bool:
+        """Return whether neighbours hardly move apart, and blocks that have none no farther than in any step."""
+        candidates, alone = self.contacts.candidates, np.ones((len(movement), 1), dtype=bool)
+        alone[candidates.block_a] = alone[candidates.block_b] = False
+        if self.movement(movement * alone) > MAX_MOVEMENT * self.system.d:
+            return False
         return self.max_relative_movement(movement) <= BAND * self.system.d
 
     def evaluate(self, position: FloatArray) -> Evaluation:
