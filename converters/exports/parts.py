@@ -12,7 +12,7 @@ from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import Faces, find_faces
-from bsm_mesh.model.joint_laws import BartonBandis, Elastic, LadanyiArchambault, MohrCoulomb, Patton
+from bsm_mesh.model.joint_laws import Elastic, MohrCoulomb, Patton
 from bsm_mesh.model.loads import InSituTraction, point_forces_of
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.materials import Joint
@@ -79,10 +79,6 @@ def friction_and_cohesion(joint: Joint) -> tuple[float | None, float]:
         return law.friction, law.cohesion
     if isinstance(law, Patton):
         return law.friction + law.dilation, 0.0  # its first line, which governs at low pressure
-    if isinstance(law, BartonBandis):
-        return law.residual_friction, 0.0  # what it bears at every pressure
-    if isinstance(law, LadanyiArchambault):
-        return law.friction, 0.0
     raise ModelError(
         f"joint '{joint.name}': the law {type(law).__name__} has no friction and cohesion to be told; give a "
         "mohr_coulomb law that fits it over the pressures of this model"

@@ -42,8 +42,10 @@ def numbers_without_range(schema: Any, place: str) -> Iterator[str]:
     elif isinstance(schema, dict):
         kind = schema.get("type")
         numeric = {"number", "integer"} & set(kind if isinstance(kind, list) else [kind])
-        if numeric and not (
-            {"minimum", "exclusiveMinimum"} & set(schema) and {"maximum", "exclusiveMaximum"} & set(schema)
+        if (
+            numeric
+            and "const" not in schema
+            and not ({"minimum", "exclusiveMinimum"} & set(schema) and {"maximum", "exclusiveMaximum"} & set(schema))
         ):
             yield place
         for key, part in schema.items():
