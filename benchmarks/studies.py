@@ -76,7 +76,7 @@ def study_process(folder: Path, out: str, processes: int) -> subprocess.Popen[by
 
 
 def finished(journal: Path) -> int:
-    return journal.read_bytes().count(b"\n") if journal.exists() else 0
+    return journal.read_bytes().count(b'"status"') if journal.exists() else 0
 
 
 def wait_for(journal: Path, count: int, driver: subprocess.Popen[bytes]) -> None:
