@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.app import verify_certificate
 from bsm_mesh.app.verify_certificate import strength_of
-from bsm_mesh.converters.exports.parts import friction_and_cohesion, left_out
 from bsm_mesh.model.joint_laws import ask
 from bsm_mesh.model.strength import reduced_law, with_strength
 from bsm_mesh.results.evidence import law_table
@@ -200,13 +199,3 @@ def test_verdicts_bear_out_by_their_certificates_alone(tmp_path, law, reduction,
         warnings.simplefilter("ignore", bsm.ResultsWarning)  # a reduced law has no form in a model file
         results.save(tmp_path / "out")
     assert verify_certificate.main(tmp_path / "out") == 0
-
-
-@pytest.mark.parametrize(
-    ("law", "friction"), [(FLAT, 25.0), (bsm.LadanyiArchambault(friction=22, dilation=10, jcs=40e6), 22.0)]
-)
-def test_other_programs_get_the_friction_that_is_there_at_every_pressure(law, friction):
-    model = slab(law, 10.0)
-    model = model.replace(joints=[replace(model.joints[0], max_closure=1e-4)])
-    assert friction_and_cohesion(model.joints[0]) == (friction, 0.0)
-    assert len([text for text in left_out(model) if "its law" in text or "greatest closure" in text]) == 2
