@@ -180,15 +180,15 @@ class Search:
         A state that blocks reached by giving way is none to count from. Where they move as far at more strength they
         have not given way: joints are soft.
         """
-        self._reference = first
+        self._reference, farther = first, first.value
         for _ in range(MOST_STRONGER):
-            farther = STRONGER * self._reference.value
+            farther *= STRONGER
             if not self._has_moved(self._reference) or not self._within.is_factor or farther < self._within.good:
                 return
             self._try([farther], run_all)
             former, stronger = self._reference, self._ended[farther]
-            if not stronger.status.is_stable:
-                return
+            if not stronger.status.is_stable:  # on the way down to where blocks came to rest
+                continue
             self._reference = stronger
             if movement(former, stronger, self._blocks, self._counts).max() <= self._criterion.movement:
                 return

@@ -27,15 +27,17 @@ def incline(**given):
 
 
 class Made:
-    """Trials of two blocks whose second moves as told, or has no verdict."""
+    """Trials of two blocks whose second moves as told, has no verdict, or comes down."""
 
-    def __init__(self, moved, undecided=()):
-        self.moved, self.undecided, self.values = moved, undecided, []
+    def __init__(self, moved, undecided=(), falls=()):
+        self.moved, self.undecided, self.falls, self.values = moved, undecided, falls, []
         self.results = bsm.run(incline())
 
     def run(self, value, limit):
         self.values.append(value)
         status = Status.NOT_CONVERGED if any(a < value < b for a, b in self.undecided) else Status.STABLE
+        if any(a < value < b for a, b in self.falls):
+            status = Status.UNSTABLE
         moved = np.array([[0.0, 0.0, 0.0], [self.moved(value), 0.0, 0.0]])
         nobody = np.zeros(0, dtype=np.int32)
         return Ended(
@@ -82,6 +84,14 @@ def test_movement_counts_from_a_stronger_state_where_blocks_have_given_way():
     assert found.reference_moved < 0.05
     assert found.bracket.stable < 0.7 <= found.bracket.unstable
     assert found.is_closed
+
+
+def test_movement_counts_from_a_stronger_state_beyond_those_that_fall():
+    """Blocks come to rest lower down at 1, fall at .6 to .9, and stay where they are at more strength."""
+    found = searched(Made(lambda value: 0.0 if value < 0.6 else 2.0, falls=[(0.6, 0.9)]))
+    assert found.bracket.stable < 0.6 <= found.bracket.unstable
+    assert found.is_closed
+    assert found.reference < 0.6
 
 
 def test_soft_joints_are_no_failure():
