@@ -17,6 +17,8 @@ from bsm_mesh.results.records import ContactStatus, Results, StageResult
 SHORTEST = 0.01  # of a given face: a shorter part that no contact stands for is rounding
 HELD = 1e-9  # of the face: blocks that move less against each other are both held, and have no contacts
 
+AT_STRENGTH = 0.99  # utilisation: what came to rest after it slid stops just below its strength
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JointFaces:
@@ -41,7 +43,7 @@ class JointFaces:
     utilisation : (k,) float64
         Shear force over shear strength, the greater one of the contacts.
     slipping, open : (k,) float64
-        Share of the length that slips, and that is open.
+        Share of the length that slips, or is at `AT_STRENGTH`, and that is open.
     """
 
     start: FloatArray
@@ -106,7 +108,8 @@ def _touching(
     start, end, block = shares.first[one], shares.last[second], c.block_a[one]
     at = end + displacement_of(blocks, moved, c.block_a[second], end)  # the other corner may be of the other block
     end = as_given(blocks, moved, block, at)
-    is_slipping, is_open = (c.status == kind for kind in (ContactStatus.SLIPPING, ContactStatus.OPEN))
+    is_open = c.status == ContactStatus.OPEN
+    is_slipping = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
     return JointFaces(
         start=start,
         end=end,

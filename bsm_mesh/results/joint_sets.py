@@ -21,7 +21,7 @@ class JointSet:
     length : float [m]
         Of all its faces between blocks that are there.
     slipping, open : float
-        Share of the length that slips, and that is open.
+        Share of the length that slips or is within 1 % of its strength, and that is open.
     pressure : float [Pa]
         Mean over the length, compression positive; effective where there is water.
     slip, opening : float [m]

@@ -13,12 +13,12 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
+from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult, Status
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first
-NEARLY = 0.99  # of the strength: one method stops just below it where the other slips
 BROKEN = 1e-3  # of the length of faces without a joint: what breaks less is whole rock
 MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definition
 
@@ -165,7 +165,7 @@ def slipping_length(contacts: ContactForces, held: BoolArray, whole: float | Non
     """
     length = contacts.length * (contacts.joint >= 0) * ~(held[contacts.block_a] & held[contacts.block_b])
     whole = float(length.sum()) if whole is None else whole
-    sticks = (contacts.status == ContactStatus.STICKING) & (contacts.utilisation < NEARLY)
+    sticks = (contacts.status == ContactStatus.STICKING) & (contacts.utilisation < AT_STRENGTH)
     sticking = float((length * sticks).sum())
     return max(0.0, 1.0 - sticking / whole) if whole else 0.0
 

@@ -17,6 +17,7 @@ from bsm_mesh.converters.result_files import BOLTS, SERIES, WATER
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.results import Results
 from bsm_mesh.results.joint_faces import joint_faces
+from bsm_mesh.results.joint_sets import joint_sets
 from tests.scenes import models, shapes
 from tests.unit.test_run_writer import staged
 from tests.unit.test_snapshots import pushed
@@ -208,3 +209,17 @@ def test_names_of_joints_and_rock() -> None:
     results = bsm.run(model, LINEAR)
     assert list(results.to_pyvista("blocks").cell_data["rock_name"]) == ["gneiss", "schist"]
     assert list(results.to_pyvista("joints").cell_data["joint_name"]) == ["unjointed rock"]
+
+
+@pytest.mark.parametrize(("part", "slips"), [(0.97, 0.0), (0.995, 1.0), (1.0 - 1e-6, 1.0)])
+def test_what_is_just_below_its_strength_counts_as_slipping(part: float, slips: float) -> None:
+    """Blocks that slid come to rest there: a block on an incline whose joint bears hardly more than its weight asks."""
+    dip = 30.0
+    polygons = [
+        shapes.turned(polygon, dip) for polygon in (shapes.rectangle(-5, -1, 5, 0), shapes.rectangle(-2, 0, 2, 0.1))
+    ]
+    friction = float(np.degrees(np.arctan(np.tan(np.radians(dip)) / part)))
+    results = bsm.run(models.model_of(polygons, friction=friction, kn=1e10))
+    assert results.status == "stable"
+    (joint,) = joint_sets(results, results.stages[-1])
+    assert joint.slipping == pytest.approx(slips)
