@@ -37,7 +37,7 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
         lines.append("block " + " ".join(f"{x:.9g},{y:.9g}" for x, y in blocks.vertices[first:last]))
     remarks = left_out(model, ("earthquake",))
     lines += [";", "; materials of blocks, then of joints", *_materials(model)]
-    lines += _joints(model, jointed)
+    lines += _joints(model, jointed, remarks)
     horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
     lines += [f"gravity {GRAVITY * horizontal:.9g} {-GRAVITY * (1 - vertical):.9g}"]
     lines += _supports(model, remarks) + _loads(model)
@@ -71,7 +71,7 @@ def _inner_points(model: Model) -> FloatArray:
     return inside
 
 
-def _joints(model: Model, jointed: JointedFaces) -> list[str]:
+def _joints(model: Model, jointed: JointedFaces, remarks: list[str]) -> list[str]:
     lines = [f"prop jmat=1 jkn={STIFF:g} jks={STIFF:g} jfric=45 jcoh=1e20 jten=1e20 ; faces of rock without a joint"]
     for number, joint in enumerate(model.joints, start=2):
         friction, cohesion = friction_and_cohesion(joint)
@@ -81,11 +81,17 @@ def _joints(model: Model, jointed: JointedFaces) -> list[str]:
         lines.append(f"prop jmat={number} jkn={normal:g} jks={shear:g} {strength}{tension} ; joint {joint.name}")
     lines.append("change jmat=1 jcons=2")
     start, end = jointed.faces.start, jointed.faces.end
-    for joint, (x, y), (u, v) in zip(jointed.joint, start, end, strict=True):
-        if joint >= 0:
-            reach = 1e-3 * float(np.hypot(u - x, v - y))
-            box = f"{min(x, u) - reach:.9g},{max(x, u) + reach:.9g} {min(y, v) - reach:.9g},{max(y, v) + reach:.9g}"
-            lines.append(f"change jmat={joint + 2} range {box}")
+    length = np.hypot(*(end - start).T)
+    told = np.argsort(-length, kind="stable")  # the last command holds: a box of a long face may have short ones in it
+    for face in told[jointed.joint[told] >= 0]:
+        reach, ends = 1e-3 * length[face], (start[face], end[face])
+        low, high = np.minimum(*ends) - reach, np.maximum(*ends) + reach
+        box = f"{low[0]:.9g},{high[0]:.9g} {low[1]:.9g},{high[1]:.9g}"
+        lines.append(f"change jmat={jointed.joint[face] + 2} range {box}")
+    if len(np.unique(jointed.joint)) > 1:
+        remarks.append(
+            "where different joints meet: a contact there is in the boxes of both, and takes the shorter one's"
+        )
     return lines
 
 

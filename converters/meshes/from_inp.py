@@ -86,9 +86,12 @@ class _Block:
     def numbers(self) -> FloatArray:
         """Return all numbers of the data lines, one after the other."""
         try:
-            return np.array([c for line in self.lines for c in line.split(",") if c.strip()], dtype=np.float64)
+            values = np.array([c for line in self.lines for c in line.split(",") if c.strip()], dtype=np.float64)
         except ValueError as error:
             raise self.fault(f"{error}; numbers are needed") from None
+        if not np.isfinite(values).all():
+            raise self.fault("holds what is not finite; numbers are needed")
+        return values
 
 
 def _blocks(path: Path, depth: int = 0) -> Iterator[_Block]:
@@ -189,9 +192,9 @@ def _members(block: _Block) -> list[LongArray | str]:
         for line in block.lines:
             try:
                 first, last, *step = (int(c) for c in line.split(",") if c.strip())
-            except ValueError:
+                found.append(np.arange(first, last + 1, *(step or [1])))
+            except (ValueError, TypeError, ZeroDivisionError):
                 raise block.fault(f"'{line}' must be first, last, step") from None
-            found.append(np.arange(first, last + 1, *(step or [1])))
         return found
     words = [word.strip().strip('"') for line in block.lines for word in line.split(",") if word.strip()]
     whole = [word for word in words if word.lstrip("-").isdigit()]

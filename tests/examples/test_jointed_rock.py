@@ -76,22 +76,23 @@ def test_the_numbers_of_the_page(case: Case, page: str) -> None:
 
 
 def test_oblique_joints_are_grouped_whole_and_alone(case: Case, page: str) -> None:
-    """Every line of both sets in the rock, as long as geometry says, and no arc of the tunnel with them."""
+    """Every line of both sets in the rock, as long as geometry says, and no arc of the roof with them."""
     import shapely
 
     from bsm_mesh.converters import read_mesh
 
-    mesh_by_gmsh(case.folder, "wedge.geo", "wedge.msh")
-    blocks, _ = read_mesh(case.folder / "wedge.msh", blocks="regions")
-    assert blocks.count == 33
-    assert "Thirty-three blocks." in page
-    rock = shapely.box(-10, -10, 10, 10).difference(shapely.Point(0, 0).buffer(2.5, quad_segs=500))
+    subprocess.run([sys.executable, "horseshoe.py"], cwd=case.folder, check=True)
+    blocks, report = read_mesh(case.folder / "horseshoe.msh", blocks="regions")
+    assert f"{round(report.elements, -2)} triangles become {blocks.count} blocks" in page
+    opening = shapely.box(-3, -3, 3, 0).union(shapely.Point(0, 0).buffer(3, quad_segs=500))
+    rock = shapely.box(-12, -12, 12, 12).difference(opening)
     ends = blocks.vertices, blocks.vertices[blocks.following]
-    for name, dip, spacing in (("J1", 55, 4), ("J2", 122, 5)):
+    for name, dip in (("J1", 35), ("J2", 110)):
         mine = blocks.edge_joint == blocks.joint_names.index(name)
         length = np.hypot(*(ends[1] - ends[0])[mine].T).sum() / 2  # on both sides
         d = np.radians(dip)
         along, across = np.array([np.cos(d), np.sin(d)]), np.array([-np.sin(d), np.cos(d)])
-        middles = [np.array([0, 4]) + k * spacing * across for k in range(-8, 9)]
-        lines = shapely.linestrings([[middle - 40 * along, middle + 40 * along] for middle in middles])
+        lines = shapely.linestrings(
+            [[k * 2.5 * across - 40 * along, k * 2.5 * across + 40 * along] for k in range(-8, 9)]
+        )
         assert length == pytest.approx(shapely.length(shapely.intersection(lines, rock)).sum(), rel=1e-3)

@@ -92,6 +92,9 @@ def test_included_files(tmp_path: Path) -> None:
         (MESH.replace("6, 7, 8, 12, 11\n", "6, 7, 8, 99, 11\n"), "1 node of elements of the type CPE4 .* such as 99"),
         (MESH.replace("1, 0., 0.", "1, zero, 0."), "line 1: \\*NODE: could not convert"),
         (MESH + "*NSET, NSET=A, GENERATE\n1, two\n", "\\*NSET: '1, two' must be first, last, step"),
+        (MESH + "*NSET, NSET=A, GENERATE\n1, 4, 0\n", "\\*NSET: '1, 4, 0' must be first, last, step"),
+        (MESH + "*NSET, NSET=A, GENERATE\n1, 4, 1, 1\n", "\\*NSET: '1, 4, 1, 1' must be first, last, step"),
+        (MESH.replace("1, 0., 0.", "nan, 0., 0."), "line 1: \\*NODE: holds what is not finite"),
         (MESH.replace("CPE4", "C3D4"), "three-dimensional"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import dataclasses
 import json
 import subprocess
 import sys
@@ -74,6 +75,29 @@ def test_udec_has_every_block_joint_and_load(tmp_path: Path) -> None:
     assert sum(line.startswith("change jmat=2 range ") for line in lines) == 6  # joints of five stones
     assert sum(line.startswith("fix range ") for line in lines) == 2
     assert "gravity 0 -9.81" in lines
+
+
+def test_udec_is_told_of_a_short_joint_after_the_long_one_around_it(tmp_path: Path) -> None:
+    """The box of an oblique face holds faces of other joints; the last command on a contact is the one that holds."""
+    polygons = [[(0, 0), (8, 8), (7, 8), (0, 1)], [(0, 0), (1, 0), (8, 7), (8, 8)]]  # along the diagonal, and two above
+    polygons += [[(1, 6), (2, 6), (2, 7), (1, 7)], [(2, 6), (3, 6), (3, 7), (2, 7)]]
+    for order in ([0, 1, 2, 3], [2, 3, 0, 1]):
+        blocks = bsm.Blocks.from_polygons([np.array(polygons[k], dtype=float) for k in order], rock="stone")
+        upright = np.abs(blocks.edge_vectors[:, 0]) < 1e-9
+        blocks = dataclasses.replace(
+            blocks, joint_names=("A", "B"), edge_joint=np.where(upright, 1, 0).astype(np.int32)
+        )
+        model = bsm.Model(
+            blocks=blocks,
+            rocks=[bsm.Rock("stone", unit_weight=25e3)],
+            joints=[bsm.Joint(name, 1e10, 1e10, law=bsm.MohrCoulomb(friction=30)) for name in "AB"],
+            supports=[bsm.Fixed(blocks=[0])],
+        )
+        remarks = export(model, "udec", tmp_path / "a.dat")
+        told = [line for line in (tmp_path / "a.dat").read_text().splitlines() if "range" in line and "jmat" in line]
+        assert [line.split()[1] for line in told] == ["jmat=2", "jmat=3"]
+        assert told[1] == "change jmat=3 range 1.999,2.001 5.999,7.001"
+        assert sum("where different joints meet" in text for text in remarks) == 1
 
 
 @pytest.mark.parametrize("program", ["compas_dem", "lmgc90"])

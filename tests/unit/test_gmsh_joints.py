@@ -46,6 +46,22 @@ def test_the_blocks_are_those_of_our_cutter(tmp_path: Path) -> None:
     assert np.hypot(*blocks.edge_vectors[edges].T).sum() == pytest.approx(12)
 
 
+def test_a_geo_file_is_cut_as_well(tmp_path: Path) -> None:
+    """As docs/jointed_rock.md says: merged, its surfaces asked for; an arc between two crossings is no joint."""
+    (tmp_path / "rock.geo").write_text(
+        'SetFactory("OpenCASCADE");\nRectangle(1) = {-10, -10, 0, 20, 20};\nDisk(2) = {0, 0, 0, 2.5};\n'
+        "BooleanDifference(3) = { Surface{1}; Delete; }{ Surface{2}; Delete; };\n"
+    )
+    sets = [JointSet(name="J1", dip=55, spacing=4, start=(0, 4)), JointSet(name="J2", dip=122, spacing=5, start=(0, 4))]
+    with gmsh_session("geo"):
+        gmsh.merge(str(tmp_path / "rock.geo"))
+        pieces, joints = fragment_by_joints([tag for _, tag in gmsh.model.getEntities(2)], sets)
+        for one in sets:
+            curves = joints[f"joint:{one.name}"]
+            assert find_curves(dip=one.dip, among=curves) == curves
+    assert [len(piece) for piece in pieces] == [33]
+
+
 def test_curves_by_direction_box_and_line() -> None:
     with gmsh_session("curves"):
         rock = gmsh.model.occ.addRectangle(0, 0, 0, 4, 4)
