@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.canvas import BOLTS, Sheet, add_joints, add_outline, add_paper, scaled
+from bsm_mesh.app.canvas import TEXT, Sheet, add_joints, add_outline, add_paper, scaled
 from bsm_mesh.app.marks import add_gone, add_gravity, add_heads, bolt_lines
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
@@ -48,7 +48,7 @@ def _by_value(sheet: Sheet, values: FloatArray, title: str, colours: str, greate
     add_outline(sheet)
     add_gravity(sheet)
     _add_names(sheet)
-    sheet.explain("head", linestyle="none", marker="o", markersize=4, color=BOLTS)
+    sheet.explain("head", linestyle="none", marker="o", markersize=4, color=TEXT)
     return add_gone(sheet)
 
 

@@ -44,7 +44,7 @@ def report(out: Path, no_pictures: bool) -> None:
     """Write the results in OUT as one page, OUT/report.html, to be filed or printed.
 
     What was run, on what every verdict rests, what moved and slipped, pictures, quality of the blocks, versions and
-    checksums. The page needs no other file.
+    checksums. The page needs no other file. Of stages before the last it shows displacement, joints and bolts.
     """
     from bsm_mesh.app.report import write_report
 

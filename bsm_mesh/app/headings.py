@@ -1,10 +1,13 @@
-"""What every picture of results bears."""
+"""Stages by number or name, and what every picture of results bears."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Results, Status
 
@@ -27,3 +30,28 @@ def stage_heading(results: Results, number: int, state: str = "") -> str:
     at = f"stage {stage.name}, " if len(results.stages) > 1 or not results.finished else ""
     rest = "" if results.finished else ", of an unfinished run"
     return f"{results.title or 'bsm-mesh'}: {at}{state or verdict_in_words(results.blocks, stage)}{rest}"
+
+
+def stage_number(results: Results, stage: int | str) -> int:
+    """Return the number of a stage, counted from 0.
+
+    Parameters
+    ----------
+    results : Results
+        What came out.
+    stage : int or str
+        Its name, or its number as such or as text; negative numbers count from the last stage.
+
+    Raises
+    ------
+    ModelError
+        If there is no such stage.
+    """
+    names = [each.name for each in results.stages]
+    if stage in names:
+        return names.index(str(stage))
+    is_number = isinstance(stage, int | np.integer) or str(stage).removeprefix("-").isdecimal()
+    if is_number and -len(names) <= int(stage) < len(names):
+        return range(len(names))[int(stage)]
+    hint = f"; stages are numbered 0 to {len(names) - 1}" if is_number else nearest(str(stage), names)
+    raise ModelError(f"there is no stage {stage!r}{hint}")

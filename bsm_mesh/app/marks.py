@@ -224,7 +224,8 @@ def add_bolts(sheet: Sheet) -> None:
         return
     sheet.lines(ends, colors=BOLTS, linewidths=2.2, zorder=4)
     add_heads(sheet)
-    sheet.explain("bolt, its head", color=BOLTS, linewidth=2.2, marker="o", markersize=4)
+    head = {"marker": "o", "markersize": 4, "markerfacecolor": TEXT, "markeredgecolor": TEXT}
+    sheet.explain("bolt, its head", color=BOLTS, linewidth=2.2, **head)
 
 
 def add_heads(sheet: Sheet) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -30,7 +30,7 @@ from bsm_mesh.app.block_pictures import (
 from bsm_mesh.app.bolt_map import draw_bolt_utilisation, draw_bolts
 from bsm_mesh.app.canvas import Sheet, finish, new_sheet
 from bsm_mesh.app.figures import save
-from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading
+from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading, stage_number
 from bsm_mesh.app.joint_pictures import (
     draw_opening,
     draw_pressure,
@@ -72,7 +72,7 @@ CHARTS = ("bolt_forces", "histories")  # of no place in the model
 
 
 def figure_of(
-    results: Results, name: str, stage: int = -1, window: Window | None = None, figure: Figure | None = None
+    results: Results, name: str, stage: int | str = -1, window: Window | None = None, figure: Figure | None = None
 ) -> Figure | None:
     """Return a picture of a stage, or None where there is nothing to show.
 
@@ -82,8 +82,8 @@ def figure_of(
         What came out.
     name : str
         One of `PICTURES`, or ``joints`` for their state.
-    stage : int
-        Number of the stage; negative: from the last one.
+    stage : int or str
+        Number of the stage, negative: from the last one; or its name.
     window : (x0, y0, x1, y1), optional [m]
         What is seen.
     figure : matplotlib.figure.Figure, optional
@@ -92,11 +92,11 @@ def figure_of(
     Raises
     ------
     ModelError
-        If there is no such picture.
+        If there is no such picture or stage, or the window is none.
     """
     refuse_window(window)
-    (name, *_) = chosen_pictures(name) if name != "joints" else ["joints_state"]
-    number = range(len(results.stages))[stage]
+    (name, *_) = chosen_pictures(name, PICTURES) if name != "joints" else ["joints_state"]
+    number = stage_number(results, stage)
     scene = Scene(results=results, number=number, title=stage_heading(results, number), window=window)
     return _figure(scene, name, figure)
 
@@ -109,20 +109,20 @@ def _figure(scene: Scene, name: str, figure: Figure | None = None) -> Figure | N
     return None if caption is None else finish(sheet, caption)
 
 
-def chosen_pictures(only: str | None) -> list[str]:
-    """Return the names of the pictures and charts that are asked for: all, one, or all that begin with a word.
+def chosen_pictures(only: str | None, known: Iterable[str] = (*PICTURES, *CHARTS)) -> list[str]:
+    """Return the names of those known that are asked for: all, one, or all that begin with a word.
 
     Raises
     ------
     ModelError
         If there is none.
     """
-    names = [*PICTURES, *CHARTS]
+    names = list(known)
     if only is None:
         return names
     found = [name for name in names if name == only] or [name for name in names if name.startswith(only)]
     if not found:
-        raise ModelError(f"plot: there is no picture '{only}'{nearest(only, names)}")
+        raise ModelError(f"plot: there is no picture '{only}'{nearest(only, names, len(names))}")
     return found
 
 
@@ -132,7 +132,8 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
     refuse_window(choice.window)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
     results = load_results(folder)
-    drawn, stages = [], stages_of(results, choice.stage)
+    drawn = []
+    stages = range(len(results.stages)) if choice.stage is None else [stage_number(results, choice.stage)]
     for number in stages:
         scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
         suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
@@ -149,27 +150,11 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
 
 def refuse_window(window: Window | None) -> None:
     """Raise a `ModelError` where a window is none."""
-    if window is not None and not (np.isfinite(window).all() and window[0] < window[2] and window[1] < window[3]):
+    if window is None:
+        return
+    if len(window) != 4 or not (np.isfinite(window).all() and window[0] < window[2] and window[1] < window[3]):
         told = " ".join(f"{each:g}" for each in window)
-        raise ModelError(f"plot: --window {told} must be X0 Y0 X1 Y1 with x0 below x1 and y0 below y1")
-
-
-def stages_of(results: Results, stage: str | None) -> Sequence[int]:
-    """Return the numbers of the stages that are asked for, by name or number, -1 the last: all where none is.
-
-    Raises
-    ------
-    ModelError
-        If there is no such stage.
-    """
-    names = [each.name for each in results.stages]
-    if stage is None:
-        return range(len(names))
-    if stage in names:
-        return [names.index(stage)]
-    if stage.removeprefix("-").isdecimal() and -len(names) <= int(stage) < len(names):
-        return [range(len(names))[int(stage)]]
-    raise ModelError(f"plot: the results have no stage '{stage}'; there are {', '.join(names)}")
+        raise ModelError(f"plot: window (--window) {told} must be X0 Y0 X1 Y1 with x0 below x1 and y0 below y1")
 
 
 def _charts(results: Results, names: Sequence[str]) -> Iterator[tuple[str, Callable[[Path], object]]]:

@@ -12,7 +12,7 @@ from bsm_mesh.app.block_pictures import draw_model
 from bsm_mesh.app.canvas import finish, new_sheet
 from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.app.scene import Scene, Window
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import ContactForces, Results, StageResult, Status, SupportForces
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def plot_results(
     results: Results, picture: str, stage: int | str, window: Window | None, figure: Figure | None
 ) -> Figure:
     """Return a picture of a stage; parameters and errors as for `Results.plot`."""
-    drawn = figure_of(results, picture, _number(results, stage), window, figure)
+    drawn = figure_of(results, picture, stage, window, figure)
     if drawn is None:
         raise ModelError(f"plot: there is nothing to show in '{picture}' of that stage")
     return _shown(drawn)
@@ -60,17 +60,6 @@ def _shown(figure: Figure) -> Figure:
 
     figure._repr_png_ = png  # type: ignore[attr-defined]
     return figure
-
-
-def _number(results: Results, stage: int | str) -> int:
-    names = [one.name for one in results.stages]
-    if isinstance(stage, str):
-        if stage not in names:
-            raise ModelError(f"plot: there is no stage '{stage}'{nearest(stage, names)}")
-        return names.index(stage)
-    if not -len(names) <= stage < len(names):
-        raise ModelError(f"plot: there is no stage {stage}; stages are numbered 0 to {len(names) - 1}")
-    return range(len(names))[stage]
 
 
 def as_given(model: Model) -> Results:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -32,6 +33,8 @@ ASSUMPTIONS = (
     "Joints slip and open by their laws, and bear no tension beyond the strength that is given.",
     "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
 )
+EARLIER = ("displacement", "joints_state", "bolts")  # what the page shows of stages before the last
+OF_STAGE = re.compile(r"(.+)_stage_(\d+)")  # a picture of such a stage
 Rows = list[tuple[str, ...]]
 
 
@@ -80,10 +83,7 @@ def content_of(out: Path) -> dict[str, Any]:
         "input": _input(model),
         "model": model,
         "quality": _quality(results),
-        "pictures": [
-            (path.stem.replace("_", " "), base64.b64encode(path.read_bytes()).decode("ascii"))
-            for path in sorted((out / PICTURES_FOLDER).glob("*.png"))
-        ],
+        **_pictures(out, [stage.name for stage in results.stages]),
         "versions": {**told["versions"], "linear solver": told["linear_solver"]},
         "model_hash": told["model_hash"],
         "files": [(name, f"{listed['bytes']}", listed["sha256"]) for name, listed in told["files"].items()],
@@ -144,6 +144,24 @@ def _bolts(stage: StageResult) -> str:
         if (bolts.status == status).any()
     ]
     return f"{', '.join(states)}; greatest force {engineering(float(bolts.greatest_force.max()), 'N')}"
+
+
+def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
+    """Return the pictures of the page, stage by stage, and how many more there are.
+
+    All of the last stage, and all parts of the model that were asked for; `EARLIER` of the stages before.
+    """
+    shown, more = [], 0
+    for path in sorted((out / PICTURES_FOLDER).glob("*.png")):
+        found = OF_STAGE.fullmatch(path.stem)
+        if found and found[1] not in EARLIER:
+            more += 1
+            continue
+        name, number = (found[1], int(found[2])) if found else (path.stem, len(stages) - 1)
+        caption = name.replace("_", " ") + (f", stage {stages[number]}" if found else "")
+        shown.append((number, caption, base64.b64encode(path.read_bytes()).decode("ascii")))
+    shown.sort(key=lambda picture: picture[0])  # which leaves those of a stage in the order of their names
+    return {"pictures": [picture[1:] for picture in shown], "more_pictures": more}
 
 
 def _facts(results: Results) -> Rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from bsm_mesh.app.headings import stage_number
 from bsm_mesh.errors import ModelError
 
 if TYPE_CHECKING:
@@ -11,7 +12,7 @@ if TYPE_CHECKING:
     from bsm_mesh.results.records import Results
 
 
-def grid_of(results: Results, kind: str, stage: int) -> Grid:
+def grid_of(results: Results, kind: str, stage: int | str) -> Grid:
     """Return the grid of a kind at the end of a stage.
 
     Raises
@@ -21,24 +22,21 @@ def grid_of(results: Results, kind: str, stage: int) -> Grid:
     """
     from bsm_mesh.converters.result_files import grid_of_stage, kinds_of
 
-    count = len(results.stages)
-    if not isinstance(stage, int) or not -count <= stage < count:
-        raise ModelError(f"stage = {stage!r}: the results have stages 0 to {count - 1}")
-    number = stage % count
+    number = stage_number(results, stage)
     known = kinds_of(results.stages[number])
     if kind not in known:
         raise ModelError(f"stage {number} has no '{kind}'; it has {', '.join(known)}")
     return grid_of_stage(kind, results, results.stages[number], number)
 
 
-def to_meshio(results: Results, kind: str, stage: int) -> Any:
+def to_meshio(results: Results, kind: str, stage: int | str) -> Any:
     """Return what ``meshio.read`` returns of the file of a kind; parameters and errors as for `grid_of`."""
     from bsm_mesh.converters.meshio_library import mesh_of_grid
 
     return mesh_of_grid(grid_of(results, kind, stage))
 
 
-def to_pyvista(results: Results, kind: str, stage: int) -> Any:
+def to_pyvista(results: Results, kind: str, stage: int | str) -> Any:
     """Return what ``pyvista.read`` returns of the file of a kind, with names as text arrays besides."""
     import pyvista
 

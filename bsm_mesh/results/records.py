@@ -381,7 +381,8 @@ class Results:
         ----------
         picture : str
             Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
-            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all.
+            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all. Not the charts
+            ``bolt_forces`` and ``histories``, which show no part of the model.
         stage : int or str
             Number or name; negative numbers count from the last stage.
         window : (x0, y0, x1, y1), optional [m]
@@ -392,7 +393,7 @@ class Results:
         Raises
         ------
         ModelError
-            If there is no such picture or stage, or nothing to show in it.
+            If there is no such picture or stage, nothing to show in it, or the window is none.
         """
         from bsm_mesh.app.plotting import plot_results
 
@@ -435,15 +436,15 @@ class Results:
         form = OutputForm(tables=tables, compression=compression)
         return save_results(self, as_path("Results.save: folder", folder), form=form)
 
-    def to_meshio(self, kind: str = "blocks", stage: int = -1) -> Any:
+    def to_meshio(self, kind: str = "blocks", stage: int | str = -1) -> Any:
         """Return a ``meshio.Mesh`` of a kind at the end of a stage, as ``meshio.read`` gives it of the VTU file.
 
         Parameters
         ----------
         kind : str
             blocks, contacts, joints, supports; water and bolts where there are any.
-        stage : int
-            Its number, from the end where it is negative.
+        stage : int or str
+            Number or name; negative numbers count from the last stage.
 
         Raises
         ------
@@ -454,7 +455,7 @@ class Results:
 
         return to_meshio(self, kind, stage)
 
-    def to_pyvista(self, kind: str = "blocks", stage: int = -1) -> Any:
+    def to_pyvista(self, kind: str = "blocks", stage: int | str = -1) -> Any:
         """Return a ``pyvista.UnstructuredGrid`` of a kind at the end of a stage; parameters as for `to_meshio`.
 
         It has the arrays of the VTU file, and names as text arrays besides: ``joint_name``, ``status_name``,

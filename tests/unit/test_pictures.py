@@ -184,7 +184,9 @@ def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
         assert [Path(line).name for line in one.out.split()] == ["joints_state.png"]
     part = case.run("plot", "out/model", "--only", "model", "--stage", "0", "--window", "0", "0", "1", "1")
     assert [Path(line).name for line in part.out.split()] == ["model_stage_0_window.png"]
-    case.refuses("plot", "out/model", "--stage", "dog", says=["no stage 'dog'", "initial, dug"])
+    case.refuses(
+        "plot", "out/model", "--stage", "dog", says=["no stage 'dog'", "did you mean 'dug'? (known: dug, initial)"]
+    )
     case.refuses("plot", "out/model", "--only", "blots", says=["no picture 'blots'", "bolts"])
     for window in (("1", "0", "1", "1"), ("0", "0", "nan", "1")):
         case.refuses("plot", "out/model", "--window", *window, says=["--window", "x0 below x1"])

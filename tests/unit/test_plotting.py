@@ -46,6 +46,8 @@ def test_a_window(results):
         ("joint", 5, "there is no stage 5; stages are numbered 0 to 1"),
         ("joints", "digg", "there is no stage 'digg'; did you mean 'dig'"),
         ("jonts_slip", 0, "there is no picture 'jonts_slip'; did you mean 'joints_slip'"),
+        ("histories", 0, "there is no picture 'histories'.*water_pressure"),
+        ("joints", 0.5, "there is no stage 0.5"),
         ("displacement", 0, "there is nothing to show in 'displacement' of that stage"),
     ],
 )
@@ -53,6 +55,16 @@ def test_what_is_not_there(picture, stage, says):
     still = bsm.run(opening(bolted=False).replace(supports=[bsm.Fixed(blocks=range(24))]))
     with pytest.raises(ModelError, match=says):
         still.plot(picture, stage=stage)
+
+
+@pytest.mark.parametrize("window", [(0, 1, 2), (3, 1, 2, 2), (0, 0, float("inf"), 1)])
+def test_a_window_that_is_none(results, window):
+    with pytest.raises(ModelError, match="must be X0 Y0 X1 Y1"):
+        results.plot("model", window=window)
+
+
+def test_a_stage_by_its_number_as_text(results):
+    assert "stage initial" in texts(results.plot("joints", stage="0"))[0]
 
 
 def test_a_model_that_was_not_run(results):

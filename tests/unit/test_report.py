@@ -56,8 +56,17 @@ def test_the_page_needs_nothing_else(slope):
 
 
 def test_pictures_are_in_the_page(slope):
+    """All of the last stage; of the stage before what moved and slipped, before them and by its name."""
     _, folder, page = slope
-    assert page.count('src="data:image/png;base64,') == len(list((folder / "pictures").glob("*.png"))) > 3
+    drawn = {path.stem for path in (folder / "pictures").glob("*.png")}
+    last = {name for name in drawn if "_stage_" not in name}
+    before = {name for name in ("displacement_stage_0", "joints_state_stage_0") if name in drawn}
+    captions = re.findall(r"<figcaption>(.*?)</figcaption>", page)
+    told = sorted(f"{name.removesuffix('_stage_0').replace('_', ' ')}, stage initial" for name in before)
+    assert captions == told + [name.replace("_", " ") for name in sorted(last)]
+    assert page.count('src="data:image/png;base64,') == len(captions) > 3
+    assert before
+    assert f"{len(drawn) - len(captions)} more pictures" in page
 
 
 def test_the_next_run_takes_it_away(slope, tmp_path):

@@ -125,7 +125,7 @@ def test_written_again_by_meshio_it_is_a_mesh_for_us(results: Results, tmp_path:
 def test_what_is_not_there(results: Results) -> None:
     with pytest.raises(ModelError, match="has no 'beams'; it has blocks, contacts, joints, supports"):
         results.to_pyvista("beams")
-    with pytest.raises(ModelError, match=r"stage = 7: the results have stages 0 to \d"):
+    with pytest.raises(ModelError, match=r"there is no stage 7; stages are numbered 0 to \d"):
         results.to_meshio("blocks", 7)
     with pytest.raises(ModelError, match="no table 'beams' of results; known: blocks, contacts"):
         results.to_pandas("beams")
