@@ -9,8 +9,9 @@ import numpy as np
 
 from bsm_mesh.app.figures import paper, save
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.movement import displacement_of
-from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult
+from bsm_mesh.results.records import ContactStatus, Results, StageResult
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.bracket import Verdict
 
@@ -74,27 +75,11 @@ def _draw_joints(axes: Any, results: Results) -> None:
     stage = results.stages[-1]
     outlines = _outlines(results, stage, stage.stage_displacement)
     _draw_blocks(axes, outlines, np.zeros(len(outlines), dtype=bool))
-    traces = _traces(stage.contacts)
+    faces = joint_faces(results, stage)
+    ends = np.stack([faces.start + faces.start_displacement, faces.end + faces.end_displacement], axis=1)
     for status, colour in ((ContactStatus.SLIPPING, SLIPS), (ContactStatus.OPEN, OPENS)):
-        lines = traces[stage.contacts.status == status]
+        lines = ends[faces.status == status]
         axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=2.2))
-
-
-def _traces(contacts: ContactForces) -> FloatArray:
-    """Return the part of its face that every contact stands for, (m, 2, 2): from its point to the face's other one."""
-    pair = np.sort(np.column_stack([contacts.block_a, contacts.block_b]), axis=1)
-    same = (pair[1:] == pair[:-1]).all(axis=1) & (contacts.joint[1:] == contacts.joint[:-1])
-    first = np.flatnonzero(same)
-    along = contacts.normal[:, ::-1] * (-1.0, 1.0)
-    sense = np.zeros(len(along))
-    for one, other in ((first, first + 1), (first + 1, first)):
-        sense[one] = np.sign(((contacts.point[other] - contacts.point[one]) * along[one]).sum(axis=1))
-    reach = along * contacts.length[:, None]
-    start = (
-        contacts.point - np.where(sense == 0, 0.5, 0.0)[:, None] * reach
-    )  # of a contact that stands alone: both ways
-    traces: FloatArray = np.stack([start, start + np.where(sense == 0, 1.0, sense)[:, None] * reach], axis=1)
-    return traces
 
 
 def _draw_failure(axes: Any, results: Results, fails: IntArray) -> float:
