@@ -40,6 +40,7 @@ from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 HIGH = 1e12  # a pressure above all others [N/m]
+FRESH_SLIP, FURTHER_SLIP = 0.5, 0.25  # in a window: of a law's wear length, and besides of what a contact has slid
 
 
 class ExplicitMotion:
@@ -178,7 +179,7 @@ class ExplicitMotion:
         for law, rows in contacts.by_law:
             wear_length = wear_length_of(self.system.catalogue.laws[law])
             if wear_length is not None:
-                room = 0.5 * wear_length + 0.25 * contacts.slip_path[rows][slides[rows]]
+                room = FRESH_SLIP * wear_length + FURTHER_SLIP * contacts.slip_path[rows][slides[rows]]
                 whole = min(whole, float(room.min(initial=whole)))
         return whole
 
