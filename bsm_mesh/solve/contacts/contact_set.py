@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
@@ -17,6 +18,8 @@ from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
+
+_Value = TypeVar("_Value", bound=np.generic)
 
 
 def gather_contacts(
@@ -46,9 +49,10 @@ def gather_contacts(
     meeting = ~known & _meet_at_a_node(blocks, found, near)
     within_tolerance &= ~meeting
     fresh = ~known & within_tolerance
-    shear, slip_path, failed, mated = _memory(history, source, known, first=first)
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
-    offset[known] = history.offset[source[known]]
+    offset = _remembered(history.offset, source, offset)
+    failed = _remembered(history.failed, source, np.full(found.count, not first))
+    mated = _remembered(history.mated, source, np.full(found.count, first))
     # in situ, contacts are closed at gap 0, and with a large gap too
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)
     old_tangential, first_tangential = _anchors(history, found, fresh)
@@ -64,12 +68,12 @@ def gather_contacts(
         shear_stiffness=np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length),
         tension=np.where(failed | ~(known | within_tolerance), 0.0, properties.tension * found.length),
         offset=offset,
-        old_shear=shear,
+        old_shear=_remembered(history.shear, source, np.zeros(found.count)),
         old_tangential=old_tangential,
         first_tangential=first_tangential,
         failed=failed,
         mated=mated,
-        slip_path=slip_path,
+        slip_path=_remembered(history.slip_path, source, np.zeros(found.count)),
         edge_overhang=np.where(within_tolerance, band, 0.0),
         within_tolerance=within_tolerance,
         opposing=np.flatnonzero(found.opposing_candidate >= 0),
@@ -80,13 +84,11 @@ def gather_contacts(
     )
 
 
-def _memory(history: History, source: IntArray, known: BoolArray, *, first: bool) -> tuple[Any, ...]:
-    """Return shear force, slip path, failed and mated of contacts, (m,) each; without history as they arise."""
-    shear, slip_path, mated = np.zeros(len(source)), np.zeros(len(source)), np.full(len(source), first)
-    failed = ~mated
-    shear[known], slip_path[known] = history.shear[source[known]], history.slip_path[source[known]]
-    failed[known], mated[known] = history.failed[source[known]], history.mated[source[known]]
-    return shear, slip_path, failed, mated
+def _remembered(kept: NDArray[_Value], source: IntArray, arising: NDArray[_Value]) -> NDArray[_Value]:
+    """Return a state variable of contacts (m,): that of row `source` of the history, below 0 as contacts arise."""
+    found, known = arising.copy(), source >= 0
+    found[known] = kept[source[known]]
+    return found
 
 
 def _hyperbolic(
@@ -111,12 +113,11 @@ def _lengths(history: History, found: Candidates) -> FloatArray:
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Return the tangential coordinates of the shear force, and of first contact, (m,) each [m]."""
-    same, heir = found.history >= 0, (found.history < 0) & (found.predecessor >= 0)
+    heir = (found.history < 0) & (found.predecessor >= 0)
     anchor = np.where(fresh | heir, found.tangential, np.nan)
-    first_tangential = anchor.copy()
-    anchor[same] = history.tangential[found.history[same]]
-    first_tangential[same] = history.first_tangential[found.history[same]]
-    return anchor, first_tangential
+    kept = history.tangential, history.first_tangential
+    old_tangential, first_tangential = (_remembered(values, found.history, anchor) for values in kept)
+    return old_tangential, first_tangential
 
 
 def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:

@@ -82,17 +82,22 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         length=contacts.candidates.length[kept],
         failed=at.failed[kept],
         mated=contacts.mated[kept],
-        slip_path=slip_path_after(contacts, at)[kept],
+        slip_path=slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)[kept],
     )
     return history, changed
 
 
-def slip_path_after(contacts: ContactSet, at: Evaluation) -> FloatArray:
-    """Return how far contacts have slid so far, (m,) [m]: what of the movement along the edge is not elastic counts."""
-    slides = at.closed & ~at.sticking & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
-    elastic = (at.shear - contacts.old_shear)[slides] / contacts.shear_stiffness[slides]
+def slip_path_after(contacts: ContactSet, slides: BoolArray, shear: FloatArray, tangential: FloatArray) -> FloatArray:
+    """Return how far contacts have slid so far, (m,) [m]: what of the movement along the edge is not elastic counts.
+
+    Of those that slide (m,), from the start of a step or window to a shear force (m,) [N/m] at a tangential coordinate
+    (m,) [m]; without a coordinate before or after, their path stays.
+    """
+    moved = tangential - contacts.old_tangential
+    slides = slides & ~np.isnan(moved) & (contacts.shear_stiffness > 0)
+    elastic = (shear - contacts.old_shear)[slides] / contacts.shear_stiffness[slides]
     path = contacts.slip_path.copy()
-    path[slides] += np.abs((at.tangential - contacts.old_tangential)[slides] - elastic)
+    path[slides] += np.abs(moved[slides] - elastic)
     return path
 
 
@@ -104,7 +109,7 @@ def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
         old_shear=np.where(closed, at.shear, contacts.old_shear),
         old_tangential=np.where(closed, at.tangential, contacts.old_tangential),
         failed=at.failed,
-        slip_path=slip_path_after(contacts, at),
+        slip_path=slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential),
     )
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.joint_laws import JointLaw, wear_length_of
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
-from bsm_mesh.solve.contacts.history import commit
+from bsm_mesh.solve.contacts.history import commit, slip_path_after
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
 from bsm_mesh.solve.motion.contact_kernels import (
     BROKEN,
@@ -40,6 +40,7 @@ from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 HIGH = 1e12  # a pressure above all others [N/m]
+FRESH_SLIP, FURTHER_SLIP = 0.5, 0.25  # in a window: of a law's wear length, and besides of what a contact has slid
 
 
 class ExplicitMotion:
@@ -178,7 +179,7 @@ class ExplicitMotion:
         for law, rows in contacts.by_law:
             wear_length = wear_length_of(self.system.catalogue.laws[law])
             if wear_length is not None:
-                room = 0.5 * wear_length + 0.25 * contacts.slip_path[rows][slides[rows]]
+                room = FRESH_SLIP * wear_length + FURTHER_SLIP * contacts.slip_path[rows][slides[rows]]
                 whole = min(whole, float(room.min(initial=whole)))
         return whole
 
@@ -261,17 +262,13 @@ class ExplicitMotion:
         touched[rows] |= (events & CONTACTED) > 0
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
         at = step.system.evaluate(here, position)
-        path = contacts.slip_path.copy()
-        stays = at.closed & ~np.isnan(contacts.old_tangential) & (contacts.shear_stiffness > 0)
-        elastic = (shear - contacts.old_shear)[stays] / contacts.shear_stiffness[stays]
-        path[stays] += np.abs((along - contacts.old_tangential)[stays] - elastic)
         # What is open has no shear to come back to, and is anchored where it closes.
         contacts = replace(
             here,
             old_shear=np.where(at.closed, shear, 0.0),
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
-            slip_path=path,
+            slip_path=slip_path_after(contacts, at.closed, shear, along),
             tension=np.where(failed, 0.0, contacts.tension),
         )
         bolts = self.system.bolts

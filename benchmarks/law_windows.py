@@ -1,0 +1,69 @@
+"""What the end of a window by wear is worth in explicit motion: ``python -m benchmarks.law_windows``.
+
+The first dry model of every random family of up to 250 blocks, with a law that softens over a thousandth of a block's
+size. The table takes the place of that of `PAGE`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from pathlib import Path
+
+import numpy as np
+
+import bsm_mesh as bsm
+from benchmarks.campaign.families import FAMILIES
+from benchmarks.campaign.scene import Scene
+from benchmarks.campaign.trial import trial_of
+from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.solve.motion import explicit
+from examples.numbers.pages import with_table
+
+PAGE = Path(__file__).parents[1] / "docs/experiments/joint_laws.md"
+WINDOWS = {"1/8 and 1/16": (0.125, 0.0625), "1/2 and 1/4": (0.5, 0.25), "not by wear": (1e9, 0.0)}
+MOST_BLOCKS, MAX_STEPS = 250, 60
+
+
+def softening(scene: Scene, size: float) -> JointLaw:
+    """Return the law for a scene of blocks of a size [m]."""
+    return bsm.MohrCoulomb(
+        friction=scene.friction,
+        cohesion=scene.cohesion,
+        residual_friction=0.8 * scene.friction,
+        softening_slip=max(1e-6, 1e-3 * size),
+    )
+
+
+def verdicts() -> dict[str, str]:
+    """Return the verdicts on the models, by family."""
+    found = {}
+    for family in FAMILIES:
+        scene = trial_of(FAMILIES[family], 0).scene
+        if "+water" in family or scene.count > MOST_BLOCKS:
+            continue
+        model = scene.model()
+        law = softening(scene, float(np.sqrt(model.blocks.moments.area.mean())))
+        model = model.replace(joints=[dataclasses.replace(model.joints[0], law=law)])
+        found[family] = str(bsm.run(model, bsm.Options(max_steps=MAX_STEPS)).status.value)
+    return found
+
+
+def main() -> None:
+    """Run all and write the table."""
+    lines = ["| window ends by | models | stable | others than in the shortest | s |", "|---|---|---|---|---|"]
+    first: dict[str, str] = {}
+    for window, parts in WINDOWS.items():
+        explicit.FRESH_SLIP, explicit.FURTHER_SLIP = parts
+        began = time.process_time()
+        found = verdicts()
+        first = first or found
+        other = [f"{key}: {value}, not {first[key]}" for key, value in found.items() if value != first[key]]
+        stable, spent = list(found.values()).count("stable"), time.process_time() - began
+        row = (window, len(found), stable, "; ".join(other) or "none", f"{spent:.0f}")
+        lines.append(f"| {' | '.join(map(str, row))} |")
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), "law-windows", "\n".join(lines)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
