@@ -40,7 +40,6 @@ from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
 HIGH = 1e12  # a pressure above all others [N/m]
-FRESH_SLIP, FURTHER_SLIP = 0.5, 0.25  # in a window: of a law's wear length, and besides of what a contact has slid
 
 
 class ExplicitMotion:
@@ -179,7 +178,7 @@ class ExplicitMotion:
         for law, rows in contacts.by_law:
             wear_length = wear_length_of(self.system.catalogue.laws[law])
             if wear_length is not None:
-                room = FRESH_SLIP * wear_length + FURTHER_SLIP * contacts.slip_path[rows][slides[rows]]
+                room = wear_room(self._settings.window, wear_length, contacts.slip_path[rows][slides[rows]])
                 whole = min(whole, float(room.min(initial=whole)))
         return whole
 
@@ -276,6 +275,14 @@ class ExplicitMotion:
             self.system.bolts = bolts.commit(bolts.evaluate(position))
         self._step = step.with_contacts(contacts)
         self.residual = self._step.residual_at(position)
+
+
+def wear_room(window: float, wear_length: float, slip_path: FloatArray) -> FloatArray:
+    """Return how far contacts that have slid (k,) [m] slide in a window at most, (k,) [m].
+
+    As of a step length, so of the slip in which strength changes markedly.
+    """
+    return window * (wear_length + slip_path)
 
 
 def strength_lines(
