@@ -149,8 +149,8 @@ def table_of(rows: Sequence[Row]) -> str:
         "setting",
         "models",
         "answers",
-        "stable, but moves",
-        "unstable, but rests",
+        "rests, but must move",
+        "moves, but rests",
         "median cycles",
         "processor s",
     )
@@ -169,7 +169,7 @@ def main() -> int:
         rows = [row for each in pool.map(measure, tasks) for row in each]
     text = table_of(rows)
     if given.into:
-        put(given.into, text, marks(COMMAND))
+        put(given.into, f"\n{text}\n", marks(COMMAND))
     else:
         print(text)
     return 0
