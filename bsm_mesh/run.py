@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from bsm_mesh.arrays import IntArray
     from bsm_mesh.model.model import Model
     from bsm_mesh.results.evidence import Proof
-    from bsm_mesh.results.records import Results, StageResult, StepRecord
+    from bsm_mesh.results.records import StageResult, StepRecord
+    from bsm_mesh.results.results import Results
     from bsm_mesh.solve.continuation.plan import Route
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.checkpoint import Resumption
@@ -112,7 +113,7 @@ def spread(results: Results, report: Reporter = lambda text: None) -> Results:
     """
     from dataclasses import replace
 
-    from bsm_mesh.results.records import Results
+    from bsm_mesh.results.results import Results
     from bsm_mesh.results.spread import route_end
     from bsm_mesh.solve.continuation.plan import OTHERS, USUAL
 
@@ -167,7 +168,7 @@ def solve(
     """
     from bsm_mesh.results.evidence import Proof
     from bsm_mesh.results.histories import Recorder
-    from bsm_mesh.results.records import Results
+    from bsm_mesh.results.results import Results
     from bsm_mesh.solve.linear.readiness import make_ready  # compiled code: not before it is needed
     from bsm_mesh.solve.stages.sequence import AT_THE_START, solve_stages
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from bsm_mesh.converters.vtk_files import LINE, Grid, numbered, spatial
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 
 def bolt_grid(results: Results, stage: StageResult) -> Grid:

@@ -16,7 +16,8 @@ from bsm_mesh.converters.vtk_files import LINE, VERTEX, Grid, numbered, spatial
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.joint_sets import ROCK_FACE
 from bsm_mesh.results.movement import as_given, displacement_of
-from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult, SupportForces
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, SupportForces
+from bsm_mesh.results.results import Results
 
 STATUS_NAMES = tuple(status.name.lower() for status in ContactStatus)
 

@@ -17,7 +17,8 @@ from bsm_mesh.converters.vtk_files import POLYGON, Compression, Grid, numbered, 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.results.movement import displacement_of
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import principal_stresses
 
 SERIES = ("blocks", "contacts", "joints", "supports")

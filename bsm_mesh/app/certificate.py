@@ -14,7 +14,8 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.files import whole_file, write_text
 from bsm_mesh.results.evidence import Evidence, Proof, Witness
-from bsm_mesh.results.records import ContactForces, Results, StageResult, Status, SupportForces
+from bsm_mesh.results.records import ContactForces, StageResult, Status, SupportForces
+from bsm_mesh.results.results import Results
 
 CERTIFICATE = "certificate.json"
 SCHEMA_VERSION = 1

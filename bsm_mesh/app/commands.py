@@ -31,7 +31,8 @@ from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.joint_sets import joint_sets
-from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import spread_text
 
 EXIT_CODES = {

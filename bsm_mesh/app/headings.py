@@ -9,7 +9,8 @@ import numpy as np
 
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.results.movement import verdict_in_words
-from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
 
 PICTURES_FOLDER = "pictures"  # their folder, in that of the results
 

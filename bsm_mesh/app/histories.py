@@ -14,7 +14,8 @@ import numpy as np
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.histories import HistorySeries, Recorded
-from bsm_mesh.results.records import Results, StepRecord
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.results.results import Results
 
 
 def history_file(name: str) -> str:

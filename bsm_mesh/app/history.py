@@ -10,7 +10,8 @@ from typing import Any
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
-from bsm_mesh.results.records import Results, StepRecord
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.results.results import Results
 
 HISTORY = "history.csv"
 SEPARATOR = "; "  # between the methods of a step

@@ -11,7 +11,7 @@ from bsm_mesh.app.canvas import WIDTH, scaled
 from bsm_mesh.app.figures import paper, save
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.results.histories import HistorySeries
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
 HEIGHT = 2.6  # inches a chart

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from bsm_mesh.app.tables import FALL_HEADER, STAGE_HEADER, engineering, fall_rows, result_rows, stage_rows
 from bsm_mesh.errors import counted, place
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 
 if TYPE_CHECKING:
     from bsm_mesh.model.materials import Joint, Rock

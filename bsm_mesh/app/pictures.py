@@ -44,7 +44,7 @@ from bsm_mesh.app.plot import BAD_INPUT, PictureChoice
 from bsm_mesh.app.scene import Scene, Window
 from bsm_mesh.app.storage import load_results
 from bsm_mesh.errors import ModelError, nearest
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,8 @@ from bsm_mesh.app.canvas import finish, new_sheet
 from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.app.scene import Scene, Window
 from bsm_mesh.errors import ModelError
-from bsm_mesh.results.records import ContactForces, Results, StageResult, Status, SupportForces
+from bsm_mesh.results.records import ContactForces, StageResult, Status, SupportForces
+from bsm_mesh.results.results import Results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

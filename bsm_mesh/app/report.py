@@ -24,7 +24,8 @@ from bsm_mesh.errors import counted, listing, place
 from bsm_mesh.files import write_text
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 REPORT, TEMPLATE = "report.html", "report.html.j2"
 ASSUMPTIONS = (

@@ -9,7 +9,7 @@ from bsm_mesh.errors import ModelError
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Grid
-    from bsm_mesh.results.records import Results
+    from bsm_mesh.results.results import Results
 
 
 def grid_of(results: Results, kind: str, stage: int | str) -> Grid:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.tables import ResultTable, result_table
 
 if TYPE_CHECKING:

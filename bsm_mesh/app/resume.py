@@ -14,7 +14,7 @@ from bsm_mesh.app.summary import fingerprint, versions
 from bsm_mesh.arrays import content_hash
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.checkpoint import Checkpoint
 

@@ -20,7 +20,8 @@ from bsm_mesh.app.resume import identity_of, take_up
 from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.files import write_text
-from bsm_mesh.results.records import Results, StepRecord
+from bsm_mesh.results.records import StepRecord
+from bsm_mesh.results.results import Results
 from bsm_mesh.run import Finished, Observer, Output, Snapshot, refuse_one_route, solve
 from bsm_mesh.run import spread as with_spread
 from bsm_mesh.solve.options import Options

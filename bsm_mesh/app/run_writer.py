@@ -20,7 +20,8 @@ from bsm_mesh.app.snapshots import Snapshots
 from bsm_mesh.app.summary import fingerprint, finished_stages, summary_text
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import copy_mode, keep, make_folder, move, remove, remove_abandoned, settle, write_text
-from bsm_mesh.results.records import Results, StageResult, StepRecord
+from bsm_mesh.results.records import StageResult, StepRecord
+from bsm_mesh.results.results import Results
 
 if TYPE_CHECKING:
     from bsm_mesh.app.resume import TakenUp

@@ -11,7 +11,8 @@ from bsm_mesh.app.figures import paper, save
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.movement import displacement_of
-from bsm_mesh.results.records import ContactStatus, Results, StageResult
+from bsm_mesh.results.records import ContactStatus, StageResult
+from bsm_mesh.results.results import Results
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.bracket import Verdict
 

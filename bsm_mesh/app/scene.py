@@ -12,7 +12,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.results.joint_faces import JointFaces, joint_faces
 from bsm_mesh.results.movement import displacement_of, moved_far
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 MARGIN = 0.04  # of the model's size, around it
 BEYOND = 0.3  # of the model's extent: how far beside it what moves is followed

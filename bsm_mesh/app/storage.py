@@ -27,7 +27,8 @@ from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.histories import Recorded
-from bsm_mesh.results.records import Results, StageResult, Status, StepRecord
+from bsm_mesh.results.records import StageResult, Status, StepRecord
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from bsm_mesh.app.study_file import SafetyTable, Study
 from bsm_mesh.app.variation import Variation
 from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
 from bsm_mesh.run import solve
 from bsm_mesh.solve.options import Options
 from bsm_mesh.studies.sampling import Value

@@ -19,7 +19,8 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.movement import verdict_in_words
-from bsm_mesh.results.records import Results, StageResult, Status
+from bsm_mesh.results.records import StageResult, Status
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import extreme_stresses
 
 SCHEMA_VERSION = 4

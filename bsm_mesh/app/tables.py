@@ -11,7 +11,8 @@ from bsm_mesh.errors import counted, listing, one_line, place
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
 from bsm_mesh.results.stress import extreme_stresses
 

@@ -16,7 +16,8 @@ from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.verify_certificate import check_stage
 from bsm_mesh.errors import ModelError
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 HELD, FAILED = 0, 3  # exit codes
 

@@ -1,15 +1,8 @@
 """What came out of a run."""
 
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
-from bsm_mesh.results.records import (
-    ContactForces,
-    ContactStatus,
-    Results,
-    StageResult,
-    Status,
-    StepRecord,
-    SupportForces,
-)
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status, StepRecord, SupportForces
+from bsm_mesh.results.results import Results
 
 __all__ = [
     "BoltForces",

@@ -10,7 +10,8 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,8 @@ from bsm_mesh.results.movement import displacement_of
 
 if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
-    from bsm_mesh.results.records import Results, StageResult
+    from bsm_mesh.results.records import StageResult
+    from bsm_mesh.results.results import Results
 
 Values = tuple[float, ...]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bsm_mesh.results.joint_faces import JointFaces, joint_faces
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 ROCK_FACE = "unjointed rock"
 

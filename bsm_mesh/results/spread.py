@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

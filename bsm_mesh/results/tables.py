@@ -12,7 +12,8 @@ from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.joint_sets import ROCK_FACE, joint_sets
-from bsm_mesh.results.records import ContactStatus, Results, StageResult
+from bsm_mesh.results.records import ContactStatus, StageResult
+from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import principal_stresses
 
 Columns = dict[str, Any]

@@ -10,7 +10,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import PROCESSES, TRIALS, WIDTH
 from bsm_mesh.model.values import Rules
 from bsm_mesh.results.movement import FAR
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.bracket import Bracket, Verdict
 from bsm_mesh.safety.criterion import Failure

@@ -12,7 +12,8 @@ from bsm_mesh.errors import listing, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import MOVEMENT
 from bsm_mesh.model.values import Rules
-from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Verdict
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, IntArray
 from bsm_mesh.model.blocks import Blocks
-from bsm_mesh.results.records import Results, Status
+from bsm_mesh.results.records import Status
+from bsm_mesh.results.results import Results
 from bsm_mesh.safety.bracket import Bracket, Judged, Range, Verdict, bracket_of, next_values
 from bsm_mesh.safety.criterion import Criterion, Ended, Judgement, movement
 from bsm_mesh.safety.pool import RunAll, Trials, pool_of

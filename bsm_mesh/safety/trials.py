@@ -14,7 +14,7 @@ from bsm_mesh.model.in_stage import model_up_to, strength_in_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 from bsm_mesh.run import solve
 from bsm_mesh.safety.criterion import Ended
 from bsm_mesh.solve.options import Options

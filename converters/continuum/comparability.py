@@ -15,7 +15,8 @@ from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.movement import displacement_of
-from bsm_mesh.results.records import ContactForces, ContactStatus, Results, StageResult, Status
+from bsm_mesh.results.records import ContactForces, ContactStatus, StageResult, Status
+from bsm_mesh.results.results import Results
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first

@@ -11,7 +11,7 @@ from bsm_mesh.converters.continuum.references import Request, solve_references
 from bsm_mesh.converters.continuum.stage_comparison import compare_stage
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

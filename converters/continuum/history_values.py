@@ -8,7 +8,7 @@ from typing import NamedTuple
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.histories import Recorder
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 
 
 class HistoryValue(NamedTuple):

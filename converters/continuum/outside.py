@@ -18,7 +18,8 @@ from bsm_mesh.converters.continuum.sampled import BlockAverages, block_averages_
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.errors import ModelError, counted, nearest
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 COVERED = 0.5  # of a block's area: with less of it in the other mesh a block is not compared
 

@@ -11,7 +11,7 @@ from bsm_mesh.converters.continuum.mesh import Discretization, Mesher
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.records import Results
+from bsm_mesh.results.results import Results
 
 Stages = tuple[ContinuumSolution, ...]
 

@@ -16,7 +16,8 @@ from bsm_mesh.converters.continuum.refinement import refinement_of
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed
-from bsm_mesh.results.records import Results, StageResult
+from bsm_mesh.results.records import StageResult
+from bsm_mesh.results.results import Results
 
 STILL = 1e-9  # of a block's size: less than this in both methods is no movement
 

@@ -1,0 +1,217 @@
+"""The results of a run: its stages, what they are asked for, and forms that others read."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from bsm_mesh.arrays import IntArray
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.reading import as_path
+from bsm_mesh.results.records import StageResult, Status
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bsm_mesh.model.model import Model
+    from bsm_mesh.results.check import Check
+    from bsm_mesh.results.histories import HistorySeries, Recorded
+    from bsm_mesh.results.spread import RouteEnd
+    from bsm_mesh.solve.options import Options
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Results:
+    """All stages of a run, or those finished so far.
+
+    Attributes
+    ----------
+    blocks : Blocks
+        The blocks at the start.
+    joint_names : tuple of str
+        Names for ``contacts.joint``.
+    stages : tuple of StageResult
+        At least one; the last gives the verdict, if the run is finished.
+    scheme, linear_solver : str
+        What was used.
+    tolerance : float
+        Greatest force out of balance that counted as equilibrium, over the reference weight.
+    model_digest : str
+        SHA-256 of the model's content.
+    title : str
+        The model's title.
+    default_joint : str or None
+        Name of the joint of faces whose edges have none.
+    recorded : tuple of Recorded
+        What the model's histories record.
+    finished : bool
+        Whether the run came to its end; if not, `status` is ``unfinished``, whatever the stages are.
+    model : Model or None
+        What was run; None for results that were read back.
+    options : Options or None
+        How it was solved; None for results that were read back.
+    spread : tuple of RouteEnd
+        Where other routes led, the usual one first; none where it was not asked.
+    """
+
+    blocks: Blocks
+    joint_names: tuple[str, ...]
+    stages: tuple[StageResult, ...]
+    scheme: str
+    linear_solver: str
+    tolerance: float
+    model_digest: str
+    title: str = ""
+    default_joint: str | None = None
+    recorded: tuple[Recorded, ...] = ()
+    finished: bool = True
+    model: Model | None = None
+    options: Options | None = None
+    spread: tuple[RouteEnd, ...] = ()
+
+    @property
+    def status(self) -> Status:
+        """The verdict: that of the last stage; ``unfinished`` where the run did not come to its end."""
+        return self.stages[-1].status if self.finished else Status.UNFINISHED
+
+    @property
+    def unstable_blocks(self) -> IntArray:
+        """Blocks that come down in the last stage."""
+        return self.stages[-1].unstable_blocks
+
+    @property
+    def histories(self) -> dict[str, HistorySeries]:
+        """The histories over all steps, by name."""
+        from bsm_mesh.results.histories import series_of
+
+        return series_of(self.recorded, self.stages)
+
+    def plot(
+        self,
+        picture: str = "displacement",
+        *,
+        stage: int | str = -1,
+        window: tuple[float, float, float, float] | None = None,
+        figure: Figure | None = None,
+    ) -> Figure:
+        """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to go on with.
+
+        Parameters
+        ----------
+        picture : str
+            Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
+            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all. Not the charts
+            ``bolt_forces`` and ``histories``, which show no part of the model.
+        stage : int or str
+            Number or name; negative numbers count from the last stage.
+        window : (x0, y0, x1, y1), optional [m]
+            What is seen.
+        figure : matplotlib.figure.Figure, optional
+            What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+
+        Raises
+        ------
+        ModelError
+            If there is no such picture or stage, nothing to show in it, or the window is none.
+        """
+        from bsm_mesh.app.plotting import plot_results
+
+        return plot_results(self, picture, stage, window, figure)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows of them."""
+        from bsm_mesh.app.notebook import results_html
+
+        return results_html(self)
+
+    def check(self) -> Check:
+        """Return how well every stage is in equilibrium, computed anew from the forces alone."""
+        from bsm_mesh.results.check import check_results
+
+        return check_results(self)
+
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        tables: bool | Literal["csv", "parquet"] = False,
+        compression: Literal["zlib", "lz4"] = "zlib",
+    ) -> Path:
+        """Write the results into `folder` and return it: VTU, PVD, CSV and JSON files, the model as ``model.toml``.
+
+        With `tables` blocks, contacts, supports and joint sets as CSV (True) or Parquet too (``contacts.csv``, ...).
+        VTU compressed by zlib is read by everything, by LZ4 only by VTK, ParaView and PyVista, and written quicker.
+        The folder may be new, empty, or one of former results, which are replaced as a whole. Where the model cannot be
+        written a `ResultsWarning` says what is missing.
+
+        Raises
+        ------
+        ModelError
+            If the folder holds what bsm-mesh did not write, or cannot be written to; the former results stay.
+        """
+        from bsm_mesh.app.result_tables import OutputForm
+        from bsm_mesh.app.storage import save_results
+
+        form = OutputForm(tables=tables, compression=compression)
+        return save_results(self, as_path("Results.save: folder", folder), form=form)
+
+    def to_meshio(self, kind: str = "blocks", stage: int | str = -1) -> Any:
+        """Return a ``meshio.Mesh`` of a kind at the end of a stage, as ``meshio.read`` gives it of the VTU file.
+
+        Parameters
+        ----------
+        kind : str
+            blocks, contacts, joints, supports; water and bolts where there are any.
+        stage : int or str
+            Number or name; negative numbers count from the last stage.
+
+        Raises
+        ------
+        ModelError
+            If there is no such stage, or nothing of the kind in it.
+        """
+        from bsm_mesh.app.result_objects import to_meshio
+
+        return to_meshio(self, kind, stage)
+
+    def to_pyvista(self, kind: str = "blocks", stage: int | str = -1) -> Any:
+        """Return a ``pyvista.UnstructuredGrid`` of a kind at the end of a stage; parameters as for `to_meshio`.
+
+        It has the arrays of the VTU file, and names as text arrays besides: ``joint_name``, ``status_name``,
+        ``rock_name``, ``bolt_name``.
+        """
+        from bsm_mesh.app.result_objects import to_pyvista
+
+        return to_pyvista(self, kind, stage)
+
+    def to_pandas(self, table: str = "blocks") -> Any:
+        """Return a ``pandas.DataFrame`` of all stages, one below the other, with units in ``attrs["units"]``.
+
+        Parameters
+        ----------
+        table : str
+            blocks, contacts, supports, bolts (a row a node), joints (a row a joint set) or steps.
+
+        Raises
+        ------
+        ModelError
+            If there is no such table, or pandas is not installed.
+        """
+        from bsm_mesh.app.result_tables import to_pandas
+
+        return to_pandas(self, table)
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str]) -> Results:
+        """Return the results in `folder`: of a run, of one under way, or of one that was interrupted (``unfinished``).
+
+        Raises
+        ------
+        ModelError
+            If the folder holds no results, or a file of them is not as it was written.
+        """
+        from bsm_mesh.app.storage import load_results
+
+        return load_results(as_path("Results.load: folder", folder))
