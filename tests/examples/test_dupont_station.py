@@ -61,15 +61,17 @@ def test_bolts_by_both_readings_of_fig_8_14(case: tuple[bsm.Model, bsm.Results])
     assert bolts.greatest_force.max() < model.bolts[0].yield_force
 
 
-ROUTES = 0.15  # by this much equilibria differ to which a release in two and in four parts leads
+GRADUAL = 0.03  # by this much a release in four and in eight parts differs; in two it is not gradual (docs page)
 
 
-def test_release_in_two_parts_and_in_four_agree() -> None:
-    one, other = (
-        station.movement_of(bsm.run(station.released_in(station.load(), parts))).summary() for parts in (2, 4)
+def test_gradual_release_leads_to_one_movement() -> None:
+    """But for the right wall, which differs by 4 %: the page has the range of every finding over the routes."""
+    four, eight = (
+        station.movement_of(bsm.run(station.released_in(station.load(), parts))).summary() for parts in (4, 8)
     )
-    for name in ("settlement", "crown", "left wall", "right wall"):
-        np.testing.assert_allclose(np.mean(one[name]), np.mean(other[name]), rtol=ROUTES)
+    assert four["at"] == eight["at"]
+    for name in ("settlement", "crown", "left wall"):
+        np.testing.assert_allclose(np.mean(four[name]), np.mean(eight[name]), rtol=GRADUAL)
 
 
 def test_joints_and_faces_of_rock_bear_no_tension(case: tuple[bsm.Model, bsm.Results]) -> None:
