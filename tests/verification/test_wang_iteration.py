@@ -13,9 +13,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from tests.scenes.models import LINEAR
+from tests.scenes.pushed_block import FRICTION, GAMMA, GAP, PUSH, WIDTH, example_2
 from tests.scenes.shapes import rectangle, running_bond, turned
 
-GAMMA, WIDTH, PUSH, FRICTION, GAP = 26e3, 1.0, 30e3, 30.0, 0.5
 TO_SETTLE = 25  # cycles: the first elastic ones, and the bounce against block 3
 
 
@@ -32,18 +32,6 @@ def model_of(polygons, *, friction=FRICTION, kn=1e9, fixed=(0,), **given):
         supports=[bsm.Fixed(blocks=list(fixed))],
         **given,
     )
-
-
-def example_2(kn, *, apart=False):
-    """Return block 2 on block 1, pushed towards block 3; `apart`: block 3 away from block 1 (Wang Figs. 4.16, 4.18)."""
-    end, wall = (2.0, 4.0) if apart else (3.0, 2.0)
-    polygons = [
-        rectangle(-0.5, -1, end, 0),
-        rectangle(0.5, 0, 0.5 + WIDTH, 1),
-        rectangle(wall, 0 if not apart else -1, wall + 1, 2),
-    ]
-    push = [bsm.PointLoad(block=1, point=(0.5, 0.3), force=(PUSH, 0))]
-    return model_of(polygons, kn=kn, fixed=(0, 2), loads=push)
 
 
 @pytest.mark.parametrize(("kn", "part"), [(1e6, 1.0), (3e6, 1.0), (1e7, 1.0), (1e8, 0.1), (1e9, 0.01)])
