@@ -113,7 +113,9 @@ def bent_table() -> Answer:
     return np.array(exact), np.array(found)
 
 
-def _on_rock(block: Array, below: Array, water: bsm.Water | None, unit_weight: float) -> tuple[float, float, Array]:
+def on_rock(
+    block: Array, below: Array, water: bsm.Water | None, unit_weight: float, bolts: tuple[bsm.Bolt, ...] = ()
+) -> tuple[float, float, Array]:
     """Return effective normal force, shear force, and normal forces by rising x, of a block on fixed rock."""
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons([below, block], rock="rock"),
@@ -122,6 +124,7 @@ def _on_rock(block: Array, below: Array, water: bsm.Water | None, unit_weight: f
         default_joint="J",
         supports=[bsm.Fixed(blocks=[0])],
         water=water,
+        bolts=bolts,
     )
     contacts = bsm.run(model, LINEAR).stages[-1].contacts
     pressed = -contacts.normal_force
@@ -137,7 +140,7 @@ def infinite_slope(head: str) -> Answer:
     for depth in (0.0, 2.5, 5.0):
         table = [(x, slope * x + depth) for x in (-50.0, 50.0)]
         water = bsm.Water(table=table, head=head) if depth else None
-        pressed, sheared, _ = _on_rock(block, below, water, gamma)
+        pressed, sheared, _ = on_rock(block, below, water, gamma)
         part = math.cos(b) ** 2 if head == "parallel" else 1.0
         effective = gamma * z * math.cos(b) ** 2 - WATER * depth * part
         exact.append(effective * tan_phi / (gamma * z * math.sin(b) * math.cos(b)))
@@ -149,7 +152,7 @@ def gravity_dam() -> Answer:
     """Factor of sliding at 45 degrees, and forces at heel and toe, water to the crest and full uplift."""
     H, B, gamma = 50.0, 40.0, 24e3
     water = bsm.Water(table=[(-50, H), (0, H), (B, 0)])
-    pressed, sheared, (heel, toe) = _on_rock(
+    pressed, sheared, (heel, toe) = on_rock(
         np.array([(0, 0), (B, 0), (0, H)]), rectangle(0, -10, B, 0), water, gamma
     )
     W, thrust, uplift = gamma * H * B / 2, WATER * H**2 / 2, WATER * H * B / 2

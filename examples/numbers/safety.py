@@ -17,47 +17,21 @@ from bsm_mesh.app.starters import write_starter
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.factor import factor_of_safety
 from examples.numbers.pages import Table, markdown
-from tests.scenes.known_factors import LEAST_FRICTION, TOPPLING, arch, goodman_and_bray, incline, tan, tutorial_slope
+from tests.scenes.known_factors import known
 from tests.scenes.large import jointed_slope
-from tests.scenes.plane_failure import hoek_and_bray, sau_mau_ping
 
 PAGE, PICTURE = "docs/safety.md", "docs/safety.png"
 ROOT = Path(__file__).parents[2]
 WIDTH = 0.002
-Named = tuple[str, float, bsm.Model, tuple[str, ...] | None]
-
-
-def known() -> Iterator[Named]:
-    """Return models whose factor is known: name, factor, model, joints whose strength is reduced."""
-    yield "block on a plane of 30 degrees, friction 40", tan(40) / tan(30), incline(40.0, 30.0), None
-    for zw, cohesion in ((0.0, 25e3), (3.0, 25e3), (0.0, 0.0), (3.0, 0.0)):
-        case = hoek_and_bray(zw=zw, cohesion=cohesion)
-        yield f"plane failure, Hoek & Bray, {_wet(zw, cohesion)}", case.factor, case.model(), ("J",)
-    for zw, cohesion, shaken in ((0.0, 100e3, 0.0), (7.0, 100e3, 0.0), (7.0, 0.0, 0.0), (0.0, 100e3, 0.1)):
-        case = sau_mau_ping(zw=zw, cohesion=cohesion, horizontal=shaken)
-        name = _wet(zw, cohesion) + (f", {shaken:g} g out of the slope" if shaken else "")
-        yield f"Sau Mau Ping Road, {name}", case.factor, case.model(), ("J",)
-    for (ratio, n), least in LEAST_FRICTION.items():
-        name = f"arch of {n} stones, thickness {ratio:g} of the radius, friction 35"
-        yield name, tan(35) / least, arch(ratio, n, 35.0), None
-    yield "UDEC's tutorial slope, friction 20: top block", tan(20) / 0.4, tutorial_slope(20.0), None
-    lower = tutorial_slope(20.0, excavate=(1, 3))
-    yield "the same without the top block: lower block", tan(20) / 0.3, lower, None
-    yield "toppling, Goodman & Bray, friction 42", tan(42) / TOPPLING, goodman_and_bray(42.0), None
-
-
-def _wet(zw: float, cohesion: float) -> str:
-    water = f"{zw:g} m of water in the crack" if zw else "dry"
-    return f"{water}, {'cohesion' if cohesion else 'no cohesion'}"
 
 
 def known_factors() -> str:
     """Return the table of factors that are known."""
     rows = []
-    for name, exact, model, joints in known():
-        found = factor_of_safety(model, joints=joints, tolerance=WIDTH)
+    for case in known():
+        found = factor_of_safety(case.build(), joints=case.joints, tolerance=WIDTH)
         limit = f"{found.limit.factor:.4f}"
-        rows.append((name, f"{exact:.4f}", *_ends(found), limit, str(len(found.trials))))
+        rows.append((case.name, f"{case.factor:.4f}", *_ends(found), limit, str(len(found.trials))))
     return markdown(("model", "known", "stable", "unstable", "bound", "trials"), rows)
 
 

@@ -2,11 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 
 import bsm_mesh as bsm
 from tests.scenes.models import model_of
+from tests.scenes.plane_failure import PlaneFailure, hoek_and_bray, sau_mau_ping
 from tests.scenes.shapes import rectangle, turned
+
+
+@dataclass(frozen=True)
+class Known:
+    """A model whose factor of safety is known.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    source : str
+        Who says so: a key of `verification.sources.SOURCES`.
+    factor : float
+        Known factor.
+    build : callable
+        Returns the model.
+    joints : tuple of str or None
+        Joints whose strength is divided; None: all.
+    """
+
+    name: str
+    source: str
+    factor: float
+    build: Callable[[], bsm.Model]
+    joints: tuple[str, ...] | None = None
+
 
 LEAST_FRICTION = {(0.12, 20): 0.3825, (0.12, 30): 0.3819, (0.20, 30): 0.3090}
 """Least coefficients of friction of semicircular arches, by thickness over radius and voussoirs: limit analysis."""
@@ -67,3 +98,30 @@ def goodman_and_bray(friction: float) -> bsm.Model:
         profile += [(10.0 * k, float(k)), (10.0 * k, k - 1.0)]
     base = np.array([*profile, (0.0, 0.0)])
     return model_of([turned(p, 30.0) for p in (base, *columns)], friction=friction, kn=1e11, gamma=25e3)
+
+
+def known() -> Iterator[Known]:
+    """Return what is known, none of it built yet."""
+    name = "block on a plane of 30 degrees, friction 40"
+    yield Known(name, "statics", tan(40) / tan(30), partial(incline, 40.0, 30.0))
+    for zw, cohesion in ((0.0, 25e3), (3.0, 25e3), (0.0, 0.0), (3.0, 0.0)):
+        yield _plane_failure("plane failure, Hoek & Bray", "hoek-bray", hoek_and_bray(zw=zw, cohesion=cohesion))
+    for zw, cohesion, shaken in ((0.0, 100e3, 0.0), (7.0, 100e3, 0.0), (7.0, 0.0, 0.0), (0.0, 100e3, 0.1)):
+        case = sau_mau_ping(zw=zw, cohesion=cohesion, horizontal=shaken)
+        yield _plane_failure("Sau Mau Ping Road", "hoek", case)
+    for (ratio, n), least in LEAST_FRICTION.items():
+        name = f"arch of {n} stones, thickness {ratio:g} of the radius, friction 35"
+        yield Known(name, "arches", tan(35) / least, partial(arch, ratio, n, 35.0))
+    name = "UDEC's tutorial slope, friction 20: top block"
+    yield Known(name, "udec", tan(20) / 0.4, partial(tutorial_slope, 20.0))
+    lower = partial(tutorial_slope, 20.0, excavate=(1, 3))
+    yield Known("the same without the top block: lower block", "udec", tan(20) / 0.3, lower)
+    name = "toppling, Goodman & Bray, friction 42"
+    yield Known(name, "goodman-bray", tan(42) / TOPPLING, partial(goodman_and_bray, 42.0))
+
+
+def _plane_failure(where: str, source: str, case: PlaneFailure) -> Known:
+    water = f"{case.zw:g} m of water in the crack" if case.zw else "dry"
+    shaken = f", {case.horizontal:g} g out of the slope" if case.horizontal else ""
+    name = f"{where}, {water}, {'cohesion' if case.cohesion else 'no cohesion'}{shaken}"
+    return Known(name, source, case.factor, case.model, ("J",))
