@@ -4,6 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+KINDS = {
+    "thesis": "the thesis",
+    "book": "book or paper",
+    "program": "another program",
+    "closed form": "closed form",
+    "given": "worked out before the program was written",
+}
+
 
 @dataclass(frozen=True)
 class Source:
@@ -11,46 +19,80 @@ class Source:
 
     Attributes
     ----------
-    kind : {"thesis", "book", "program", "statics"}
-        The thesis; books, papers and standards; another program; a closed form of plain statics or elasticity.
-    text : str
-        As it is cited.
+    kind : str
+        A key of `KINDS`.
+    short, text : str
+        As tables and as the list of sources name it.
     """
 
     kind: str
+    short: str
     text: str
 
 
+def _book(short: str, text: str) -> Source:
+    return Source("book", short, text)
+
+
+def _program(short: str, text: str) -> Source:
+    return Source("program", short, text)
+
+
+def _closed(short: str, text: str) -> Source:
+    return Source("closed form", short, text)
+
+
 SOURCES: dict[str, Source] = {
-    "wang": Source("thesis", "B. Wang (1992), A Block-Spring Model for Jointed Rocks, PhD thesis, University of Ottawa"),
-    "statics": Source("statics", "equilibrium of forces and moments, worked out in the case"),
-    "springs": Source("statics", "springs in series and side by side, worked out in the case"),
-    "euler": Source("statics", "equilibrium of a bar that turns by a finite angle, its greatest load (snap-through)"),
-    "kirsch": Source("book", "G. Kirsch (1898), Zeitschrift des VDI 42; as in A. R. Jumikis (1983), Rock Mechanics, and Wang Eq. 3.46"),
-    "goodman": Source("book", "R. E. Goodman (1989), Introduction to Rock Mechanics, 2nd edition, section 6.7"),
-    "goodman-bray": Source("book", "R. E. Goodman, J. W. Bray (1976), Toppling of rock slopes, ASCE; numbers as in Wyllie and Mah, chapter 9"),
-    "hoek-bray": Source("book", "E. Hoek, J. W. Bray (1981), Rock Slope Engineering, 3rd edition, chapter 7; D. C. Wyllie, C. W. Mah (2004), 4th edition"),
-    "hoek": Source("book", "E. Hoek, Practical Rock Engineering, chapter 8: slope at Sau Mau Ping Road"),
-    "taylor": Source("book", "K. Terzaghi (1943), Theoretical Soil Mechanics; A. W. Skempton, F. A. DeLory (1957): infinite slope"),
-    "couplet": Source("book", "M. Milankovitch (1907), Zeitschrift fur Mathematik und Physik 55; J. Heyman (1966, 1969): least arch, with P. Couplet (1730)"),
-    "arches": Source("book", "limit analysis of arches of equal voussoirs after J. Heyman: thickness, friction and thrust, computed apart by linear programs"),
-    "patton": Source("book", "F. D. Patton (1966), 1st ISRM Congress, Lisbon"),
-    "ladanyi": Source("book", "B. Ladanyi, G. Archambault (1970), 11th US Symposium on Rock Mechanics; C. Fairhurst (1964)"),
-    "barton": Source("book", "N. Barton, V. Choubey (1977), Rock Mechanics 10; N. Barton, S. Bandis (1982), 23rd US Symposium on Rock Mechanics"),
-    "bandis": Source("book", "R. E. Goodman (1976); S. Bandis, A. C. Lumsden, N. Barton (1983), Int. J. Rock Mech. 20: hyperbolic closure"),
-    "herget": Source("book", "G. Herget (1987), 1st North American Rock Mechanics Symposium: stresses in the Canadian shield"),
-    "brown-hoek": Source("book", "E. T. Brown, E. Hoek (1978), Int. J. Rock Mech. 15: worldwide in-situ stresses"),
-    "farmer": Source("book", "I. W. Farmer (1975), Int. J. Rock Mech. 12; C. Li, B. Stillborg (1999), Int. J. Rock Mech. 36: grouted bolt"),
-    "hetenyi": Source("book", "M. Hetenyi (1946), Beams on Elastic Foundation, chapter 2"),
-    "johansen": Source("book", "K. W. Johansen (1949), Theory of timber connections, IABSE 9"),
-    "archimedes": Source("book", "Archimedes, On Floating Bodies I, proposition 7"),
-    "harmonic": Source("book", "J. G. Coffin (1923), Problem 3009, American Mathematical Monthly 30: harmonic stack of blocks"),
-    "3dec": Source("program", "Itasca, 3DEC verification problems: sliding and toppling block on a plane"),
-    "udec": Source("program", "Itasca, UDEC user's guide: tutorial slope; factors by statics"),
-    "lagrange": Source("program", "SciPy: dense matrices and Lagrange multipliers, the thesis's matrices written out anew"),
-    "shapely": Source("program", "Shapely (GEOS): areas and centroids of polygons"),
-    "quadrature": Source("program", "NumPy: integrals over faces and blocks by fine summation"),
-    "skfem": Source("program", "scikit-fem: finite elements of the same section"),
-    "nnls": Source("program", "SciPy: non-negative least squares for the energy of a bolt"),
-    "highs": Source("program", "HiGHS, by SciPy: the linear program of limit analysis"),
-}  # fmt: skip
+    "wang": Source("thesis", "Wang", "B. Wang (1992), *A Block-Spring Model for Jointed Rocks*, University of Ottawa"),
+    "kirsch": _book("Kirsch", "G. Kirsch (1898), *Zeitschrift des VDI* 42; after A. R. Jumikis (1983), *Rock Mechanics*"),
+    "goodman": _book("Goodman", "R. E. Goodman (1989), *Introduction to Rock Mechanics*, 2nd edition, section 6.7"),
+    "hoek-bray": _book(
+        "Hoek & Bray",
+        "E. Hoek, J. W. Bray (1981), *Rock Slope Engineering*, chapter 7; D. C. Wyllie, C. W. Mah (2004), its 4th edition",
+    ),
+    "hoek": _book("Hoek", "E. Hoek, *Practical Rock Engineering*, chapter 8: the slope at Sau Mau Ping Road"),
+    "goodman-bray": _book(
+        "Goodman & Bray", "R. E. Goodman, J. W. Bray (1976), *Toppling of rock slopes*; numbers as in Wyllie & Mah, ch. 9"
+    ),
+    "skempton": _book("Skempton & DeLory", "A. W. Skempton, F. A. DeLory (1957), *Stability of natural slopes in London clay*"),
+    "couplet": _book(
+        "Milankovitch", "M. Milankovitch (1907), *Theorie der Druckkurven*; J. Heyman (1969), *The safety of masonry arches*"
+    ),
+    "patton": _book("Patton", "F. D. Patton (1966), *Multiple modes of shear failure in rock*; Wang Eqs. 4.1, 4.2"),
+    "ladanyi": _book(
+        "Ladanyi & Archambault", "B. Ladanyi, G. Archambault (1970), 11th US Symposium on Rock Mechanics; Wang Eq. 4.3"
+    ),
+    "barton": _book(
+        "Barton", "N. Barton, V. Choubey (1977), *Rock Mechanics* 10; N. Barton, S. Bandis (1982), 23rd US Symposium"
+    ),
+    "barton-bakhtar": _book(
+        "Barton, Bandis & Bakhtar", "N. Barton, S. Bandis, K. Bakhtar (1985), *Int. J. Rock Mech. Min. Sci.* 22"
+    ),
+    "bandis": _book("Bandis", "S. Bandis, A. C. Lumsden, N. Barton (1983), *Int. J. Rock Mech. Min. Sci.* 20; Goodman (1976)"),
+    "coulomb": _book("Coulomb", "C. A. Coulomb (1776): friction and cohesion, here falling along a straight line with slip"),
+    "herget": _book("Herget", "G. Herget (1987), stresses in the Canadian shield; Wang Eq. 4.15"),
+    "brown-hoek": _book("Brown & Hoek", "E. T. Brown, E. Hoek (1978), *Int. J. Rock Mech. Min. Sci.* 15; Wang Eqs. 4.16, 4.17"),
+    "farmer": _book(
+        "Farmer", "I. W. Farmer (1975), *Int. J. Rock Mech. Min. Sci.* 12; C. Li, B. Stillborg (1999), the same, 36"
+    ),
+    "hetenyi": _book("Hetenyi", "M. Hetenyi (1946), *Beams on Elastic Foundation*, chapter 2"),
+    "johansen": _book("Johansen", "K. W. Johansen (1949), *Theory of timber connections*"),
+    "archimedes": _book("Archimedes", "Archimedes, *On Floating Bodies* I, proposition 7"),
+    "harmonic": _book("Coffin", "J. G. Coffin (1923), *American Mathematical Monthly* 30, problem 3009: stack of blocks"),
+    "3dec": _program("3DEC", "Itasca, 3DEC: the block on a plane of its verification problems (printed numbers; not run here)"),
+    "udec": _program("UDEC", "Itasca, UDEC: the slope of its tutorial (inputs; not run here), its factors by statics"),
+    "lagrange": _program("dense matrices", "NumPy: the thesis's matrices written out anew, dense, with bars or multipliers"),
+    "shapely": _program("Shapely", "Shapely (GEOS): areas and centroids"),
+    "quadrature": _program("NumPy", "NumPy: pressures summed over 200 000 points of every face"),
+    "skfem": _program("scikit-fem", "scikit-fem: finite elements of the same section, with interfaces where there are joints"),
+    "bounded": _program("SciPy", "SciPy: bounded least squares of the energy of a bolt"),
+    "highs": _program("HiGHS", "HiGHS, by SciPy: feasibility of the linear program of limit analysis"),
+    "statics": _closed("statics", "equilibrium of forces and moments of rigid blocks, written out in the case"),
+    "springs": _closed("springs", "springs in series and side by side, written out in the case"),
+    "elasticity": _closed("elasticity", "plane strain under a uniform stress, a bar under its own weight"),
+    "euler": _closed("statics", "equilibrium of a bar that turns by a finite angle, and its greatest load"),
+    "arches": Source(
+        "given", "table", "least thickness and friction of arches of equal stones by limit analysis after Heyman, a table"
+    ),
+    "given": Source("given", "table", "a number of the same table: plane failure whose cohesion is lost contact by contact"),
+}

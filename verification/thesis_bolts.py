@@ -182,7 +182,7 @@ CASES = (
     Case(name="redistribution", what="20 bolts whose bond fails: Eq. 5.13 repeated until it is balanced",
          source="wang", quantity="tension [N]", compute=redistribution, tolerance=1e-7,
          equations=("5.8", "5.9", "5.10", "5.11", "5.12", "5.13")),
-    Case(name="least-energy", what="one such bolt as the state of least energy", source="nnls",
+    Case(name="least-energy", what="one such bolt as the state of least energy", source="bounded",
          quantity="tension [N]", compute=least_energy, tolerance=1e-6, equations=("5.13",)),
     Case(name="bolt-on-blocks", what="force and moment of the bolt on three blocks", source="wang",
          quantity="force [N/m], moment [N]", compute=forces_on_blocks, tolerance=1e-6,
