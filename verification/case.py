@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-ROUNDING = 1e-9  # smaller errors differ from machine to machine and are told as smaller than this
+ROUNDING = 1e-8  # smaller errors differ from machine to machine and are told as smaller than this
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,11 @@ class Case:
         return self.compute()
 
     @property
+    def is_told_in_words(self) -> bool:
+        """Whether the exact answer is words, as a verdict is."""
+        return isinstance(self.answer[0], str)
+
+    @property
     def error(self) -> float:
         """Our error, see `error_of`."""
         return error_of(*self.answer)
@@ -115,12 +120,13 @@ def in_words(error: float) -> str:
 
 
 def value_in_words(value: Value | Between) -> str:
-    """Return a value as the manual tells it: up to four numbers, of more the count and the greatest."""
+    """Return a value as the manual tells it: up to four numbers, of more the count and the greatest; rounding as 0."""
     if isinstance(value, str):
         return value
     if isinstance(value, Between):
         return f"{value.low:.5g} to {value.high:.5g}"
-    numbers = np.atleast_1d(np.asarray(value, dtype=float))
+    numbers = np.atleast_1d(np.asarray(value, dtype=float)).ravel()
+    numbers = np.where(np.abs(numbers) > max(ROUNDING * np.abs(numbers).max(), 1e-12), numbers, 0.0)
     if numbers.size > 4:
         return f"{numbers.size} numbers up to {np.abs(numbers).max():.4g}"
-    return ", ".join(f"{number:.5g}" for number in numbers.ravel())
+    return ", ".join(f"{number:.5g}" for number in numbers)

@@ -151,7 +151,7 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(numbers="5.8-5.13", what="redistribution when the bond fails", holds=(f"{BOLTS}.chain:solve_chain",),
              tests=("unit/test_bolt_chain.py::test_redistribution_of_the_thesis_tends_to_it",
                     "unit/test_bolt_chain.py::test_a_single_sweep_is_far_off"),
-             note="its end, found at once: a single sweep may be 4 times the pull off"),
+             note="its end, found at once; a single sweep may be far off"),
     Equation(numbers="5.14-5.17", what="elongation and tension from the blocks' displacements",
              holds=(f"{BOLTS}.kernels:node_movements", f"{BOLTS}.kernels:element_lines"),
              note="lengths are exact; the thesis's are their first order"),
