@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache, partial
 
 import numpy as np
@@ -37,7 +36,7 @@ def _rock(stiffness: str) -> bsm.Rock:
 
 
 def squares(stiffness: str) -> Answer:
-    """Confined modulus, lateral strain and shear modulus of a grid of squares, over E."""
+    """Compare confined modulus, lateral strain and shear modulus of a grid of squares, over E."""
     rock = _rock(stiffness)
     E_N, E_T = rock.contact_moduli
     cells = grid(11, 11)
@@ -52,7 +51,7 @@ def _triangles(size: float) -> list[Array]:
 
 
 def triangle_strains(size: float) -> Answer:
-    """Strains of triangles of the stiffness `triangle`, times E over the stress: those of the elastic rock itself."""
+    """Compare strains of triangles of the stiffness `triangle` with those of elastic rock."""
     cells, rock = _triangles(size), _rock("triangle")
     pressed, sheared = mean_strain(cells, 40.0, rock, UNIAXIAL), mean_strain(cells, 40.0, rock, SHEAR)
     e_yy = -S / (LAME + 2 * G - LAME**2 / (LAME + 2 * G))  # plane strain, free to the sides
@@ -65,7 +64,7 @@ BEDS = 20
 
 
 def jointed_rock(*, elements: bool) -> Answer:
-    """Moduli across and along joints 2 m apart, of blocks or of elements with interfaces [GPa]."""
+    """Compare moduli across and along joints 2 m apart, of blocks or of elements with interfaces [GPa]."""
     side = BEDS * SPACING
     blocks = framed(bsm.Blocks.from_polygons(grid([0.0, 1.0], np.arange(BEDS + 1) * SPACING), rock="rock"), 1.0, side)
     joint = bsm.Joint("J", JN, JS)
@@ -76,7 +75,9 @@ def jointed_rock(*, elements: bool) -> Answer:
         held = [bsm.Fixed(boundary="bottom")]
         loads = [bsm.Traction(boundary="top", traction=traction)]
         if traction is along:  # complementary shear on the sides, so that the column does not bend
-            loads += [bsm.Traction(boundary=name, traction=(0.0, sign * S)) for name, sign in (("left", -1), ("right", 1))]
+            loads += [
+                bsm.Traction(boundary=name, traction=(0.0, sign * S)) for name, sign in (("left", -1), ("right", 1))
+            ]
         model = bsm.Model(blocks=blocks, rocks=[rock], joints=[joint], default_joint="J", supports=held, loads=loads)
         moved = (solve_continuum(model, joints=True) if elements else bsm.run(model, LINEAR).stages[-1]).displacement
         rise = (BEDS - 3) * SPACING
@@ -87,7 +88,7 @@ def jointed_rock(*, elements: bool) -> Answer:
 
 
 def kirsch_by_elements() -> Answer:
-    """Block averages of the stresses by second-order triangles, for r < 3 a: the L2 error itself."""
+    """Compare block averages of the stresses by second-order triangles, for r < 3 a: the L2 error itself."""
     corners = plate(24)
     return 0.0, float(error_near(solve_continuum(model_of(corners, "homogeneous")).stress, corners))
 
@@ -100,7 +101,7 @@ def kirsch_by_blocks(around: int) -> float:
 
 
 def kirsch_table() -> Answer:
-    """Tangential and radial stress at the springline, r = 1, 1.5, 2, 3, 5 a [MPa]: the formula of the tests."""
+    """Compare tangential and radial stress at the springline, r = 1, 1.5, 2, 3, 5 a [MPa]: the formula of the tests."""
     r = np.array([1, 1.5, 2, 3, 5])
     found = -kirsch(r, 0 * r) / 1e6
     exact = [[25, 14.8148, 12.3438, 10.9259, 10.312], [0, 4.6296, 5.1563, 5.1852, 5.088]]
@@ -108,7 +109,7 @@ def kirsch_table() -> Answer:
 
 
 def column_by_elements() -> Answer:
-    """Settlement of a confined column under its weight, blocks (`homogeneous`, Poisson 0) and finite elements [mm]."""
+    """Compare settlement of a confined column under its weight, finite elements, with the closed form [mm]."""
     n, gamma = 20, 26e3
     blocks = framed(bsm.Blocks.from_polygons(grid(1, n), rock="rock"), 1.0, float(n))
     rock = bsm.Rock("rock", unit_weight=gamma, young=1e9, poisson=0.0, stiffness="homogeneous")

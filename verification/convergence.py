@@ -71,6 +71,7 @@ def draw() -> None:
     """Draw the errors over the number of blocks."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import FixedLocator, NullFormatter, StrMethodFormatter
 
     figure = Figure(figsize=(8, 4.8), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
@@ -82,6 +83,10 @@ def draw() -> None:
     axes.set_xlabel("blocks")
     axes.set_ylabel("error, %")
     axes.grid(visible=True, which="both", color="#dddddd", linewidth=0.6)
-    axes.legend(frameon=False, fontsize=8, loc="center right")
+    for axis, ticks in ((axes.xaxis, (200, 500, 1000, 2000, 4000)), (axes.yaxis, (0.01, 0.1, 1, 10))):
+        axis.set_major_locator(FixedLocator(ticks))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    figure.legend(frameon=False, fontsize=8, loc="outside upper center", ncols=2)
     with whole_file(PICTURE) as draft:
         figure.savefig(draft, format="png")

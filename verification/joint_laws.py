@@ -17,27 +17,27 @@ SOURCES = {"Barton-Bandis": "barton", "Ladanyi-Archambault": "ladanyi", "Mohr-Co
 
 
 def peaks(name: str) -> Answer:
-    """Peaks of direct shear at five pressures."""
+    """Compare peaks of direct shear at five pressures."""
     law, formula = bench.LAWS[name]
     exact = [formula(stress) for stress in bench.STRESSES]
     return np.array(exact), np.array([bench.sheared(law, stress).peak for stress in bench.STRESSES])
 
 
 def closures() -> Answer:
-    """Closure at 0.5, 1, 2, 5 and 10 MPa, kni 10 GPa/m, at most 0.2 mm [um]."""
+    """Compare closure at 0.5, 1, 2, 5 and 10 MPa, kni 10 GPa/m, at most 0.2 mm [um]."""
     joint = bsm.Joint("J", 10e9, 1e9, law=bsm.MohrCoulomb(friction=30), max_closure=2e-4)
     found = [1e6 * closure_test(joint, 1e6 * stress, steps=4).closure.max() for stress in (0.5, 1, 2, 5, 10)]
     return np.array([40.0, 66.667, 100.0, 142.857, 166.667]), np.array(found)
 
 
 def scale() -> Answer:
-    """JRC and JCS [MPa] of 8 and 50 MPa over 1 m instead of 0.1 m."""
+    """Compare JRC and JCS [MPa] of 8 and 50 MPa over 1 m instead of 0.1 m."""
     law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=28, joint_length=1.0)
     return np.array([8 * 10 ** (-0.02 * 8), 50 * 10 ** (-0.03 * 8)]), np.array([law.roughness, law.wall_strength / 1e6])
 
 
 def wear() -> Answer:
-    """Roughness left after 1, 2, 4, 10 and 100 times the displacement of the peak, from the strength there."""
+    """Compare roughness left after 1, 2, 4, 10 and 100 times the displacement of the peak, from the strength there."""
     law = bsm.BartonBandis(jrc=8, jcs=50e6, residual_friction=28, joint_length=1.0, roughness_wears=True)
     times, one = np.array([1.0, 2.0, 4.0, 10.0, 100.0]), np.ones(5)
     stress = 1e6 * one
@@ -48,7 +48,7 @@ def wear() -> Answer:
 
 
 def softening() -> Answer:
-    """Shear stress at half the softening slip: half-way between peak and residual strength [kPa]."""
+    """Compare shear stress at half the softening slip: half-way between peak and residual strength [kPa]."""
     law = dataclasses.replace(bench.SOFTENING)
     curve = bench.sheared(law, 1e6)
     slip = curve.shear_displacement - curve.shear_stress / 10e9  # the elastic part goes back

@@ -12,7 +12,7 @@ from bsm_mesh.solve.limit_analysis import limit_tilt
 from tests.scenes.arch import arch
 from tests.scenes.flat_arch import snapped
 from tests.scenes.models import GAMMA, LINEAR, model_of
-from tests.scenes.shapes import grid, rectangle
+from tests.scenes.shapes import grid, rectangle, turned
 from verification.case import Answer, Case, limit_between
 
 THICKNESS = {8: 0.09997, 10: 0.10701, 12: 0.10486, 16: 0.10708, 20: 0.10735, 30: 0.10741, 32: 0.10720, 64: 0.10738}
@@ -20,7 +20,7 @@ LEAST_FRICTION = ((20, 0.12, 0.3825), (30, 0.12, 0.3819), (30, 0.20, 0.3090))
 
 
 def least_thickness(n: int) -> Answer:
-    """Least thickness over radius of an arch of n stones, by limit analysis, a digit of the table to either side."""
+    """Compare least thickness over radius of an arch of n stones, by limit analysis, a digit to either side."""
 
     def falls(ratio: float) -> bool:
         return not bsm.limit_analysis(arch(n, ratio)).admissible
@@ -29,7 +29,7 @@ def least_thickness(n: int) -> Answer:
 
 
 def continuous_arch() -> Answer:
-    """Least thickness of the continuous arch, by 200 stones."""
+    """Compare least thickness of the continuous arch, by 200 stones."""
 
     def falls(ratio: float) -> bool:
         return not bsm.limit_analysis(arch(200, ratio)).admissible
@@ -38,7 +38,7 @@ def continuous_arch() -> Answer:
 
 
 def least_friction(n: int, ratio: float, exact: float) -> Answer:
-    """Least friction at which an arch stands, by limit analysis, a digit of the table to either side."""
+    """Compare least friction at which an arch stands, by limit analysis, a digit of the table to either side."""
 
     def falls(friction: float) -> bool:
         return not bsm.limit_analysis(arch(n, ratio, math.degrees(math.atan(friction)))).admissible
@@ -47,7 +47,7 @@ def least_friction(n: int, ratio: float, exact: float) -> Answer:
 
 
 def arch_that_falls(n: int) -> Answer:
-    """Least thickness of an arch followed to rest or collapse, 1 % to either side."""
+    """Compare least thickness of an arch followed to rest or collapse, 1 % to either side."""
 
     def falls(ratio: float) -> bool:
         return bool(bsm.run(arch(n, ratio)).status == "unstable")
@@ -56,7 +56,7 @@ def arch_that_falls(n: int) -> Answer:
 
 
 def crown_thrust() -> Answer:
-    """Thrust at the crown of an arch of 20 stones, t / R = 0.15, between the least and the greatest of statics."""
+    """Compare thrust at the crown of an arch of 20 stones, t / R = 0.15, with the bounds of statics."""
     stage = bsm.run(arch(20, 0.15)).stages[-1]
     at_crown = {9, 10}
     c = stage.contacts
@@ -66,7 +66,7 @@ def crown_thrust() -> Answer:
 
 
 def overhang(n: int, *, statics: bool) -> Answer:
-    """Greatest overhang of a stack of n blocks, over 1/2 + 1/4 + ... of a block's length."""
+    """Compare greatest overhang of a stack of n blocks, over 1/2 + 1/4 + ... of a block's length."""
 
     def stands(part: float) -> bool:
         shift = np.concatenate([[0], np.cumsum([part / (2 * k) for k in range(n, 0, -1)])])[: n + 1]
@@ -79,13 +79,13 @@ def overhang(n: int, *, statics: bool) -> Answer:
 
 
 def toppling_column(n: int) -> Answer:
-    """Tilt at which a column of n blocks of 1 x 2 m topples, by limit analysis."""
+    """Compare tilt at which a column of n blocks of 1 x 2 m topples, by limit analysis."""
     polygons = [rectangle(-9, -1, 9, 0), *(rectangle(0, 2 * k, 1, 2 * k + 2) for k in range(n))]
     return math.degrees(math.atan(1 / (2 * n))), limit_tilt(model_of(polygons, friction=80))
 
 
 def column_that_topples() -> Answer:
-    """The same of three blocks of 1 x 0.5 m, followed, 0.05 degrees to either side."""
+    """Compare the same of three blocks of 1 x 0.5 m, followed, 0.05 degrees to either side."""
     exact = math.degrees(math.atan(1 / 1.5))
     polygons = [rectangle(-20, -1, 20, 0), *(rectangle(0, 0.5 * k, 1, 0.5 * k + 0.5) for k in range(3))]
 
@@ -97,7 +97,7 @@ def column_that_topples() -> Answer:
 
 
 def shaken_column() -> Answer:
-    """Part of its weight at which a column of 1 x 4 m topples: breadth over height."""
+    """Compare part of its weight at which a column of 1 x 4 m topples: breadth over height."""
     polygons = [rectangle(-9, -1, 9, 0), rectangle(0, 0, 1, 4)]
 
     def stands(part: float) -> bool:
@@ -108,9 +108,7 @@ def shaken_column() -> Answer:
 
 
 def toppled_slab() -> Answer:
-    """A slab of 0.4 x 2 m that leans falls flat: its turn, and the height of its centre at rest."""
-    from tests.scenes.shapes import turned
-
+    """Compare a slab of 0.4 x 2 m that leans falls flat: its turn, and the height of its centre at rest."""
     results = bsm.run(model_of([rectangle(-5, -1, 5, 0), turned(rectangle(-0.4, 0, 0, 2), -15.0)], friction=40))
     final = results.stages[-1].displacement[1]
     height = results.blocks.moments.centroid[1, 1] + final[1]
@@ -118,7 +116,7 @@ def toppled_slab() -> Answer:
 
 
 def joints_in_series() -> Answer:
-    """Closure of ten joints under ten blocks, and the settlement of the topmost [um]."""
+    """Compare closure of ten joints under ten blocks, and the settlement of the topmost [um]."""
     n, kn = 10, 1e9
     model = model_of(grid([0, 1], np.arange(-1.0, n + 1)), kn=kn)
     stage = bsm.run(model, LINEAR).stages[-1]
@@ -131,7 +129,7 @@ def joints_in_series() -> Answer:
 
 
 def glued_block() -> Answer:
-    """Load factor of a pull of 1 kN on a block of 25 kN glued by 20 kPa on 1 m."""
+    """Compare load factor of a pull of 1 kN on a block of 25 kN glued by 20 kPa on 1 m."""
     joint = bsm.Joint("J", 1e10, 1e10, law=bsm.MohrCoulomb(friction=30, cohesion=5e3), tensile_strength=20e3)
     model = model_of([rectangle(-5, -1, 15, 0), rectangle(0, 0, 1, 1)]).replace(joints=(joint,))
     lift = [bsm.PointLoad(block=1, point=(0.5, 0.5), force=(0.0, 1e3))]
@@ -139,7 +137,7 @@ def glued_block() -> Answer:
 
 
 def flat_arch() -> Answer:
-    """Load at which a flat arch of two stones snaps through, over the closed form."""
+    """Compare load at which a flat arch of two stones snaps through, over the closed form."""
 
     def stands(part: float) -> bool:
         stage, exact = snapped(0.2, part, 1e10, half=False)
@@ -174,7 +172,8 @@ CASES = (
          quantity="part of the weight", compute=shaken_column, tolerance=3e-3),
     Case(name="toppled-slab", what="a leaning slab falls flat and rests", source="statics",
          quantity="turn [100 degrees], height [m]", compute=toppled_slab, tolerance=2e-3),
-    Case(name="joints-in-series", what="ten blocks on ten joints", source="springs", quantity="closures, settlement [um]",
+    Case(name="joints-in-series", what="ten blocks on ten joints", source="springs",
+         quantity="closures, settlement [um]",
          compute=joints_in_series, tolerance=1e-8),
     Case(name="glued-block", what="a block glued by tensile strength is lifted", source="statics",
          quantity="load factor", compute=glued_block, tolerance=1e-6),

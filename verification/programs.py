@@ -20,7 +20,7 @@ from verification.case import Answer, Between, Case, Value
 
 
 def wall_by_lagrange() -> Answer:
-    """Displacements of a turned wall, one corner block displaced by 1 mm, by dense matrices and multipliers [mm]."""
+    """Compare displacements of a turned wall, a block displaced by 1 mm, and its forces."""
     polygons = [turned(2 * p, 15.0) for p in running_bond(4, 3)]
     blocks = bsm.Blocks.from_polygons(polygons, rock="r")
     centroid, area, stiffness = blocks.moments.centroid, blocks.moments.area, (2e9, 5e8)
@@ -54,7 +54,7 @@ def _slopes() -> tuple[bsm.Model, ...]:
 
 
 def slopes_by_highs() -> tuple[Value, Value | Between]:
-    """Whether forces exist at 0.999 and at 1.001 of our factors of strength of four random slopes."""
+    """Compare whether forces exist at 0.999 and at 1.001 of our factors of strength of four random slopes."""
     from scipy.optimize import linprog
 
     from bsm_mesh.solve.algebra.loads import external_loads
@@ -77,7 +77,7 @@ def slopes_by_highs() -> tuple[Value, Value | Between]:
 
 
 def rest_by_highs() -> Answer:
-    """Whether forces within friction hold the block of Example 2 where it came to rest, and where it began."""
+    """Compare whether forces within friction hold the block of Example 2 where it came to rest, and where it began."""
     model = example_2(1e9)
     at_rest = admissible_at(bsm.run(model), FRICTION)
     begins = bsm.limit_analysis(model).admissible
@@ -85,7 +85,7 @@ def rest_by_highs() -> Answer:
 
 
 def rigid_limit() -> Answer:
-    """A column that leans, on stiff joints: blocks, and rock a thousand times as stiff with interfaces [mm]."""
+    """Compare a column that leans, on stiff joints: blocks, and rock a thousand times as stiff with interfaces [mm]."""
     polygons = [rectangle(-2, -1, 3, 0), *(rectangle(0, k, 1, k + 1) for k in range(3))]
     rigid = model_of(polygons, friction=35.0, kn=1e9, gravity_direction=-86.0)
     stiff = rigid.replace(rocks=(bsm.Rock("rock", unit_weight=25e3, young=1e13, poisson=0.0),))

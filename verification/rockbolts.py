@@ -33,7 +33,7 @@ def _solve(polygons: list[np.ndarray], bolt: bsm.Bolt, *, weight: float = GAMMA,
 
 
 def hung_block() -> Answer:
-    """Force of a bolt, and of bolts 1.5 m apart, that hang a block of 1 m2 [kN]."""
+    """Compare force of a bolt, and of bolts 1.5 m apart, that hang a block of 1 m2 [kN]."""
     found = []
     for spacing in (1.0, 1.5):
         bolt = bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=D, spacing=spacing)
@@ -42,13 +42,13 @@ def hung_block() -> Answer:
 
 
 def hung_off_its_centre() -> Answer:
-    """A block hung 0.3 m off its centre leans on the roof: moments about the corner that it leans on [kN]."""
+    """Compare a block hung 0.3 m off its centre leans on the roof: moments about the corner that it leans on [kN]."""
     bolt = bsm.Bolt(start=(1.8, 0), end=(1.8, 2.5), diameter=0.1)
     return GAMMA * 0.5 / 0.2 / 1e3, _solve([ROOF, HUNG], bolt).stages[-1].bolts.axial_force.max() / 1e3
 
 
 def bolt_that_yields() -> Answer:
-    """Weight of a hung block at which the steel flows, over the yield force."""
+    """Compare weight of a hung block at which the steel flows, over the yield force."""
 
     def holds(part: float) -> bool:
         bolt = bsm.Bolt(start=(1.5, 0), end=(1.5, 2.5), diameter=D, yield_strength=GAMMA / part / (math.pi * D**2 / 4))
@@ -64,7 +64,7 @@ def _pulled(load: float = PULL, **keys: float) -> bsm.Results:
 
 
 def shear_lag() -> Answer:
-    """Tension at 0.25, 0.5 and 1 m from the joint [kN], and how far it opens by either side [um]."""
+    """Compare tension at 0.25, 0.5 and 1 m from the joint [kN], and how far it opens by either side [um]."""
     stage = _pulled(bond_stiffness=BOND).stages[-1]
     bolts = stage.bolts
     middle = (bolts.station[:-1] + bolts.station[1:]) / 2 - L
@@ -74,7 +74,7 @@ def shear_lag() -> Answer:
 
 
 def ultimate_pull() -> Answer:
-    """Pull at which the bond gives way, over its strength times the length."""
+    """Compare pull at which the bond gives way, over its strength times the length."""
     bond = 150e3
 
     def holds(part: float) -> bool:
@@ -84,7 +84,7 @@ def ultimate_pull() -> Answer:
 
 
 def pretension_in_series() -> Answer:
-    """What a tensioned bolt of stiffness k keeps when it closes a joint of stiffness K: K / (K + k) of it [kN]."""
+    """Compare what a tensioned bolt keeps that closes a joint: K / (K + k) of it [kN]."""
     T0, K = 50e3, 1e9
     bolt = bsm.Bolt(start=(-L, 0), end=(L, 0), diameter=D, young=E, kind="end_anchored", pretension=T0)
     blocks = [rectangle(-L, -0.5, 0, 0.5), rectangle(0, -0.5, L, 0.5)]
@@ -96,7 +96,7 @@ DOWEL = {"start": (0.5, 1), "end": (0.5, -1), "diameter": 0.025, "young": E, "be
 
 
 def dowel_stiffness() -> Answer:
-    """Half a bolt of 1 m as 500 beam elements on springs, moment-free at the joint; two halves in series [MN/m]."""
+    """Compare half a bolt of 1 m as beam elements on springs, moment-free at the joint, two in series [MN/m]."""
     n = 500
     h, EI = 1.0 / n, E * math.pi * 0.025**4 / 64
     beam = EI / h**3 * np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
@@ -111,7 +111,7 @@ def dowel_stiffness() -> Answer:
 
 
 def dowel_closed_form() -> Answer:
-    """E I b^3 of two half-infinite beams, b = (k / (4 E I))^(1/4), in a run: shear over displacement [MN/m]."""
+    """Compare e I b^3 of two half-infinite beams, b = (k / (4 E I))^(1/4), in a run: shear over displacement [MN/m]."""
     EI = E * math.pi * 0.025**4 / 64
     load = 10e3
     blocks = [rectangle(-1, -1, 2, 0), rectangle(0, 0, 1, 1)]
@@ -122,7 +122,7 @@ def dowel_closed_form() -> Answer:
 
 
 def dowel_strength() -> Answer:
-    """Two plastic hinges: the least work of bearing and hinge over all depths of the hinge [kN]."""
+    """Compare two plastic hinges: the least work of bearing and hinge over all depths of the hinge [kN]."""
     bearing, steel, d = 60e6, 400e6, 0.025
     depth = np.linspace(1e-3, 0.5, 200_000)
     least = (bearing * d * depth / 2 + d**3 * steel / 6 / depth).min()

@@ -34,7 +34,7 @@ def _on_plane(height: float, friction: float, plane: float, kn: float = KN) -> b
 
 
 def two_springs() -> Answer:
-    """Normal force at toe and heel over the weight, normal and shear displacement of the block that stands."""
+    """Compare normal force at toe and heel over the weight, normal and shear displacement of the block that stands."""
     contacts = bsm.run(_on_plane(10.0, 40.1, 40.0), LINEAR).stages[-1].contacts
     W, a = GAMMA * B * 10.0, math.radians(40)
     N, S = W * math.cos(a), W * math.sin(a)
@@ -60,7 +60,7 @@ def how_it_fails(height: float, friction: float, plane: float) -> str:
 
 
 def limit_angle() -> Answer:
-    """A flat block slides beyond its angle of friction."""
+    """Compare a flat block slides beyond its angle of friction."""
 
     def stands(plane: float) -> bool:
         return bool(bsm.run(_on_plane(5.0, 35.0, plane, 1e9)).status == "stable")
@@ -80,19 +80,19 @@ def _statics_of(case: PlaneFailure, bolts: tuple[bsm.Bolt, ...] = ()) -> float:
 
 
 def book_factors() -> Answer:
-    """Drained; 3 m of water; drained, no cohesion; 3 m of water, no cohesion."""
+    """Compare drained; 3 m of water; drained, no cohesion; 3 m of water, no cohesion."""
     given = ((0.0, 25e3), (3.0, 25e3), (0.0, 0.0), (3.0, 0.0))
     found = [_statics_of(hoek_and_bray(zw=zw, cohesion=cohesion)) for zw, cohesion in given]
     return np.array([1.544, 1.247, 1.076, 0.801]), np.array(found)
 
 
 def full_crack() -> Answer:
-    """The crack full of water; the book's crack is 4.35 m deep, the model's 4.348 m."""
+    """Compare the crack full of water; the book's crack is 4.35 m deep, the model's 4.348 m."""
     return 1.072, _statics_of(hoek_and_bray(zw=4.348))
 
 
 def bolted_factors() -> Answer:
-    """Bolts at yield, 400 kN/m, plunging by 55 and 20 degrees, drained, no cohesion."""
+    """Compare bolts at yield, 400 kN/m, plunging by 55 and 20 degrees, drained, no cohesion."""
     case, found = hoek_and_bray(cohesion=0.0), []
     head, steel = np.array(case.crest) / 2, 4e5 / (math.pi * 0.02**2)
     for plunge, length in ((55.0, 8.0), (20.0, 6.5)):
@@ -104,7 +104,7 @@ def bolted_factors() -> Answer:
 
 
 def earthquake() -> Answer:
-    """Friction that a plane of 20 degrees needs under 0.15 g down the slope, over the closed form."""
+    """Compare friction that a plane of 20 degrees needs under 0.15 g down the slope, over the closed form."""
     a = math.radians(20.0)
     exact = (math.sin(a) + 0.15 * math.cos(a)) / (math.cos(a) - 0.15 * math.sin(a))
     polygons = [turned(p, 20.0) for p in (rectangle(-9, -2, 9, 0), rectangle(0, 0, 4, 0.5))]
@@ -117,7 +117,7 @@ def earthquake() -> Answer:
 
 
 def brittle_cohesion() -> Answer:
-    """Factor of plane failure, 3 m of water, whose cohesion a contact loses at its first slip."""
+    """Compare factor of plane failure, 3 m of water, whose cohesion a contact loses at its first slip."""
     slope = hoek_and_bray(zw=3.0)
 
     def stands(factor: float) -> bool:
@@ -128,12 +128,12 @@ def brittle_cohesion() -> Answer:
 
 
 def bound(case: Known) -> Answer:
-    """Greatest factor at which forces within strength exist."""
+    """Compare greatest factor at which forces within strength exist."""
     return case.factor, limit_of(case.build(), Reduction(joints=case.joints), bsm.Options().falls).factor
 
 
 def bracket(case: Known) -> Answer:
-    """Last stable and first unstable factor by strength reduction."""
+    """Compare last stable and first unstable factor by strength reduction."""
     found = factor_of_safety(case.build(), joints=case.joints, tolerance=WIDTH)
     low, high = found.stable, found.unstable
     return case.factor, Between(math.nan if low is None else low, math.nan if high is None else high)
@@ -142,7 +142,7 @@ def bracket(case: Known) -> Answer:
 STATED = (
     Case(name="two-springs", what="block of 10 m on 40 degrees, elastic", source="3dec",
          quantity="toe, heel [N/m]; closure, shear [1e-8 m]", compute=two_springs, tolerance=1e-5),
-    *(Case(name=f"3dec-{word.replace(' ', '-')}", what=f"block of {height:g} m, friction {friction:g}, on {plane:g} degrees",
+    *(Case(name=f"3dec-{word}", what=f"block of {height:g} m, friction {friction:g}, on {plane:g} degrees",
            source="3dec", quantity="what it does",
            compute=lambda word=word, given=(height, friction, plane): (word, how_it_fails(*given)), tolerance=0.0)
       for word, height, friction, plane in (("stands", 10.0, 40.1, 40.0), ("slides", 5.0, 20.0, 40.0),

@@ -44,19 +44,25 @@ def _closed(short: str, text: str) -> Source:
 
 SOURCES: dict[str, Source] = {
     "wang": Source("thesis", "Wang", "B. Wang (1992), *A Block-Spring Model for Jointed Rocks*, University of Ottawa"),
-    "kirsch": _book("Kirsch", "G. Kirsch (1898), *Zeitschrift des VDI* 42; after A. R. Jumikis (1983), *Rock Mechanics*"),
+    "kirsch": _book(
+        "Kirsch", "G. Kirsch (1898), *Zeitschrift des VDI* 42; after A. R. Jumikis (1983), *Rock Mechanics*"
+    ),
     "goodman": _book("Goodman", "R. E. Goodman (1989), *Introduction to Rock Mechanics*, 2nd edition, section 6.7"),
     "hoek-bray": _book(
         "Hoek & Bray",
-        "E. Hoek, J. W. Bray (1981), *Rock Slope Engineering*, chapter 7; D. C. Wyllie, C. W. Mah (2004), its 4th edition",
+        "E. Hoek, J. W. Bray (1981), *Rock Slope Engineering*, chapter 7; Wyllie & Mah (2004), its 4th edition",
     ),
     "hoek": _book("Hoek", "E. Hoek, *Practical Rock Engineering*, chapter 8: the slope at Sau Mau Ping Road"),
     "goodman-bray": _book(
-        "Goodman & Bray", "R. E. Goodman, J. W. Bray (1976), *Toppling of rock slopes*; numbers as in Wyllie & Mah, ch. 9"
+        "Goodman & Bray",
+        "R. E. Goodman, J. W. Bray (1976), *Toppling of rock slopes*; numbers as in Wyllie & Mah, ch. 9",
     ),
-    "skempton": _book("Skempton & DeLory", "A. W. Skempton, F. A. DeLory (1957), *Stability of natural slopes in London clay*"),
+    "skempton": _book(
+        "Skempton & DeLory", "A. W. Skempton, F. A. DeLory (1957), *Stability of natural slopes in London clay*"
+    ),
     "couplet": _book(
-        "Milankovitch", "M. Milankovitch (1907), *Theorie der Druckkurven*; J. Heyman (1969), *The safety of masonry arches*"
+        "Milankovitch",
+        "M. Milankovitch (1907), *Theorie der Druckkurven*; J. Heyman (1969), *The safety of masonry arches*",
     ),
     "patton": _book("Patton", "F. D. Patton (1966), *Multiple modes of shear failure in rock*; Wang Eqs. 4.1, 4.2"),
     "ladanyi": _book(
@@ -68,23 +74,37 @@ SOURCES: dict[str, Source] = {
     "barton-bakhtar": _book(
         "Barton, Bandis & Bakhtar", "N. Barton, S. Bandis, K. Bakhtar (1985), *Int. J. Rock Mech. Min. Sci.* 22"
     ),
-    "bandis": _book("Bandis", "S. Bandis, A. C. Lumsden, N. Barton (1983), *Int. J. Rock Mech. Min. Sci.* 20; Goodman (1976)"),
-    "coulomb": _book("Coulomb", "C. A. Coulomb (1776): friction and cohesion, here falling along a straight line with slip"),
+    "bandis": _book(
+        "Bandis", "S. Bandis, A. C. Lumsden, N. Barton (1983), *Int. J. Rock Mech. Min. Sci.* 20; Goodman (1976)"
+    ),
+    "coulomb": _book(
+        "Coulomb", "C. A. Coulomb (1776): friction and cohesion, here falling along a straight line with slip"
+    ),
     "herget": _book("Herget", "G. Herget (1987), stresses in the Canadian shield; Wang Eq. 4.15"),
-    "brown-hoek": _book("Brown & Hoek", "E. T. Brown, E. Hoek (1978), *Int. J. Rock Mech. Min. Sci.* 15; Wang Eqs. 4.16, 4.17"),
+    "brown-hoek": _book(
+        "Brown & Hoek", "E. T. Brown, E. Hoek (1978), *Int. J. Rock Mech. Min. Sci.* 15; Wang Eqs. 4.16, 4.17"
+    ),
     "farmer": _book(
         "Farmer", "I. W. Farmer (1975), *Int. J. Rock Mech. Min. Sci.* 12; C. Li, B. Stillborg (1999), the same, 36"
     ),
     "hetenyi": _book("Hetenyi", "M. Hetenyi (1946), *Beams on Elastic Foundation*, chapter 2"),
     "johansen": _book("Johansen", "K. W. Johansen (1949), *Theory of timber connections*"),
     "archimedes": _book("Archimedes", "Archimedes, *On Floating Bodies* I, proposition 7"),
-    "harmonic": _book("Coffin", "J. G. Coffin (1923), *American Mathematical Monthly* 30, problem 3009: stack of blocks"),
-    "3dec": _program("3DEC", "Itasca, 3DEC: the block on a plane of its verification problems (printed numbers; not run here)"),
+    "harmonic": _book(
+        "Coffin", "J. G. Coffin (1923), *American Mathematical Monthly* 30, problem 3009: stack of blocks"
+    ),
+    "3dec": _program(
+        "3DEC", "Itasca, 3DEC: the block on a plane of its verification problems (printed numbers; not run here)"
+    ),
     "udec": _program("UDEC", "Itasca, UDEC: the slope of its tutorial (inputs; not run here), its factors by statics"),
-    "lagrange": _program("dense matrices", "NumPy: the thesis's matrices written out anew, dense, with bars or multipliers"),
+    "lagrange": _program(
+        "dense matrices", "NumPy: the thesis's matrices written out anew, dense, with bars or multipliers"
+    ),
     "shapely": _program("Shapely", "Shapely (GEOS): areas and centroids"),
     "quadrature": _program("NumPy", "NumPy: pressures summed over 200 000 points of every face"),
-    "skfem": _program("scikit-fem", "scikit-fem: finite elements of the same section, with interfaces where there are joints"),
+    "skfem": _program(
+        "scikit-fem", "scikit-fem: finite elements of the same section, with interfaces where there are joints"
+    ),
     "bounded": _program("SciPy", "SciPy: bounded least squares of the energy of a bolt"),
     "highs": _program("HiGHS", "HiGHS, by SciPy: feasibility of the linear program of limit analysis"),
     "statics": _closed("statics", "equilibrium of forces and moments of rigid blocks, written out in the case"),
@@ -92,7 +112,11 @@ SOURCES: dict[str, Source] = {
     "elasticity": _closed("elasticity", "plane strain under a uniform stress, a bar under its own weight"),
     "euler": _closed("statics", "equilibrium of a bar that turns by a finite angle, and its greatest load"),
     "arches": Source(
-        "given", "table", "least thickness and friction of arches of equal stones by limit analysis after Heyman, a table"
+        "given",
+        "table",
+        "least thickness and friction of arches of equal stones by limit analysis after Heyman, a table",
     ),
-    "given": Source("given", "table", "a number of the same table: plane failure whose cohesion is lost contact by contact"),
+    "given": Source(
+        "given", "table", "a number of the same table: plane failure whose cohesion is lost contact by contact"
+    ),
 }

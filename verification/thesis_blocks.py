@@ -17,7 +17,7 @@ from verification.thesis_matrices import Array, GlobalSystem, matrix_b, matrix_d
 
 EXACT = 1e-12
 KN, KS, GAMMA = 2e9, 7e8, 26e3
-I, J = np.array([0], np.int32), np.array([1], np.int32)  # the block with the edge, and the one with the corner
+EDGE, CORNER = np.array([0], np.int32), np.array([1], np.int32)  # the block with the edge, and the one with the corner
 
 
 def _pairs(count: int = 50) -> list[tuple[Array, Array, Array, float, Array]]:
@@ -31,18 +31,18 @@ def _springs(pair: tuple[Array, Array, Array, float, Array], normal: float, shea
     ci, cj, point, degrees, U = pair
     direction = matrix_t(degrees)[:1]
     stiffness = np.array([normal]), np.array([shear])
-    return np.concatenate(spring_forces(J, I, point[None], direction, *stiffness, np.array([ci, cj]), U))
+    return np.concatenate(spring_forces(CORNER, EDGE, point[None], direction, *stiffness, np.array([ci, cj]), U))
 
 
 def relative_displacement() -> Answer:
-    """Springs of unit stiffness along the axes give the relative displacement itself."""
+    """Compare springs of unit stiffness along the axes give the relative displacement itself."""
     exact = [matrix_d(ci, cj, point) @ U.ravel() for ci, cj, point, _, U in _pairs()]
     found = [_springs((ci, cj, point, 0.0, U), 1.0, 1.0) for ci, cj, point, _, U in _pairs()]
     return np.array(exact), np.array(found)
 
 
 def contact_forces() -> Answer:
-    """Normal and shear force of a contact at any angle."""
+    """Compare normal and shear force of a contact at any angle."""
     exact = [
         matrix_k(KN, KS) @ matrix_t(degrees) @ matrix_d(ci, cj, point) @ U.ravel()
         for ci, cj, point, degrees, U in _pairs()
@@ -51,12 +51,12 @@ def contact_forces() -> Answer:
 
 
 def forces_on_blocks() -> Answer:
-    """A contact's force and moment on both of its blocks."""
+    """Compare a contact's force and moment on both of its blocks."""
     exact, found = [], []
     for ci, cj, point, degrees, U in _pairs():
         local, total = U[0, :2], np.zeros((2, 3))
         of = np.array([local[0]]), np.array([local[1]])
-        add_contact_forces(J, I, point[None], matrix_t(degrees)[:1], *of, np.array([ci, cj]), total)
+        add_contact_forces(CORNER, EDGE, point[None], matrix_t(degrees)[:1], *of, np.array([ci, cj]), total)
         force = matrix_t(degrees).T @ local
         exact.append([matrix_b(ci, point).T @ force, -matrix_b(cj, point).T @ force])
         found.append(total)
@@ -64,16 +64,16 @@ def forces_on_blocks() -> Answer:
 
 
 def contact_matrix() -> Answer:
-    """The 3 x 3 blocks of one contact: the program's matrix is the thesis's times -1."""
+    """Compare the 3 x 3 blocks of one contact: the program's matrix is the thesis's times -1."""
     exact, found = [], []
-    pattern = block_pattern(2, J, I)
+    pattern = block_pattern(2, CORNER, EDGE)
     for ci, cj, point, degrees, _ in _pairs():
         system = GlobalSystem(np.array([ci, cj]))
         system.add_contact(0, 1, point, degrees, KN, KS)
         exact.append([-system.K[:3, :3], -system.K[:3, 3:], -system.K[3:, 3:]])
         found.append(
             fill_stiffness(
-                pattern.row_start, J, I, pattern.place, 3, point[None], matrix_t(degrees)[:1],
+                pattern.row_start, CORNER, EDGE, pattern.place, 3, point[None], matrix_t(degrees)[:1],
                 np.array([KN]), np.array([KS]), np.array([ci, cj]),
             )
         )  # fmt: skip
@@ -81,7 +81,7 @@ def contact_matrix() -> Answer:
 
 
 def elastic_moduli() -> Answer:
-    """E' and G of plane strain, of the rocks of Table A.1."""
+    """Compare E' and G of plane strain, of the rocks of Table A.1."""
     exact, found = [], []
     for E, mu in ((174.4e9, 0.23), (96.5e9, 0.30), (2e9, 0.15), (26e9, 0.26)):
         exact += [(1 - mu) * E / ((1 + mu) * (1 - 2 * mu)), E / (2 * (1 + mu))]
@@ -99,7 +99,9 @@ def _of_face(lower: bsm.Rock, upper: bsm.Rock, joint: bsm.Joint | None) -> Array
 
 
 E1, MU1, E2, MU2 = 50e9, 0.25, 18e9, 0.15
-LOWER, UPPER = (bsm.Rock(n, unit_weight=0, young=E, poisson=mu) for n, E, mu in (("lower", E1, MU1), ("upper", E2, MU2)))
+LOWER, UPPER = (
+    bsm.Rock(n, unit_weight=0, young=E, poisson=mu) for n, E, mu in (("lower", E1, MU1), ("upper", E2, MU2))
+)
 RIGID = bsm.Rock("upper", unit_weight=0)
 
 
@@ -108,23 +110,23 @@ def _moduli(E: float, mu: float) -> Array:
 
 
 def one_rock() -> Answer:
-    """Between a block and a rigid one only the first yields, over the distance h of its centroid."""
+    """Compare between a block and a rigid one only the first yields, over the distance h of its centroid."""
     return _moduli(E1, MU1) / 1.5, _of_face(LOWER, RIGID, None)
 
 
 def two_rocks() -> Answer:
-    """Two rocks in series, each over the distance of its centroid."""
+    """Compare two rocks in series, each over the distance of its centroid."""
     return 1 / (1.5 / _moduli(E1, MU1) + 0.5 / _moduli(E2, MU2)), _of_face(LOWER, UPPER, None)
 
 
 def rock_and_joint() -> Answer:
-    """Rock and joint in series."""
+    """Compare rock and joint in series."""
     rock = 1 / (1.5 / _moduli(E1, MU1) + 0.5 / _moduli(E2, MU2))
     return 1 / (1 / rock + 1 / np.array([KN, KS])), _of_face(LOWER, UPPER, bsm.Joint("J", KN, KS))
 
 
 def filled_joint() -> Answer:
-    """A joint with a thick filling: E' and G of the filling over its thickness."""
+    """Compare a joint with a thick filling: E' and G of the filling over its thickness."""
     joint = bsm.Joint("J", filling=bsm.Filling(thickness=0.02, young=1e8, poisson=0.3))
     return _moduli(1e8, 0.3) / 0.02, _of_face(bsm.Rock("lower", unit_weight=0), RIGID, joint)
 
@@ -142,7 +144,7 @@ def _held_wall() -> tuple[list[Array], list[tuple[int, Array, float, float]], tu
 
 
 def held_wall() -> Answer:
-    """Displacements of a wall on rollers at 20 degrees, two of its points displaced by given amounts."""
+    """Compare displacements of a wall on rollers at 20 degrees, two of its points displaced by given amounts."""
     polygons, bars, (loaded, at, push) = _held_wall()
     blocks = bsm.Blocks.from_polygons(polygons, rock="r")
     centroid, area = blocks.moments.centroid, blocks.moments.area
@@ -177,10 +179,10 @@ OUTLINES = ([(0, 0), (3, 0.5), (1, 2)], [(0, 0), (2, -0.3), (2.5, 1.4), (-0.2, 1
 
 
 def weights() -> Answer:
-    """Weight of polygons along an inclined gravity, their areas by another program."""
+    """Compare weight of polygons along an inclined gravity, their areas by another program."""
     from shapely import Polygon
 
-    blocks = bsm.Blocks.from_polygons([np.array(p, dtype=float) + (5 * k, 0) for k, p in enumerate(OUTLINES)], rock="r")
+    blocks = bsm.Blocks.from_polygons([turned(p, 0.0, (5.0 * k, 0.0)) for k, p in enumerate(OUTLINES)], rock="r")
     model = bsm.Model(
         blocks=blocks, rocks=[bsm.Rock("r", unit_weight=GAMMA)], supports=[bsm.Fixed(blocks=[0])],
         gravity_direction=-60.0, joints=[bsm.Joint("J", KN, KS)], default_joint="J",
@@ -191,7 +193,7 @@ def weights() -> Answer:
 
 
 def loads_at_points() -> Answer:
-    """Force and moment of point loads about the centroid."""
+    """Compare force and moment of point loads about the centroid."""
     from shapely import Polygon
 
     rng = np.random.default_rng(338)
@@ -209,7 +211,7 @@ def loads_at_points() -> Answer:
 
 
 def balance() -> Answer:
-    """Contact forces and weights of every brick of a leaning wall, added up anew; the exact sum is nothing."""
+    """Compare contact forces and weights of every brick of a leaning wall, added up anew; the exact sum is nothing."""
     polygons = running_bond(8, 6)
     model = bsm.Model(
         blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
@@ -235,7 +237,7 @@ def _field(x: Array, y: Array) -> Array:
 
 
 def average_stress() -> Answer:
-    """The mean of a linear stress field over polygons, from tractions on their edges and the weight."""
+    """Compare the mean of a linear stress field over polygons, from tractions on their edges and the weight."""
     from shapely import Polygon
 
     exact, found = [], []

@@ -12,7 +12,7 @@ from bsm_mesh.solve.bolts.chain import solve_chain
 from tests.scenes.models import installed_bolts
 from tests.scenes.shapes import rectangle
 from verification.case import Answer, Case
-from verification.thesis_matrices import Array, matrix_b, matrix_d, vector_c
+from verification.thesis_matrices import Array, matrix_b, vector_c
 
 EXACT = 1e-12
 ROW = bsm.Blocks.from_polygons([rectangle(i, 0, i + 1, 1) for i in range(3)], rock="rock")
@@ -23,7 +23,7 @@ SMALL = 1e-7  # m: the program's elongations are exact, the thesis's of first or
 
 
 def end_anchored() -> Answer:
-    """Tension of a bolt of stiffness K under stretches from slack to failure: by yield, and by anchorage."""
+    """Compare tension of a bolt of stiffness K under stretches from slack to failure: by yield, and by anchorage."""
     stretch, exact, found = np.array([-1e-3, 0.0, 1e-4, 4e-4, 1e-2]), [], []
     for yields, anchors in ((5e4, 9e4), (9e4, 7e4)):
         for dl in stretch:
@@ -37,7 +37,7 @@ def end_anchored() -> Answer:
 
 
 def axial_stiffness() -> Answer:
-    """Stiffness of an end-anchored bolt, from anchor to anchor."""
+    """Compare stiffness of an end-anchored bolt, from anchor to anchor."""
     bolt = bsm.Bolt(kind="end_anchored", **LINE)
     found = installed_bolts([bolt], ROW, np.zeros((3, 3))).stiffness
     return np.array([EA / math.hypot(3.0, 0.7)]), found
@@ -60,20 +60,20 @@ def _tensions(U: Array, nodes: Array, stiffness: Array) -> Array:
 
 
 def tensions() -> Answer:
-    """Tensions of the elements of a grouted bolt, from the movements of the blocks that it passes."""
+    """Compare tensions of the elements of a grouted bolt, from the movements of the blocks that it passes."""
     U, nodes, stiffness, _, at = _grouted()
     return _tensions(U, nodes, stiffness), at.tension
 
 
 def bond_forces() -> Answer:
-    """Force on the rock at each node: the difference of the tensions beside it."""
+    """Compare force on the rock at each node: the difference of the tensions beside it."""
     U, nodes, stiffness, _, at = _grouted()
     T = _tensions(U, nodes, stiffness)
     return np.diff(np.concatenate([[0.0], T, [0.0]])), at.bond_force
 
 
 def forces_on_blocks() -> Answer:
-    """Force and moment of a bolt on the centroids of the blocks."""
+    """Compare force and moment of a bolt on the centroids of the blocks."""
     U, nodes, stiffness, _, at = _grouted()
     T, c, centroid = _tensions(U, nodes, stiffness), vector_c(ANGLE), ROW.moments.centroid
     pull = [T[0], T[1] - T[0], -T[1]]
@@ -81,7 +81,7 @@ def forces_on_blocks() -> Answer:
 
 
 def stiffness_matrix() -> Answer:
-    """[Kb] of both elements, summed into the matrix of the blocks; the program's is the thesis's times -1."""
+    """Compare [Kb] of both elements, summed into the matrix of the blocks; the program's is the thesis's times -1."""
     _, nodes, stiffness, installed, at = _grouted()
     pattern = whole_pattern(3, *installed.pairs)
     data = np.zeros((len(pattern.column), 3, 3))
@@ -99,7 +99,7 @@ def stiffness_matrix() -> Answer:
 
 
 def bond_strength() -> Answer:
-    """Least of both interfaces, per length of bolt."""
+    """Compare least of both interfaces, per length of bolt."""
     exact, found = [], []
     for steel, rock in ((2e6, 1e6), (1e6, 4e6)):
         exact.append(min(math.pi * 0.022 * steel, math.pi * 0.04 * rock))
@@ -134,7 +134,7 @@ def _swept(stiffness: Array, tension: Array, capacity: Array) -> Array:
 
 
 def redistribution() -> Answer:
-    """Bolts whose bond fails at random nodes: Eq. 5.13 repeated to its end, and the program's finite algorithm."""
+    """Compare bolts whose bond fails at random nodes: Eq. 5.13 repeated to its end."""
     rng, exact, found = np.random.default_rng(513), [], []
     for _ in range(20):
         n = int(rng.integers(3, 8))
@@ -146,7 +146,7 @@ def redistribution() -> Answer:
 
 
 def least_energy() -> Answer:
-    """Three equal elements whose middle one is asked for 300 kN, nodes of 10 kN: 10, 20, 10 kN."""
+    """Compare three equal elements whose middle one is asked for 300 kN, nodes of 10 kN: 10, 20, 10 kN."""
     from scipy.optimize import lsq_linear
 
     K, stretch, capacity = 1e8, np.array([0.0, 3e-3, 0.0]), np.full(4, 1e4)
@@ -162,7 +162,7 @@ def least_energy() -> Answer:
 
 
 def pretension() -> Answer:
-    """The tension of a tensioned bolt is its pretension and what the blocks add."""
+    """Compare the tension of a tensioned bolt is its pretension and what the blocks add."""
     U, nodes, stiffness, _, at = _grouted(pretension=3e4)
     return 3e4 + _tensions(U, nodes, stiffness), at.tension
 

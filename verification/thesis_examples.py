@@ -21,25 +21,25 @@ PAGES = {
 
 
 def tunnel() -> Answer:
-    """Example 1: L2 error of the vertical stress on section I-I, triangles, over that of the continuum."""
+    """Compare Example 1: L2 error of the vertical stress on section I-I, triangles, over that of the continuum."""
     model, comparison = solved("triangles", "wang", MESHES[0][2][1])
     return 0.0, section.errors(model, comparison)[0] / 100
 
 
 def pushed_block() -> Answer:
-    """Example 2: block 2 moves 0.5 m and leans on block 3."""
+    """Compare Example 2: block 2 moves 0.5 m and leans on block 3."""
     results = runs.run(f"{PUSHED}/model")
     return 0.5, float(runs.moved(results, [1])[0]) if results.status == "stable" else math.inf
 
 
 def block_3_away() -> Answer:
-    """Example 2 with block 3 away: which blocks are unstable, in the thesis's numbers."""
+    """Compare Example 2 with block 3 away: which blocks are unstable, in the thesis's numbers."""
     down = runs.run(f"{PUSHED}/apart").unstable_blocks
     return "block 2", " and ".join(f"block {number + 1}" for number in down)
 
 
 def stratified_slope() -> Answer:
-    """Example 3: dip at which the layers slide; friction of joint set 1."""
+    """Compare Example 3: dip at which the layers slide; friction of joint set 1."""
 
     def sticks(dip: float) -> bool:
         return bool(runs.moved(runs.run(f"{SLOPE}/dip_{str(dip).replace('.', '_')}")).max() < 0.01)
@@ -48,14 +48,14 @@ def stratified_slope() -> Answer:
 
 
 def layers_at_the_toe() -> Answer:
-    """Example 3: how far the layers slide until the toe stops them, as the reconstruction lays them [m]."""
+    """Compare Example 3: how far the layers slide until the toe stops them, as the reconstruction lays them [m]."""
     name = f"{SLOPE}/model"
     found = [runs.moved(runs.run(name), rows).mean() for rows in layers(runs.load(name))]
     return np.array([2.0, 3.0]), np.array(found)
 
 
 def bolted_opening() -> Answer:
-    """Example 4: what comes down without bolts, with the roof bolt, with two, with three."""
+    """Compare Example 4: what comes down without bolts, with the roof bolt, with two, with three."""
     words = {(15,): "roof", (10,): "wall", (): "none"}
     names = ("unbolted", "roof_bolt", "two_bolts", "model")
     down = [tuple(runs.run(f"{OPENING}/{name}").unstable_blocks.tolist()) for name in names]
@@ -63,14 +63,14 @@ def bolted_opening() -> Answer:
 
 
 def roof_bolt() -> Answer:
-    """Example 4: the roof bolt carries the weight of its wedge [kN]."""
+    """Compare Example 4: the roof bolt carries the weight of its wedge [kN]."""
     name = f"{OPENING}/model"
     weight = runs.load(name).weights[15]
     return float(weight) / 1e3, float(runs.run(name).stages[-1].bolts.greatest_force[0]) / 1e3
 
 
 def dam_foundation() -> Answer:
-    """Example 5: how the dam moves, what the heel does, where the block at the toe goes."""
+    """Compare Example 5: how the dam moves, what the heel does, where the block at the toe goes."""
     u = runs.run(f"{DAM}/slip").stages[-1].displacement
     dam, heel, upstream, toe = u[0], u[34], u[33], u[37]
     words = ("downstream" if dam[0] > 0 else "upstream", "opens" if heel[0] > upstream[0] else "closes",

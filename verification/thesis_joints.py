@@ -11,7 +11,7 @@ from bsm_mesh.contact.strength import peak_strength
 from bsm_mesh.model.stress_field import StressField
 from bsm_mesh.solve.bolts.kernels import node_movements
 from tests.scenes.models import LINEAR, framed, model_of
-from tests.scenes.pushed_block import GAP, GAMMA, PUSH, FRICTION, WIDTH, example_2
+from tests.scenes.pushed_block import FRICTION, GAMMA, GAP, PUSH, WIDTH, example_2
 from tests.scenes.shapes import grid, rectangle, running_bond
 from verification.case import Answer, Case, limit_between
 from verification.thesis_matrices import Array
@@ -27,14 +27,14 @@ def tan(degrees: float) -> float:
 
 
 def patton() -> Answer:
-    """The lower of both lines; they cross at C / (tan(phi + i) - tan(phi_r))."""
+    """Compare the lower of both lines; they cross at C / (tan(phi + i) - tan(phi_r))."""
     law = bsm.Patton(friction=30, dilation=10, residual_friction=30, cohesion=0.5e6)
     first, second = PRESSED * tan(40), 0.5e6 + PRESSED * tan(30)
     return np.minimum(first, second), peak_strength(law, PRESSED, np.ones(len(PRESSED)))
 
 
 def turning_point() -> Answer:
-    """Where line 1 meets line 2: pressure and strength there."""
+    """Compare where line 1 meets line 2: pressure and strength there."""
     law = bsm.Patton(friction=30, dilation=10, residual_friction=30, cohesion=0.5e6)
     slope, intercept = (values[0] for values in law.strength_lines(np.ones(1)))
     pressure = (intercept[1] - intercept[0]) / (slope[0] - slope[1])
@@ -43,7 +43,7 @@ def turning_point() -> Answer:
 
 
 def sheared_off() -> Answer:
-    """Once line 2 was exceeded, line 3: residual friction without cohesion."""
+    """Compare once line 2 was exceeded, line 3: residual friction without cohesion."""
     law = bsm.Patton(friction=30, dilation=10, residual_friction=28, cohesion=0.5e6)
     one = np.ones(len(PRESSED))
     return PRESSED * tan(28), law.respond(PRESSED, FAR * one, one, one > 0).strength
@@ -60,7 +60,7 @@ def _rock(stress: Array) -> Array:
 
 
 def ladanyi() -> Answer:
-    """With the authors' shear area ratio and rate of dilation, Fairhurst's strength of the asperities."""
+    """Compare with the authors' shear area ratio and rate of dilation, Fairhurst's strength of the asperities."""
     part = 1 - LOW / 40e6
     a, D = 1 - part**1.5, part**4 * tan(15)
     exact = (LOW * (1 - a) * (D + tan(30)) + a * _rock(LOW)) / (1 - (1 - a) * D * tan(30))
@@ -68,7 +68,7 @@ def ladanyi() -> Answer:
 
 
 def ladanyi_low() -> Answer:
-    """At no pressure tan(phi + i), and the slope of a_s S_r beside it, which the thesis drops."""
+    """Compare at no pressure tan(phi + i), and the slope of a_s S_r beside it, which the thesis drops."""
     stress = np.array([1e-3])
     steep = 1 - tan(15) * tan(30)
     sheared = 1.5 * (math.sqrt(11) - 1) / 10 / steep  # d(a_s S_r) / d(sigma) at 0
@@ -77,13 +77,13 @@ def ladanyi_low() -> Answer:
 
 
 def ladanyi_high() -> Answer:
-    """From the strength of the rock on all asperities are sheared: S_r."""
+    """Compare from the strength of the rock on all asperities are sheared: S_r."""
     stress = np.array([4e7, 4e8])
     return _rock(stress), peak_strength(LADANYI, stress, np.ones(2))
 
 
 def barton() -> Answer:
-    """JRC 10, JCS 100 MPa, residual friction 28 degrees."""
+    """Compare JRC 10, JCS 100 MPa, residual friction 28 degrees."""
     stress = np.array([0.5, 1.0, 5.0, 10.0]) * 1e6
     law = bsm.BartonBandis(jrc=10, jcs=100e6, residual_friction=28)
     angle = 10 * np.log10(100e6 / stress) + 28
@@ -91,7 +91,7 @@ def barton() -> Answer:
 
 
 def no_tension() -> Answer:
-    """A block of weight W on a joint is lifted by P: it stays where P < W."""
+    """Compare a block of weight W on a joint is lifted by P: it stays where P < W."""
 
     def stays(part: float) -> bool:
         lift = [bsm.PointLoad(block=1, point=(0.5, 0.5), force=(0.0, part * 25e3))]
@@ -102,7 +102,7 @@ def no_tension() -> Answer:
 
 
 def first_cycle() -> Answer:
-    """Where nothing fails the iteration ends with the solution of Eq. 3.40."""
+    """Compare where nothing fails the iteration ends with the solution of Eq. 3.40."""
     supports = [bsm.Fixed(blocks=list(range(8)))]
     model = model_of(running_bond(6, 8), kn=1e10, friction=80.0, supports=supports)
     linear = bsm.run(model, LINEAR).stages[-1].displacement
@@ -110,14 +110,14 @@ def first_cycle() -> Answer:
 
 
 def cycles() -> Answer:
-    """Example 2 with the shear stiffness kept: a cycle moves the block by its unbalanced force over that."""
+    """Compare Example 2 with the shear stiffness kept: a cycle moves the block by its unbalanced force over that."""
     results = bsm.run(example_2(3e7), bsm.Options(scheme="wang", sliding_stiffness=1.0, max_steps=2000))
     exact = GAP * 3e7 * WIDTH / (PUSH - GAMMA * WIDTH * tan(FRICTION))
     return exact, float(len(results.stages[-1].steps))
 
 
 def position() -> Answer:
-    """A point of a block that turns by up to a radian: x + R(theta) a, where the thesis takes x + theta x a."""
+    """Compare a point of a block that turns by up to a radian: x + R(theta) a, where the thesis takes x + theta x a."""
     rng = np.random.default_rng(411)
     U, arm = rng.normal(size=(20, 3)), rng.normal(size=(20, 2))
     exact = []
@@ -145,12 +145,12 @@ def _stress(k0: object) -> Array:
 
 
 def vertical_stress() -> Answer:
-    """The weight of the ground above."""
+    """Compare the weight of the ground above."""
     return GAMMA * DEPTH, _stress(1.0)[1]
 
 
 def confined_ground() -> Answer:
-    """p = gamma h and q = mu / (1 - mu) gamma h of Example 1."""
+    """Compare ground at rest: p = gamma h and q = mu / (1 - mu) gamma h of Example 1."""
     return np.array([GAMMA / 3 * DEPTH, GAMMA * DEPTH]), _stress(0.25 / 0.75)
 
 

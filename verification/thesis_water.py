@@ -9,7 +9,7 @@ import numpy as np
 import bsm_mesh as bsm
 from bsm_mesh.model.water_pressure import WaterLoad
 from tests.scenes.models import LINEAR
-from tests.scenes.shapes import rectangle, turned
+from tests.scenes.shapes import rectangle
 from verification.case import Answer, Case
 from verification.thesis_matrices import Array, matrix_b
 
@@ -37,7 +37,7 @@ def _faces(outline: Array, level: float) -> tuple[Array, Array, Array]:
 
 
 def submerged_faces() -> Answer:
-    """Two forces at the ends of faces wholly under water."""
+    """Compare two forces at the ends of faces wholly under water."""
     exact, found = [], []
     for outline in OUTLINES:
         length, h1, h2 = _faces(outline, 5.0)
@@ -49,7 +49,7 @@ def submerged_faces() -> Answer:
 
 
 def partly_submerged_faces() -> Answer:
-    """Faces whose one end is above the table: the wet length l' and the two forces of R = q l' / 2."""
+    """Compare faces whose one end is above the table: the wet length l' and the two forces of R = q l' / 2."""
     outline, level = OUTLINES[0], 0.9
     exact = np.zeros((len(outline), 2))
     for k, (length, h1, h2) in enumerate(zip(*_faces(outline, level), strict=True)):
@@ -66,7 +66,7 @@ def partly_submerged_faces() -> Answer:
 
 
 def water_on_blocks() -> Answer:
-    """Components of the forces at the corners, and their force and moment on the block."""
+    """Compare components of the forces at the corners, and their force and moment on the block."""
     exact, found = [], []
     for outline in OUTLINES:
         model = _model(outline, bsm.Water(table=[(0, 5.0)]))
@@ -83,7 +83,7 @@ def water_on_blocks() -> Answer:
 
 
 def archimedes() -> Answer:
-    """Reaction under a submerged block: its weight less that of the water it takes the place of."""
+    """Compare reaction under a submerged block: its weight less that of the water it takes the place of."""
     from shapely import Polygon
 
     exact, found = [], []
@@ -95,7 +95,7 @@ def archimedes() -> Answer:
 
 
 def bent_table() -> Answer:
-    """Force and moment on a block under a table that bends between its corners."""
+    """Compare force and moment on a block under a table that bends between its corners."""
     table = np.array([(0.4, 0.3), (0.6, 1.2), (1.1, 0.4), (5, -1.5), (6, 0.5)])
     t = ((np.arange(200_000) + 0.5) / 200_000)[:, None]
     exact, found = [], []
@@ -132,7 +132,7 @@ def on_rock(
 
 
 def infinite_slope(head: str) -> Answer:
-    """Factors of safety of a slab with the table parallel to the slope at 0, 2.5 and 5 m above its base."""
+    """Compare factors of safety of a slab with the table parallel to the slope at 0, 2.5 and 5 m above its base."""
     b, z, gamma, length, tan_phi = math.radians(30), 5.0, 26e3, 8.0, math.tan(math.radians(35))
     slope, exact, found = math.tan(b), [], []
     block = np.array([(0, 0), (length, slope * length), (length, slope * length + z), (0, z)])
@@ -149,12 +149,10 @@ def infinite_slope(head: str) -> Answer:
 
 
 def gravity_dam() -> Answer:
-    """Factor of sliding at 45 degrees, and forces at heel and toe, water to the crest and full uplift."""
+    """Compare factor of sliding at 45 degrees, and forces at heel and toe, water to the crest and full uplift."""
     H, B, gamma = 50.0, 40.0, 24e3
     water = bsm.Water(table=[(-50, H), (0, H), (B, 0)])
-    pressed, sheared, (heel, toe) = on_rock(
-        np.array([(0, 0), (B, 0), (0, H)]), rectangle(0, -10, B, 0), water, gamma
-    )
+    pressed, sheared, (heel, toe) = on_rock(np.array([(0, 0), (B, 0), (0, H)]), rectangle(0, -10, B, 0), water, gamma)
     W, thrust, uplift = gamma * H * B / 2, WATER * H**2 / 2, WATER * H * B / 2
     at_toe = (W * B / 3 + thrust * H / 3 - uplift * B / 3) / B  # moments about the heel
     exact = np.array([(W - uplift) / thrust, (W - uplift - at_toe) / W, at_toe / W])
@@ -162,7 +160,7 @@ def gravity_dam() -> Answer:
 
 
 def column_under_water() -> Answer:
-    """Total and effective vertical stress of ten blocks under 12 m of water, compression positive."""
+    """Compare total and effective vertical stress of ten blocks under 12 m of water, compression positive."""
     n, head = 10, 12.0
     blocks = bsm.Blocks.from_polygons([rectangle(0, k, 1, k + 1) for k in range(n)], rock="rock")
     model = bsm.Model(

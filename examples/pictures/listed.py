@@ -156,6 +156,11 @@ PICTURES = (
         shows="Strength, shear and closure: formulas and what the bench finds",
     ),
     Drawn(
+        target="docs/verification.png",
+        elsewhere="python -m verification verification-convergence",
+        shows="Errors over the number of blocks: Kirsch's hole, triangles as elastic rock",
+    ),
+    Drawn(
         target=f"{EX}/staged_tunnel/deformation.png",
         models=(f"{EX}/staged_tunnel/model.toml",),
         name="deformation",
