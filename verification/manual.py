@@ -9,6 +9,7 @@ from functools import partial
 from examples.numbers.pages import Table, markdown
 from verification.case import Case, in_words, value_in_words
 from verification.convergence import draw, table
+from verification.elsewhere import table as elsewhere
 from verification.equations import EQUATIONS, Equation, file_of
 from verification.registry import CASES, TOPICS, Topic
 from verification.sources import KINDS, SOURCES
@@ -73,6 +74,7 @@ TABLES: tuple[Table, ...] = (
     *(Table(name=f"verification-{topic.name}-slow", page=PAGE, make=partial(topic_table, topic, slow=True),
             tolerance=0.02, is_slow=True) for topic in TOPICS if any(case.is_slow for case in topic.cases)),
     Table(name="verification-convergence", page=PAGE, make=table, tolerance=ERRORS, draw=draw),
+    Table(name="verification-elsewhere", page=PAGE, make=elsewhere),
     Table(name="verification-sources", page=PAGE, make=sources),
     *(Table(name=f"equations-{chapter}", page=EQUATIONS_PAGE, make=partial(equations, chapter), tolerance=ERRORS)
       for chapter in "3456B"),

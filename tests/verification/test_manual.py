@@ -11,6 +11,7 @@ pytest.importorskip("gmsh")
 
 from examples.numbers.pages import differences, table_in
 from verification.case import Between, error_of, in_words, limit_between, value_in_words
+from verification.elsewhere import table_with
 from verification.equations import EQUATIONS, all_numbers, is_a_test, is_there
 from verification.manual import TABLES
 from verification.registry import CASES, TOPICS
@@ -102,3 +103,10 @@ def test_a_limit_that_is_not_between_is_an_error() -> None:
 )
 def test_errors_in_words(error, words) -> None:
     assert in_words(error) == words
+
+
+def test_tables_of_other_pages_are_found_by_their_columns() -> None:
+    rows = table_with("other_programs.md", "model", "program", "verdict or movement")
+    assert {row["program"] for row in rows} == {"bsm-mesh", "compas_dem", "lmgc90"}
+    with pytest.raises(ValueError, match=r"other_programs\.md has no table with the columns gone"):
+        table_with("other_programs.md", "gone")
