@@ -11,7 +11,7 @@ import bsm_mesh as bsm
 from bsm_mesh.safety.bound import limit_of
 from bsm_mesh.safety.factor import factor_of_safety
 from bsm_mesh.safety.trials import Reduction
-from tests.scenes.known_factors import Known, known
+from tests.scenes.known_factors import Known, known, tutorial_slope
 from tests.scenes.models import LINEAR, model_of
 from tests.scenes.plane_failure import PlaneFailure, hoek_and_bray
 from tests.scenes.shapes import rectangle, turned
@@ -127,6 +127,16 @@ def brittle_cohesion() -> Answer:
     return 1.129, limit_between(stands, 1.126, 1.132)
 
 
+def tutorial_of_udec() -> Answer:
+    """Compare what slides when the left block is excavated: friction 20, then 11."""
+    told = []
+    for friction in (20.0, 11.0):
+        before, after = bsm.run(tutorial_slope(friction)).stages
+        told.append("at rest" if before.status == "stable" else "moves")
+        told.append({(3,): "top", (2, 3): "both"}.get(tuple(after.unstable_blocks.tolist()), "other"))
+    return "at rest, top, at rest, both", ", ".join(told)
+
+
 def bound(case: Known) -> Answer:
     """Compare greatest factor at which forces within strength exist."""
     return case.factor, limit_of(case.build(), Reduction(joints=case.joints), bsm.Options().falls).factor
@@ -161,6 +171,8 @@ STATED = (
          compute=bolted_factors, tolerance=1e-3),
     Case(name="brittle-cohesion", what="the same with cohesion that is lost at the first slip", source="given",
          quantity="factor of safety", compute=brittle_cohesion, tolerance=0.01),
+    Case(name="tutorial-of-udec", what="slope of UDEC's tutorial, its left block excavated, friction 20 and 11",
+         source="udec", quantity="before; what slides", compute=tutorial_of_udec, tolerance=0.0),
     Case(name="earthquake", what="block on a plane of 20 degrees under 0.15 g", source="statics",
          quantity="friction over the closed form", compute=earthquake, tolerance=2e-3),
 )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -148,15 +149,15 @@ def infinite_slope(head: str) -> Answer:
     return np.array(exact), np.array(found)
 
 
-def gravity_dam() -> Answer:
-    """Compare factor of sliding at 45 degrees, and forces at heel and toe, water to the crest and full uplift."""
+def gravity_dam(*, uplift: bool) -> Answer:
+    """Compare factors of sliding at 45 degrees, without and with 200 kPa, and the forces at heel and toe."""
     H, B, gamma = 50.0, 40.0, 24e3
-    water = bsm.Water(table=[(-50, H), (0, H), (B, 0)])
+    water = bsm.Water(table=[(-50, H), (0, H), (B, 0)], joint_pressure={} if uplift else {"J": 0.0})
     pressed, sheared, (heel, toe) = on_rock(np.array([(0, 0), (B, 0), (0, H)]), rectangle(0, -10, B, 0), water, gamma)
-    W, thrust, uplift = gamma * H * B / 2, WATER * H**2 / 2, WATER * H * B / 2
-    at_toe = (W * B / 3 + thrust * H / 3 - uplift * B / 3) / B  # moments about the heel
-    exact = np.array([(W - uplift) / thrust, (W - uplift - at_toe) / W, at_toe / W])
-    return exact, np.array([pressed / sheared, heel / W, toe / W])
+    W, thrust, up = gamma * H * B / 2, WATER * H**2 / 2, WATER * H * B / 2 if uplift else 0.0
+    at_toe = (W * B / 3 + thrust * H / 3 - up * B / 3) / B  # moments about the heel
+    exact = [(W - up) / thrust, (W - up + 200e3 * B) / thrust, (W - up - at_toe) / W, at_toe / W]
+    return np.array(exact), np.array([pressed / sheared, (pressed + 200e3 * B) / sheared, heel / W, toe / W])
 
 
 def column_under_water() -> Answer:
@@ -194,7 +195,9 @@ CASES = (
     Case(name="infinite-slope-parallel", what="slab, seepage parallel to the slope", source="skempton",
          quantity="factor of safety", compute=lambda: infinite_slope("parallel"), tolerance=STATICS),
     Case(name="gravity-dam", what="triangular dam, full reservoir, uplift to the toe", source="statics",
-         quantity="factor; heel, toe over weight", compute=gravity_dam, tolerance=STATICS),
+         quantity="factors; heel, toe over weight", compute=partial(gravity_dam, uplift=True), tolerance=STATICS),
+    Case(name="drained-dam", what="the same without uplift", source="statics",
+         quantity="factors; heel, toe over weight", compute=partial(gravity_dam, uplift=False), tolerance=STATICS),
     Case(name="column-under-water", what="total and effective stress of a column", source="statics",
          quantity="stress [Pa]", compute=column_under_water, tolerance=STATICS),
 )  # fmt: skip
