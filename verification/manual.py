@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from functools import partial
+from itertools import groupby
 
 from examples.numbers.pages import Table, markdown
 from verification.case import Case, in_words, value_in_words
@@ -19,15 +20,31 @@ ERRORS = 0.35  # relative: an error near rounding, or of a search that stops wit
 
 
 def cases_of(cases: Sequence[Case]) -> str:
-    """Return the table of cases: with their answers where no other page has them."""
+    """Return the table of cases. Those of one quantity whose numbers another page has are a row together."""
     rows = []
-    for case in cases:
-        told = (f"[there]({case.page})", "") if case.page else tuple(value_in_words(value) for value in case.answer)
-        error = ("right" if case.error == 0 else "wrong") if case.is_told_in_words else in_words(case.error)
-        rows.append((f"`{case.name}`", case.what, SOURCES[case.source].short, case.quantity, *told, error,
-                     f"{case.tolerance:.0e}".replace("e-0", "e-") if case.tolerance else "exact"))  # fmt: skip
+    for (page, quantity), group in groupby(cases, key=lambda case: (case.page, case.quantity)):
+        some = list(group)
+        if page and len(some) > 1:
+            names = f"{len(some)} cases `{some[0].name.partition('-')[0]}-...`"
+            short = ", ".join(dict.fromkeys(SOURCES[case.source].short for case in some))
+            worst = max(some, key=lambda case: case.error)
+            what = f"{some[0].what.rpartition(': ')[2]}; the greatest error"
+            rows.append((names, what, short, quantity, f"[there]({page})", "", _error(worst), _allowed(worst)))
+            continue
+        for case in some:
+            told = (f"[there]({page})", "") if page else tuple(value_in_words(value) for value in case.answer)
+            source = SOURCES[case.source].short
+            rows.append((f"`{case.name}`", case.what, source, quantity, *told, _error(case), _allowed(case)))
     header = ("case", "what", "source", "quantity", "exact", "found", "error", "allowed")
     return markdown(header, rows)
+
+
+def _error(case: Case) -> str:
+    return ("right" if case.error == 0 else "wrong") if case.is_told_in_words else in_words(case.error)
+
+
+def _allowed(case: Case) -> str:
+    return f"{case.tolerance:.1e}".replace("e-0", "e-").replace(".0e", "e") if case.tolerance else "exact"
 
 
 def topic_table(topic: Topic, *, slow: bool) -> str:
