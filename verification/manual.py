@@ -60,7 +60,11 @@ def summary() -> str:
                        and SOURCES[case.source].kind == kind), default=0.0) for kind in KINDS}  # fmt: skip
     rows = [(words, str(kinds[kind]), f"{100 * used[kind]:.0f} %") for kind, words in KINDS.items()]
     slow = len(CASES) - len(quick)
-    told = f"{len(quick)} quick cases from {len(SOURCES)} sources, and {slow} that take longer."
+    elsewhere = sum(kinds[kind] for kind in ("thesis", "book", "program"))
+    told = (
+        f"{len(quick)} quick cases from {len(SOURCES)} sources, and {slow} that take longer. Of the quick ones "
+        f"{elsewhere} have their answer from the thesis, from books, or from other programs."
+    )
     return f"{told}\n\n{markdown(('the answer is from', 'quick cases', 'largest error over what is allowed'), rows)}"
 
 

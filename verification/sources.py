@@ -97,11 +97,11 @@ SOURCES: dict[str, Source] = {
         "3DEC", "Itasca, 3DEC: the block on a plane of its verification problems (printed numbers; not run here)"
     ),
     "udec": _program("UDEC", "Itasca, UDEC: the slope of its tutorial (inputs; not run here), its factors by statics"),
-    "lagrange": _program(
-        "dense matrices", "NumPy: the thesis's matrices written out anew, dense, with bars or multipliers"
+    "lagrange": Source(
+        "thesis", "Wang, dense", "the thesis's matrices written out anew, dense, with bars or with Lagrange multipliers"
     ),
     "shapely": _program("Shapely", "Shapely (GEOS): areas and centroids"),
-    "quadrature": _program("NumPy", "NumPy: pressures summed over 200 000 points of every face"),
+    "quadrature": _closed("summation", "pressures summed over 200 000 points of every face"),
     "skfem": _program(
         "scikit-fem", "scikit-fem: finite elements of the same section, with interfaces where there are joints"
     ),
