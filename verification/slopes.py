@@ -186,7 +186,7 @@ def _slug(case: Known) -> str:
 BOUNDS = tuple(
     Case(name=f"bound-{_slug(case)}", what=f"{case.name}: limit analysis", source=case.source,
          quantity="factor of strength", compute=partial(bound, case), tolerance=1e-3, page=PAGE)
-    for case in known() if case.source != "goodman-bray"  # there the bound lies far above: docs/safety.md
+    for case in known() if case.at_bound
 )  # fmt: skip
 BRACKETS = tuple(
     Case(name=f"factor-{_slug(case)}", what=f"{case.name}: strength reduction", source=case.source,
