@@ -115,7 +115,7 @@ def factor_of_safety(
 
 def _search(runs: StrengthTrials, limit: Limit, settings: Settings, report: Callable[[str], None]) -> Found:
     bound = None if runs.has_moved else _bound(limit, settings.tolerance)
-    first = 1.0 if bound is None or bound > 1 or bound == LEAST else bound * (1 - 0.8 * settings.tolerance)
+    first = 1.0 if bound is None or bound > 1 else max(bound * (1 - 0.8 * settings.tolerance), LEAST)
     within = Range(good=LEAST, bad=GREATEST, first=first, bound=bound, tolerance=settings.tolerance, is_factor=True)
     model = runs.model
     search = Search(runs, within, settings.failure, model.blocks, counted_blocks(model, runs.options.falls), report)
