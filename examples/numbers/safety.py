@@ -17,7 +17,16 @@ from bsm_mesh.app.starters import write_starter
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.factor import factor_of_safety
 from examples.numbers.pages import Table, markdown
-from tests.scenes.known_factors import LEAST_FRICTION, TOPPLING, arch, goodman_and_bray, incline, tan, tutorial_slope
+from tests.scenes.known_factors import (
+    LEAST_FRICTION,
+    TOPPLING,
+    RoofPrism,
+    arch,
+    goodman_and_bray,
+    incline,
+    tan,
+    tutorial_slope,
+)
 from tests.scenes.large import jointed_slope
 from tests.scenes.plane_failure import hoek_and_bray, sau_mau_ping
 
@@ -40,6 +49,10 @@ def known() -> Iterator[Named]:
     for (ratio, n), least in LEAST_FRICTION.items():
         name = f"arch of {n} stones, thickness {ratio:g} of the radius, friction 35"
         yield name, tan(35) / least, arch(ratio, n, 35.0), None
+    for apex, stress, kn, ks in ((30.0, 0.3e6, 1e10, 1e9), (30.0, 0.3e6, 1e10, 1e10), (20.0, 1e6, 1e10, 5e9)):
+        case = RoofPrism(apex=apex, stress=stress, kn=kn, ks=ks)
+        name = f"roof prism, Bray, apex {2 * apex:g}, {stress / 1e6:g} MPa, kn / ks {kn / ks:g}, friction 45"
+        yield name, case.factor, case.model(), None
     yield "UDEC's tutorial slope, friction 20: top block", tan(20) / 0.4, tutorial_slope(20.0), None
     lower = tutorial_slope(20.0, excavate=(1, 3))
     yield "the same without the top block: lower block", tan(20) / 0.3, lower, None

@@ -16,7 +16,15 @@ from bsm_mesh.errors import ModelError
 TOLERANCE = 1e-10  # of feasibility and of the gap, sought
 ENOUGH = 1e-8  # of both, where rounding allows no more: what HiGHS leaves is 1e-7
 ITERATIONS = 200  # 10 to 30 are usual
-SHARES = 1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6  # of its slack, that the multiplier of a bound which is met exceeds: clear cut first
+SHARES = (
+    1.0,
+    0.1,
+    0.01,
+    1e-3,
+    1e-4,
+    1e-5,
+    1e-6,
+)  # of its slack, that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
 NEARNESS = 1e-10  # weight of the change against what is to be corrected
 ROUNDING = 1e-13  # over the greatest multiplier: corrected
