@@ -87,6 +87,19 @@ def test_roof_prism_that_an_excavation_undercuts(start):
     contains(factor_of_safety(case.model(dug=True), tolerance=WIDTH, start=start), case.factor, 0.0)
 
 
+@pytest.mark.parametrize(("share", "holds"), [(0.99, False), (1.2, True)])
+def test_roof_prism_that_no_strength_holds(share, holds):
+    """Where its joints open before they slip: W = 2 H (ks cos(a)^2 + kn sin(a)^2) / (kn tan(a)); statics holds it."""
+    case = RoofPrism(apex=30.0, stress=1.0, kn=1e10, ks=1e9)
+    a = np.radians(case.apex)
+    weight, relaxed = case.gamma * case.height**2 * np.tan(a), case.ks * np.cos(a) ** 2 + case.kn * np.sin(a) ** 2
+    least = weight * case.kn * np.tan(a) / (2 * case.height * relaxed)
+    found = factor_of_safety(replace(case, stress=share * least).model())
+    assert found.limit.factor == pytest.approx(tan(case.friction) / tan(case.apex), rel=1e-4)
+    assert (found.stable is not None) == holds
+    assert any("what is open bears no shear" in note for note in found.notes) != holds
+
+
 def prism(apex, ratio, share):
     """Return a prism under so many times the stress at which its weight is the greatest, by equation 9.28."""
     case = RoofPrism(apex=apex, stress=1.0, kn=1e10, ks=1e10 / ratio)
