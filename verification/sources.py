@@ -57,6 +57,7 @@ SOURCES: dict[str, Source] = {
         "Goodman & Bray",
         "R. E. Goodman, J. W. Bray (1976), *Toppling of rock slopes*; numbers as in Wyllie & Mah, ch. 9",
     ),
+    "bray": _book("Bray", "J. W. Bray (1977), in Brady & Brown, *Rock Mechanics for Underground Mining*, section 9.5"),
     "skempton": _book(
         "Skempton & DeLory", "A. W. Skempton, F. A. DeLory (1957), *Stability of natural slopes in London clay*"
     ),

@@ -125,7 +125,7 @@ def next_values(trials: Iterable[Judged], within: Range, count: int = 1) -> list
         How many trials go on at the same time.
     """
     tried = _different(trials)
-    if all(trial.value == within.bound for trial in tried):
+    if within.first != within.bound and all(trial.value == within.bound for trial in tried):
         return [within.first]
     found = bracket_of(tried, within)
     if found.stable is None:

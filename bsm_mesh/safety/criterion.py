@@ -97,7 +97,7 @@ class Failure:
             return Judgement(Verdict.UNDECIDED, ended.reason)
         parts = movement(ended, reference, blocks, counts)
         far = np.flatnonzero(parts > self.movement).astype(np.int32)
-        if not far.size:
+        if reference is None or not far.size:
             return Judgement(Verdict.STABLE, ended.reason)
         worst = int(parts.argmax())
         reason = (
@@ -108,8 +108,10 @@ class Failure:
 
 
 def movement(ended: Ended, reference: Ended | None, blocks: Blocks, counts: BoolArray) -> FloatArray:
-    """Return how far every block that counts is from where it is in the reference state, over its size, (n,)."""
-    if reference is None:
-        return np.zeros(blocks.count)
-    parts: FloatArray = np.hypot(*(ended.displacement - reference.displacement)[:, :2].T) / np.sqrt(blocks.moments.area)
+    """Return how far every block that counts is from where it is in the reference state, over its size, (n,).
+
+    Without one: from where it was as the stage began.
+    """
+    origin = np.zeros_like(ended.displacement) if reference is None else reference.displacement
+    parts: FloatArray = np.hypot(*(ended.displacement - origin)[:, :2].T) / np.sqrt(blocks.moments.area)
     return parts * counts

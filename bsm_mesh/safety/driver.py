@@ -163,16 +163,21 @@ class Search:
         That is farther than any block moves in the reference state by a mean size, or, where failure is proved, by the
         part of it that counts as failure.
         """
-        part, bound = self._criterion.movement, self._within.bound
+        part = self._criterion.movement
         if self._reference is None or not math.isfinite(part) or not self._counts.any():
             return None
         size = np.sqrt(self._blocks.moments.area[self._counts])
-        proved = bound is not None and self._within.at(value) >= self._within.at(bound)
-        beyond = part * size.mean() if proved else max(part * size.max(), size.mean())
+        beyond = part * size.mean() if self._is_proved(value) else max(part * size.max(), size.mean())
         return float(np.hypot(*self._reference.displacement[:, :2].T).max() + beyond)
 
+    def _is_proved(self, value: float) -> bool:
+        """Return whether failure is proved at a value."""
+        bound = self._within.bound
+        return bound is not None and self._within.at(value) >= self._within.at(bound)
+
     def _first_stable(self) -> Ended | None:
-        stable = [each for each in self._ended.values() if each.status.is_stable]
+        """Return the best value at which blocks stay at rest; beyond the bound they have come to rest elsewhere."""
+        stable = [each for each in self._ended.values() if each.status.is_stable and not self._is_proved(each.value)]
         return min(stable, key=lambda each: self._within.at(each.value), default=None)
 
     def _set_reference(self, first: Ended, run_all: RunAll) -> None:
@@ -204,8 +209,7 @@ class Search:
 
     def _judge(self, each: Ended) -> Judgement:
         said = self._criterion.judge(each, self._reference, self._blocks, self._counts)
-        bound = self._within.bound
-        if bound is None or self._within.at(each.value) < self._within.at(bound) or said.verdict is Verdict.UNSTABLE:
+        if not self._is_proved(each.value) or said.verdict is Verdict.UNSTABLE:
             return said
         moved = movement(each, self._reference, self._blocks, self._counts)
         ended = f"the run ended {each.status} after {100 * moved.max():.3g} % of a block's size"

@@ -98,7 +98,7 @@ def factor_of_safety(
     limit = limit_of(model, reduction, given.falls)
     runs = strength_trials(model, given, reduction, None, start, report)
     found = _search(runs, limit, settings, report)
-    notes = [*notes_on(found, settings), *_on_bound(runs, limit)]
+    notes = [*notes_on(found, settings), *_on_bound(runs, limit), *_on_opening(found, limit)]
     others: list[tuple[str, Bracket]] = []
     for text, changed, other in _others(model, start) if spread else ():
         report(f"spread: {text}")
@@ -115,7 +115,7 @@ def factor_of_safety(
 
 def _search(runs: StrengthTrials, limit: Limit, settings: Settings, report: Callable[[str], None]) -> Found:
     bound = None if runs.has_moved else _bound(limit, settings.tolerance)
-    first = 1.0 if bound is None or bound > 1 or bound == LEAST else bound * (1 - 0.8 * settings.tolerance)
+    first = 1.0 if bound is None or bound > 1 else max(bound * (1 - 0.8 * settings.tolerance), LEAST)
     within = Range(good=LEAST, bad=GREATEST, first=first, bound=bound, tolerance=settings.tolerance, is_factor=True)
     model = runs.model
     search = Search(runs, within, settings.failure, model.blocks, counted_blocks(model, runs.options.falls), report)
@@ -156,6 +156,20 @@ def _on_bound(runs: StrengthTrials, limit: Limit) -> tuple[str, ...]:
     return (
         "blocks have moved in earlier stages: the bound by limit analysis is that of where they were given, and was "
         "not used",
+    )
+
+
+def _on_opening(found: Found, limit: Limit) -> tuple[str, ...]:
+    """Say why no strength is enough in the runs where statics knows of forces that would do."""
+    tried = [trial.value for trial in found.trials]
+    if found.bracket.stable is not None or found.bracket.unstable is None or found.bracket.undecided:
+        return ()
+    if limit.factor <= LEAST or min(tried) > LEAST:
+        return ()
+    return (
+        f"blocks come down at {1 / LEAST:g} times the strength too, though statics proves nothing below "
+        f"{limit.factor:.4g}: their joints open as they move, and what is open bears no shear; not strength but "
+        "stiffness (normal over shear), in-situ stress and bolts decide",
     )
 
 

@@ -69,6 +69,73 @@ def arch(ratio: float, n: int, friction: float) -> bsm.Model:
     return model_of([*feet, *stones], friction=friction, kn=1e12, fixed=(0, 1), gamma=25e3)
 
 
+@dataclass(frozen=True, kw_only=True)
+class RoofPrism:
+    """A symmetric triangular prism in a roof, apex upwards, that a horizontal stress holds between its joints.
+
+    Bray (1977), in Brady & Brown, Rock Mechanics for Underground Mining, section 9.5, with the joints' deformation. The
+    field presses each face by ``H cos(a)`` and holds it up by ``H sin(a)``, H its horizontal force on a side, a the
+    half angle at the apex. The weight W then moves the prism down by u: a face of length l opens by ``u sin(a)`` and
+    slides by ``u cos(a)``, so that the joint's pressure falls while its shear grows:
+
+        N = H cos(a) - kn l u sin(a),  S = H sin(a) + ks l u cos(a),  2 (S cos(a) - N sin(a)) = W
+
+    It slides where S = N tan(phi): u and N follow, and the greatest weight. Statics alone lets the rock press the prism
+    as it likes, and finds no limit but phi = a.
+
+    Attributes
+    ----------
+    apex : float
+        Half the angle at the apex [degrees].
+    stress : float
+        Of the field, horizontal [Pa].
+    kn, ks : float
+        Stiffness of the joints [Pa/m].
+    friction : float
+        Of the joints [degrees].
+    height : float
+        Of the prism [m].
+    gamma : float
+        Unit weight of the rock [N/m3].
+    """
+
+    apex: float
+    stress: float
+    kn: float
+    ks: float
+    friction: float = 45.0
+    height: float = 4.0
+    gamma: float = 25e3
+
+    @property
+    def factor(self) -> float:
+        """By what tan(friction) is divided where the greatest weight, linear in tan(phi) over the same, is W.
+
+        With x = tan(phi): W (ks cos(a) + kn sin(a) x) = 2 H (ks cos(a)^2 + kn sin(a)^2) (cos(a) x - sin(a)).
+        """
+        a = np.radians(self.apex)
+        weight = self.gamma * self.height**2 * np.tan(a)
+        holds = 2 * self.stress * self.height * (self.ks * np.cos(a) ** 2 + self.kn * np.sin(a) ** 2)
+        least = (weight * self.ks * np.cos(a) + holds * np.sin(a)) / (holds * np.cos(a) - weight * self.kn * np.sin(a))
+        return float(tan(self.friction) / least)
+
+    def model(self, *, dug: bool = False) -> bsm.Model:
+        """Return the prism between fixed rock, or, `dug`, on the rock of an opening that a stage takes away."""
+        half, side = self.height * tan(self.apex), 2 * self.height
+        left = np.array([(-side, 0), (-half, 0), (0, self.height), (-side, self.height)])
+        polygons = [left, left[::-1] * (-1, 1), np.array([(-half, 0), (half, 0), (0, self.height)])]
+        below = [rectangle(-half, -1, half, 0)] if dug else []
+        return bsm.Model(
+            blocks=bsm.Blocks.from_polygons([*polygons, *below], rock="rock"),
+            rocks=[bsm.Rock("rock", unit_weight=self.gamma)],
+            joints=[bsm.Joint("J", self.kn, self.ks, law=bsm.MohrCoulomb(friction=self.friction))],
+            default_joint="J",
+            supports=[bsm.Fixed(blocks=[0, 1, *([3] if dug else [])])],
+            in_situ=bsm.InSitu(stress={"xx": -self.stress, "yy": 0.0, "xy": 0.0}),
+            stages=[bsm.Stage(name="dig", excavate=(3,))] if dug else [],
+        )
+
+
 def tutorial_slope(friction: float, *, excavate: tuple[int, ...] = (1,)) -> bsm.Model:
     """Return the slope of UDEC's tutorial: block 1, on the left, is excavated; 2 and 3, on it, may slide.
 
@@ -115,6 +182,10 @@ def known() -> Iterator[Known]:
     for (ratio, n), least in LEAST_FRICTION.items():
         name = f"arch of {n} stones, thickness {ratio:g} of the radius, friction 35"
         yield Known(name, "arches", tan(35) / least, partial(arch, ratio, n, 35.0))
+    for apex, stress, kn, ks in ((30.0, 0.3e6, 1e10, 1e9), (30.0, 0.3e6, 1e10, 1e10), (20.0, 1e6, 1e10, 5e9)):
+        prism = RoofPrism(apex=apex, stress=stress, kn=kn, ks=ks)
+        name = f"roof prism, Bray, apex {2 * apex:g}, {stress / 1e6:g} MPa, kn / ks {kn / ks:g}, friction 45"
+        yield Known(name, "bray", prism.factor, prism.model, at_bound=False)
     name = "UDEC's tutorial slope, friction 20: top block"
     yield Known(name, "udec", tan(20) / 0.4, partial(tutorial_slope, 20.0))
     lower = partial(tutorial_slope, 20.0, excavate=(1, 3))

@@ -250,6 +250,18 @@ def test_where_no_strength_is_enough_there_is_no_factor():
     assert "whatever the strength" in found.limit.text
     assert found.stable is None
     assert str(found) == "factor of safety: none found; no trial was stable"
+    assert [trial.value for trial in found.trials] == [found.unstable]  # one run shows what fails
+
+
+def test_movement_is_told_of_what_is_proved_to_move_and_rests_again():
+    """No state in which blocks have come to rest elsewhere is one to count from."""
+    made = Made(lambda value: 0.8)
+    found = searched(made, bound=0.05, first=0.05)
+    assert made.values == [0.05]
+    assert (found.reference, found.bracket.stable) == (None, None)
+    assert found.trials[0].verdict is Verdict.UNSTABLE
+    assert found.trials[0].moved == pytest.approx(0.8)
+    assert found.trials[0].blocks.tolist() == [1]
 
 
 def staged(**given):

@@ -16,7 +16,15 @@ from bsm_mesh.errors import ModelError
 TOLERANCE = 1e-10  # of feasibility and of the gap, sought
 ENOUGH = 1e-8  # of both, where rounding allows no more: what HiGHS leaves is 1e-7
 ITERATIONS = 200  # 10 to 30 are usual
-SHARES = 1.0, 0.1, 0.01, 1e-3  # of its slack, that the multiplier of a bound which is met exceeds: clear cut first
+SHARES = (
+    1.0,
+    0.1,
+    0.01,
+    1e-3,
+    1e-4,
+    1e-5,
+    1e-6,
+)  # of its slack, that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
 NEARNESS = 1e-10  # weight of the change against what is to be corrected
 ROUNDING = 1e-13  # over the greatest multiplier: corrected
@@ -92,8 +100,9 @@ def minimise(
     if answer is None:
         raise ModelError(f"limit analysis: the linear program could not be solved ({found.status})")
     z, columns = np.array(found.z), csr_array(matrix[:, cost == 0].T)
-    if answer is Answer.SOLVED:
-        z = _polished(z, np.array(found.s), columns, len(right))
+    if answer is not Answer.UNBOUNDED:  # that there is no solution multipliers prove which vanish in all columns
+        vanishing = columns if answer is Answer.SOLVED else csr_array(matrix.T)
+        z = _polished(z, np.array(found.s), vanishing, len(right))
     return Solution(
         answer=answer,
         x=np.array(found.x),
@@ -126,11 +135,17 @@ def _polished(z: FloatArray, slack: FloatArray, columns: csr_array, balances: in
             found[met] -= inverse.solve(part.T @ (part @ found[met]))
         if (left := _error(found, columns, balances)) < error:
             best, error = found, left
-        if error <= ROUNDING * np.abs(z).max():
+        if error <= ROUNDING:
             break
     return best
 
 
 def _error(z: FloatArray, columns: csr_array, balances: int) -> float:
-    """Return by how much multipliers do not vanish in columns, or are negative where they must not be."""
-    return float(max(np.abs(columns @ z).max(initial=0.0), -z[balances:].min(initial=0.0)))
+    """Return by how much multipliers do not vanish in columns, or are negative where they must not be.
+
+    Over the greatest: where a bound was missed nothing vanishes but what is next to nothing.
+    """
+    size = float(np.abs(z).max(initial=0.0))
+    if size == 0:
+        return np.inf
+    return float(max(np.abs(columns @ z).max(initial=0.0), -z[balances:].min(initial=0.0))) / size

@@ -1,0 +1,42 @@
+"""Multipliers of linear programs are exact to rounding, those of bounds that are hardly met too."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.sparse import csr_array
+
+from bsm_mesh.solve.limit.interior_point import Answer, minimise
+
+EXACT = 1e-13  # over the greatest multiplier: rounding alone
+
+
+def program(seed, unknowns=60, balances=20, bounds=90):
+    """Return a program with its optimum: cost, balance, right, bounded, bound, and multipliers of all rows.
+
+    Forty of the bounds are met, with multipliers from 1 down to 1e-8, and others hardly met.
+    """
+    generator = np.random.default_rng(seed)
+    balance, bounded = generator.normal(size=(balances, unknowns)), generator.normal(size=(bounds, unknowns))
+    x, met = generator.normal(size=unknowns), np.arange(bounds) < unknowns - balances
+    slack = np.where(met, 0.0, 10.0 ** generator.uniform(-3, 1, bounds))
+    of_bounds = np.where(met, 10.0 ** generator.uniform(-8, 0, bounds), 0.0)
+    of_balance = generator.normal(size=balances)
+    cost = -(balance.T @ of_balance + bounded.T @ of_bounds)
+    return cost, balance, balance @ x, bounded, bounded @ x + slack, np.concatenate([of_balance, of_bounds])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_small_multipliers(seed):
+    cost, balance, right, bounded, bound, exact = program(seed)
+    # The least t with cost x <= t: as in limit analysis one column has a cost.
+    rows = np.block([[bounded, np.zeros((len(bound), 1))], [cost, -1.0]])
+    found = minimise(
+        np.append(np.zeros(len(cost)), 1.0),
+        csr_array(np.column_stack([balance, np.zeros(len(right))])),
+        right,
+        csr_array(rows),
+        np.append(bound, 0.0),
+    )
+    assert found.answer is Answer.SOLVED
+    assert_allclose(np.concatenate([found.of_balance, found.of_bounds[:-1]]), exact, atol=1e-6)
+    assert found.loose.max() <= EXACT * np.abs(exact).max()
