@@ -59,6 +59,7 @@ def make_joint(name: str, table: JointTable) -> Joint:
         filling=filling,
         law=law,
         tensile_strength=table.tensile_strength or 0.0,
+        residual_tensile_strength=table.residual_tensile_strength,
         max_closure=table.max_closure,
     )
 

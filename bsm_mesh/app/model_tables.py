@@ -57,6 +57,9 @@ class RockTable(Table):
     softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
         default=None, description="slip over which strength falls to the residual values"
     )
+    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
+        default=0.0, description="tension that faces still bear once they have failed by slip"
+    )
 
 
 class FillingTable(Table):
@@ -104,6 +107,9 @@ class JointTable(Table):
         default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
     )
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
+    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
+        default=0.0, description="tension that it still bears once it has failed by slip"
+    )
     max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(
         default=None,
         description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",

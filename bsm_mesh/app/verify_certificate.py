@@ -230,7 +230,7 @@ def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
         (known & ~(found <= 1 + USED), "bears more than its shear strength"),
         (known & ~(np.abs(found - used) <= AGREES * np.maximum(used, 1.0)), "has another strength than is said"),
         (~(normal <= a["tension"] * (1 + USED)), "bears more than its tensile strength"),
-        (a["failed"] & (a["tension"] > 0), "has failed and bears tension"),
+        (a["failed"] & (a["tension"] > a.get("residual_tension", 0.0)), "has failed and bears tension"),
     )
     return [f"contact {int(bad.argmax())} {text}" for bad, text in tests if bad.any()]
 

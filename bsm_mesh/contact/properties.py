@@ -13,7 +13,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
-from bsm_mesh.model.materials import law_between, tension_between
+from bsm_mesh.model.materials import law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
 
@@ -29,8 +29,8 @@ class ContactProperties:
         Number of the joint in ``model.joints``; -1 for unjointed rock.
     law : (m,) int32
         Number of the law in `JointCatalogue.laws`.
-    tension : (m,) float64 [Pa]
-        Tensile strength while it has not been broken.
+    tension, residual_tension : (m,) float64 [Pa]
+        Tensile strength while it has not been broken, and what slip leaves of it.
     """
 
     normal_stiffness: FloatArray
@@ -38,6 +38,7 @@ class ContactProperties:
     joint: IntArray
     law: IntArray
     tension: FloatArray
+    residual_tension: FloatArray
 
 
 class JointCatalogue:
@@ -73,12 +74,14 @@ class JointCatalogue:
         self._floor = least_depth(blocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
+        residual = [joint.residual_tensile_strength for joint in model.joints]
         for one in rocks:
             for other in rocks:
                 laws.append(law_between(one, other))
                 tension.append(tension_between(one, other))
+                residual.append(residual_tension_between(one, other))
         self.laws, self._law = _different(laws)
-        self._tension = np.array(tension)
+        self._tension, self._residual_tension = np.array(tension), np.array(residual)
         self.wears = any(wear_length_of(law) is not None for law in self.laws)
         self.smooth = np.array([_is_smooth(law) for law in self.laws], dtype=bool)
 
@@ -137,6 +140,7 @@ class JointCatalogue:
             joint=joint,
             law=self._law[kind],
             tension=self._tension[kind],
+            residual_tension=self._residual_tension[kind],
         )
 
 

@@ -220,7 +220,8 @@ def resolved(model: Model, factors: Mapping[str, float]) -> dict[str, float]:
 def _joint_at(joint: Joint, part: float) -> Joint:
     if joint.law is None or part == 1:
         return joint
-    return replace(joint, law=reduced_law(joint.law, 1 / part), tensile_strength=part * joint.tensile_strength)
+    tension = {name: part * getattr(joint, name) for name in ("tensile_strength", "residual_tensile_strength")}
+    return replace(joint, law=reduced_law(joint.law, 1 / part), **tension)
 
 
 def _rock_at(rock: Rock, part: float) -> Rock:
@@ -229,7 +230,9 @@ def _rock_at(rock: Rock, part: float) -> Rock:
     law = rock.law.reduced(1 / part)
     named = [field.name for field in fields(law) if getattr(rock, field.name) is not None]
     tension = None if rock.tensile_strength is None else part * rock.tensile_strength
-    return replace(rock, tensile_strength=tension, **{name: getattr(law, name) for name in named})
+    left = part * rock.residual_tensile_strength
+    strengths = {name: getattr(law, name) for name in named}
+    return replace(rock, tensile_strength=tension, residual_tensile_strength=left, **strengths)
 
 
 def with_bolt_capacities(model: Model, factor: float) -> Model:

@@ -39,6 +39,8 @@ class Evidence(Portable):
         How far every contact has slid, elastic part apart.
     tension : (m,) float64 [N/m]
         Greatest tension that the contact bears; infinite: no bound.
+    residual_tension : (m,) float64 or None [N/m]
+        What of it one that has failed by slip may bear; None: nothing.
     normal_stiffness, shear_stiffness : (m,) float64 [N/m2]
         Of the contact's springs, per metre of thickness.
     near : (m,) bool
@@ -75,6 +77,7 @@ class Evidence(Portable):
     bolt_pair: IntArray
     bolt_tangent: FloatArray
     velocity: FloatArray | None = None
+    residual_tension: FloatArray | None = None
 
     def __post_init__(self) -> None:
         show_only(self)

@@ -48,7 +48,9 @@ class JointHistory:
     slip_path : (q,) float64 [m]
         How far the points have slid so far, elastic part apart.
     failed : (q,) bool
-        As the law has it.
+        As the law has it, and where the sides have parted.
+    parted : (q,) bool
+        Whether the sides have come apart: nothing is left of the tensile strength.
     present : (q,) bool
         Whether the blocks of both sides are there.
     water : (q,) float64 [N/m]
@@ -61,6 +63,7 @@ class JointHistory:
     shear: FloatArray
     slip_path: FloatArray
     failed: BoolArray
+    parted: BoolArray
     present: BoolArray
     water: FloatArray
 
@@ -81,7 +84,7 @@ class JointState:
         Derivative of the shear force by the pressure.
     strength : (q,) float64 [N/m]
         Greatest shear force.
-    closed, touching, sticking, failed : (q,) bool
+    closed, touching, sticking, failed, parted : (q,) bool
         Whether a point carries force, or would with any pressure at all; whether it does not slip; its new state.
     """
 
@@ -96,6 +99,7 @@ class JointState:
     touching: BoolArray
     sticking: BoolArray
     failed: BoolArray
+    parted: BoolArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -114,8 +118,8 @@ class JointPoints:
         The blocks on both sides.
     normal_stiffness, shear_stiffness : (q,) float64 [Pa]
         Per metre of thickness.
-    tension : (q,) float64 [N/m]
-        Tensile strength; infinite for joints without a law.
+    tension, residual_tension : (q,) float64 [N/m]
+        Tensile strength, infinite for joints without a law; what slip leaves of it.
     closure_limit : (q,) float64 [m]
         Greatest closure; infinite: none.
     joints : int
@@ -136,6 +140,7 @@ class JointPoints:
     normal_stiffness: FloatArray
     shear_stiffness: FloatArray
     tension: FloatArray
+    residual_tension: FloatArray
     closure_limit: FloatArray
     joints: int
     laws: tuple[JointLaw, ...]
@@ -184,13 +189,15 @@ class JointPoints:
             shear=zero,
             slip_path=zero,
             failed=none,
+            parted=none,
             present=~none,
             water=zero,
         )
 
     def with_strength_of(self, model: Model) -> JointPoints:
         """Return a copy with the laws and tensile strengths of a model with the same joints."""
-        return replace(self, laws=interface_laws(model), tension=interface_tensions(model)[self.joint] * self.length)
+        tension, residual = (values[self.joint] * self.length for values in interface_tensions(model))
+        return replace(self, laws=interface_laws(model), tension=tension, residual_tension=residual)
 
     def put_back(self, history: JointHistory, stays: BoolArray, comes: BoolArray, u: FloatArray) -> JointHistory:
         """Return the history with no force at displacements u (N,) in joints of blocks (n,) that are put back.
@@ -208,6 +215,7 @@ class JointPoints:
             shear=np.where(fresh, 0.0, history.shear),
             slip_path=np.where(fresh, 0.0, history.slip_path),
             failed=np.where(fresh, np.isfinite(self.tension), history.failed),
+            parted=np.where(fresh, np.isfinite(self.tension), history.parted),
         )
 
     def evaluate(self, u: FloatArray, history: JointHistory, friction_at: FloatArray | None = None) -> JointState:
@@ -219,7 +227,8 @@ class JointPoints:
         opening, slip = self.opening_rows @ u - history.offset, self.slip_rows @ u
         pressure, stiffness = self._pressures(opening, history.initial_pressure)
         trial = history.shear + self.shear_stiffness * (slip - history.slip)
-        tension = np.where(history.failed, 0.0, self.tension)
+        residual = np.where(history.parted, 0.0, self.residual_tension)
+        tension = np.where(history.failed, residual, self.tension)
         closed = history.present & (pressure >= -tension) & ((pressure > 0) | (tension > 0))
         parted = history.present & ~closed & (-pressure > TOUCHING * self.length * self.normal_stiffness)
         pressure = np.where(closed, pressure, 0.0)
@@ -239,6 +248,7 @@ class JointPoints:
             touching=history.present & ~closed & ~parted,
             sticking=sticking & rubs,
             failed=failed | (parted & np.isfinite(self.tension)),
+            parted=history.parted | (parted & np.isfinite(self.tension)),
         )
 
     def _pressures(self, opening: FloatArray, initial: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -296,7 +306,9 @@ def slip_path_after(points: JointPoints, history: JointHistory, state: JointStat
 
 def remember(history: JointHistory, state: JointState, path: FloatArray) -> JointHistory:
     """Return the history after a state of equilibrium, with how far points have slid then, (q,) [m]."""
-    return replace(history, slip=state.slip, shear=state.shear, slip_path=path, failed=state.failed)
+    return replace(
+        history, slip=state.slip, shear=state.shear, slip_path=path, failed=state.failed, parted=state.parted
+    )
 
 
 def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
@@ -329,6 +341,7 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
     of_joints = [given.contact_stiffness for given in model.joints]
     tied = joint >= len(of_joints)
     stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
+    tension, residual_tension = interface_tensions(model)
     stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
     return JointPoints(
         point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
@@ -338,7 +351,8 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
         normal_stiffness=stiffness[:, 0] * length,
         shear_stiffness=stiffness[:, 1] * length,
-        tension=interface_tensions(model)[joint] * length,
+        tension=tension[joint] * length,
+        residual_tension=residual_tension[joint] * length,
         closure_limit=interface_closures(model)[joint],
         joints=len(model.joints),
         laws=interface_laws(model),

@@ -111,7 +111,7 @@ GUIDE = {  # rows of the user guide's table
     "rock, filling `young`": quantities.YOUNG,
     "`poisson`": quantities.POISSON,
     "`cohesion`, `residual_cohesion`": quantities.COHESION,
-    "`tensile_strength`": quantities.TENSILE_STRENGTH,
+    "`tensile_strength`, `residual_tensile_strength`": quantities.TENSILE_STRENGTH,
     "`friction`, `residual_friction`": quantities.FRICTION,
     "`dilation`": quantities.DILATION,
     "`normal_stiffness`, `shear_stiffness`": quantities.STIFFNESS,

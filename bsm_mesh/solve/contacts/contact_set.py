@@ -55,6 +55,8 @@ def gather_contacts(
     mated = _remembered(history.mated, source, np.full(found.count, first))
     # in situ, contacts are closed at gap 0, and with a large gap too
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)
+    intact_tension = properties.tension * found.length
+    residual_tension = np.where(mated, properties.residual_tension * found.length, 0.0)
     old_tangential, first_tangential = _anchors(history, found, fresh)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
@@ -66,7 +68,8 @@ def gather_contacts(
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length),
-        tension=np.where(failed | ~(known | within_tolerance), 0.0, properties.tension * found.length),
+        tension=np.where(known | within_tolerance, np.where(failed, residual_tension, intact_tension), 0.0),
+        residual_tension=residual_tension,
         offset=offset,
         old_shear=_remembered(history.shear, source, np.zeros(found.count)),
         old_tangential=old_tangential,

@@ -37,6 +37,7 @@ class ContactSet:
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
+    residual_tension: FloatArray  # (m,) N/m, that slip leaves of it
     offset: FloatArray  # gap at zero pressure
     old_shear: FloatArray
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed

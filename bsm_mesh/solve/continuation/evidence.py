@@ -22,6 +22,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         failed=table.failed[kept],
         slip_path=table.slip_path[kept],
         tension=table.tension[kept],
+        residual_tension=table.residual_tension[kept],
         normal_stiffness=at.normal_stiffness[kept],
         shear_stiffness=table.shear_stiffness[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],

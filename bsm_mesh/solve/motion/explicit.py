@@ -252,8 +252,10 @@ class ExplicitMotion:
         step, contacts, rows, events = self._step, self.contacts, self._rows, share.events
         before = self.residual.at
         self.contacted[rows] |= (events & CONTACTED) > 0
-        failed = contacts.failed.copy()
+        failed, mated = contacts.failed.copy(), contacts.mated.copy()
         failed[rows] |= (events & (BROKEN | FAILED)) > 0
+        mated[rows] &= (events & BROKEN) == 0
+        left = np.where(mated, np.minimum(contacts.tension, contacts.residual_tension), 0.0)
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
         shear[rows] = share.state["shear"]
         along[rows] = before.tangential[rows] + share.state["along"]
@@ -267,8 +269,9 @@ class ExplicitMotion:
             old_shear=np.where(at.closed, shear, 0.0),
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
+            mated=mated,
             slip_path=slip_path_after(contacts, at.closed, shear, along),
-            tension=np.where(failed, 0.0, contacts.tension),
+            tension=np.where(failed, left, contacts.tension),
         )
         bolts = self.system.bolts
         if len(bolts.alive):
