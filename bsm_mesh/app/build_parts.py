@@ -61,6 +61,8 @@ def make_joint(name: str, table: JointTable) -> Joint:
         tensile_strength=table.tensile_strength or 0.0,
         residual_tensile_strength=table.residual_tensile_strength,
         max_closure=table.max_closure,
+        dilation_angle=table.dilation_angle,
+        dilation_slip=table.dilation_slip,
     )
 
 

@@ -114,6 +114,12 @@ class JointTable(Table):
         default=None,
         description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",
     )
+    dilation_angle: Annotated[float, In(q.DILATION)] = Field(
+        default=0.0, description="angle by which the walls part as they slide; strength is the law's own"
+    )
+    dilation_slip: Annotated[float, In(q.SLIP)] | None = Field(
+        default=None, description="slip after which dilation_angle has worn off"
+    )
 
 
 class SupportTable(Table):

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
-from bsm_mesh.model.law_faults import law_faults
+from bsm_mesh.model.law_faults import dilation_faults, law_faults
 from bsm_mesh.model.quantities import (
     CLOSURE,
     COHESION,
+    DILATION,
     FRICTION,
     POISSON,
     SLIP,
@@ -180,6 +181,11 @@ class Joint:
         Tension the joint bears until it breaks; belongs to a law.
     residual_tensile_strength : float [Pa]
         Tension it still bears once it has failed by slip; where it has opened it bears none.
+    dilation_angle : float [degrees]
+        By which its walls part as they slide, to and fro, over the first `dilation_slip`; 0: they do not. Strength is
+        the law's own, and at least as much as the angle takes at every pressure.
+    dilation_slip : float or None [m]
+        Slip after which dilation has worn off; needed with `dilation_angle`.
     max_closure : float or None [m]
         Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
         `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
@@ -193,6 +199,8 @@ class Joint:
     tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
     max_closure: Annotated[float, CLOSURE] | None = None
     residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    dilation_angle: Annotated[float, DILATION] = 0.0
+    dilation_slip: Annotated[float, SLIP] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)
@@ -222,8 +230,20 @@ class Joint:
             )
         raise_faults(rules.faults)
         left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
+        left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
         raise_faults([f"{rules.thing}: {text}" for text in left])
         plain_numbers(self)
+
+    def without_law(self) -> Joint:
+        """Return the joint as it is where nothing slips or opens."""
+        return replace(
+            self,
+            law=None,
+            tensile_strength=0.0,
+            residual_tensile_strength=0.0,
+            dilation_angle=0.0,
+            dilation_slip=None,
+        )
 
     @property
     def contact_stiffness(self) -> tuple[float, float]:

@@ -6,6 +6,7 @@ multiplies by what weathering or rain leaves. Tensile strength goes with them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
@@ -221,7 +222,8 @@ def _joint_at(joint: Joint, part: float) -> Joint:
     if joint.law is None or part == 1:
         return joint
     tension = {name: part * getattr(joint, name) for name in ("tensile_strength", "residual_tensile_strength")}
-    return replace(joint, law=reduced_law(joint.law, 1 / part), **tension)
+    dilation = math.degrees(math.atan(part * math.tan(math.radians(joint.dilation_angle))))
+    return replace(joint, law=reduced_law(joint.law, 1 / part), dilation_angle=dilation, **tension)
 
 
 def _rock_at(rock: Rock, part: float) -> Rock:

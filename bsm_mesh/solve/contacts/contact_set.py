@@ -15,6 +15,7 @@ from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.closure import Hyperbolic
+from bsm_mesh.solve.contacts.dilation import Dilating
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
@@ -83,6 +84,7 @@ def gather_contacts(
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
+        dilating=_dilating(catalogue, properties, mated),
         by_law=rows_by_law(properties.law),
     )
 
@@ -101,6 +103,12 @@ def _hyperbolic(
     limit, stiffness = catalogue.closure_of(properties.joint)
     limit = np.where(mated, limit, np.inf) if len(limit) else limit
     return Hyperbolic.among(limit, stiffness, length, properties.normal_stiffness * length)
+
+
+def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: BoolArray) -> Dilating:
+    """Return the mated contacts (m,) whose joints open as they slide."""
+    slope, last = catalogue.dilation_of(properties.joint)
+    return Dilating.among(np.where(mated, slope, 0.0) if len(slope) else slope, last)
 
 
 def _lengths(history: History, found: Candidates) -> FloatArray:

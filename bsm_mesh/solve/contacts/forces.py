@@ -14,6 +14,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.closure import Hyperbolic
+from bsm_mesh.solve.contacts.dilation import Dilating, slip_of_step
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
     fill_tangent,
@@ -51,6 +52,7 @@ class ContactSet:
     entering: IntArray  # (l,) candidates whose corner has an edge that enters the other block
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
     hyperbolic: Hyperbolic
+    dilating: Dilating
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
@@ -89,6 +91,7 @@ class Evaluation:
     dshear_dpressure: FloatArray
     failed: BoolArray
     forces: FloatArray
+    slip: FloatArray  # (h,) of the dilating contacts in this step [m], not negative
 
     @property
     def at_strength(self) -> BoolArray:
@@ -112,10 +115,11 @@ def evaluate(
     """Return the contact forces on the blocks at a position (n, 3) and their derivatives."""
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
+    slip, offset = _slip_and_offset(contacts, laws, gap, tangential)
     pressure, trial, closed, _ = pressures_and_trial_shears(
         gap,
         tangential,
-        contacts.offset,
+        offset,
         c.edge_length,
         contacts.edge_overhang,
         contacts.normal_stiffness,
@@ -127,7 +131,7 @@ def evaluate(
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
         pressure[~closed] = 0.0
-    overlap = contacts.offset - gap if len(contacts.hyperbolic.rows) else gap
+    overlap = offset - gap if len(contacts.hyperbolic.rows) else gap
     pressure, stiffness = contacts.hyperbolic.pressures(overlap, pressure, contacts.normal_stiffness)
     answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
@@ -145,7 +149,42 @@ def evaluate(
         dshear_dpressure=answer.by_pressure,
         failed=answer.failed,
         forces=forces,
+        slip=slip,
     )
+
+
+def _slip_and_offset(
+    contacts: ContactSet, laws: tuple[JointLaw, ...], gap: FloatArray, tangential: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the slip of dilating contacts (h,) [m] at gaps and coordinates along the edge (m,) [m], and all offsets.
+
+    Offsets (m,) [m] are the gaps at zero pressure, opened by that slip.
+    """
+    dilating, rows = contacts.dilating, contacts.dilating.rows
+    if not len(rows):
+        return gap[:0], contacts.offset
+    moved = tangential[rows] - contacts.old_tangential[rows]
+    shear_stiffness, room = contacts.shear_stiffness[rows], dilating.room(contacts.slip_path)
+    trial = np.where(np.isnan(moved), 0.0, contacts.old_shear[rows] + shear_stiffness * moved)
+
+    def pressures(overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
+        everywhere = np.zeros(contacts.count)
+        everywhere[rows] = overlap
+        linear = contacts.normal_stiffness * everywhere
+        found = contacts.hyperbolic.pressures(everywhere, linear, contacts.normal_stiffness)
+        return found[0][rows], found[1][rows]
+
+    def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
+        everywhere = np.zeros(contacts.count)
+        everywhere[rows] = pressure
+        answer = slipping(contacts, laws, everywhere)
+        return answer.strength[rows], answer.by_pressure[rows]
+
+    overlap = contacts.offset[rows] - gap[rows]
+    slip = slip_of_step(overlap, trial, shear_stiffness, dilating.slope, room, pressures, strength)
+    offset = contacts.offset.copy()
+    offset[rows] += dilating.slope * np.minimum(slip, room)
+    return slip, offset
 
 
 def respond(
@@ -287,21 +326,47 @@ def tangent_stiffness(
     shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
     by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
     frames = contacts.frames(at.position)
-    data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear)
+    by_along = at.gap[:0]
+    if len(at.slip):
+        normal, by_gap, shear, by_along = _opening(contacts, at, normal, by_gap, shear)
+    data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear, by_along)
     return data
+
+
+def _opening(
+    contacts: ContactSet, at: Evaluation, normal: FloatArray, by_gap: FloatArray, shear: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Return the derivatives (m,) of `fill_tangent` where contacts open as they slide, and that of the pressure.
+
+    With the slope t of opening, the strength's slope m and the springs k and s a slipping contact's pressure changes by
+    ``k / (1 + t m k / s) (-d gap + t d along)`` where it slides along, and its shear by m times that.
+    """
+    dilating, normal, by_gap, shear = contacts.dilating, normal.copy(), by_gap.copy(), shear.copy()
+    by_along = np.zeros(contacts.count)
+    slides = (at.slip > 0) & (at.slip < dilating.room(contacts.slip_path))
+    slides &= (at.closed & ~at.sticking)[dilating.rows]
+    k, t = dilating.rows[slides], dilating.slope[slides]
+    by_pressure = at.dshear_dpressure[k]
+    softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / contacts.shear_stiffness[k])
+    normal[k] *= softer
+    by_gap[k] *= softer
+    by_along[k] = np.copysign(t, at.shear[k]) * normal[k]
+    shear[k] += by_pressure * by_along[k]
+    return normal, by_gap, shear, by_along
 
 
 def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
     """Return the elastic tangent of a step from rest: every contact within tolerance closed and sticking."""
     all_closed, none = contacts.within_tolerance, np.zeros_like(at.gap)
-    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none)
+    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none, slip=none[:0])
     return tangent_stiffness(contacts, elastic, places, n_places)
 
 
 def elastic_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, size: float) -> FloatArray:
     """Return the stiffest possible tangent: every contact that is closed or within tolerance closed and sticking."""
     all_closed = elastic_contacts(contacts, at, size)
-    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=np.zeros_like(at.gap))
+    none = np.zeros_like(at.gap)
+    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none, slip=none[:0])
     return tangent_stiffness(contacts, elastic, places, n_places)
 
 
