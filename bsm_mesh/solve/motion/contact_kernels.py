@@ -40,6 +40,8 @@ SPRING = np.dtype(
     ]
 )  # what is constant of a contact in a window [N/m2, N/m, m]
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
+SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
+"""How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
 LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
 FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the joint is closed as far as it goes
 CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
@@ -101,6 +103,7 @@ def add_contact_forces(
     spring: RecordArray,
     state: RecordArray,
     events: NDArray[np.uint8],
+    slips: RecordArray,
     forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
@@ -121,8 +124,10 @@ def add_contact_forces(
         Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
     events : (m,) uint8
         FIRST_LASTS, SECOND_LASTS, as they come; CONTACTED, BROKEN, FAILED are added, in place.
+    slips : (m,) SLIP
+        How far contacts have slid, in place; empty where nothing wears off or opens by slip.
     """
-    zero = np.float32(0.0)
+    zero, slips_count = np.float32(0.0), slips.size > 0
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
@@ -132,8 +137,13 @@ def add_contact_forces(
         ey = np.float32(here[a, 1] - here[b, 1]) + day
         qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
         qy = ey - sb * (rx + ex) - vb * (ry + ey)
-        pressure, shear, event = _respond(qx * ty - qy * tx, qx * tx + qy * ty, spring[k], state[k], events[k])
+        gap, along = qx * ty - qy * tx, qx * tx + qy * ty
+        if slips_count:
+            gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
+        pressure, shear, excess, event = _respond(gap, along, spring[k], state[k], events[k])
         events[k] |= event
+        if slips_count and excess > zero and spring[k].shear_stiffness > zero:
+            slips[k].slid += excess / spring[k].shear_stiffness
         p0, s0 = spring[k].pressure, spring[k].shear
         if pressure == zero and shear == zero and p0 == zero and s0 == zero:
             continue
@@ -158,10 +168,13 @@ def _change_by_turn(
 @njit(nogil=True, forceinline=True)
 def _respond(
     gap: np.float32, along: np.float32, spring: Any, state: Any, flags: np.uint8
-) -> tuple[np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
-    """Return pressure, shear and what happened to a contact moved by `gap`, `along` [m]; update its state."""
+) -> tuple[np.float32, np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
+    """Return pressure, shear, by how much that is cut, and what happened to a contact moved by `gap`, `along` [m].
+
+    Its state is updated.
+    """
     zero = np.float32(0.0)
-    shear, tension, event = zero, state.tension, np.uint8(0)
+    shear, excess, tension, event = zero, zero, state.tension, np.uint8(0)
     pressure = spring.trial_pressure - spring.normal_stiffness * gap
     if spring.stiffening > zero:
         pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
@@ -177,6 +190,7 @@ def _respond(
             strength = spring.residual + spring.residual_slope * pressure
         strength = max(strength, zero)
         if abs(shear) > strength:
+            excess = abs(shear) - strength
             shear = strength if shear > zero else -strength
             if flags & (FIRST_LASTS if first <= second else SECOND_LASTS):
                 event |= FAILED
@@ -186,7 +200,7 @@ def _respond(
             state.tension = zero
             event = BROKEN
     state.shear, state.along, state.gap = shear, along, gap
-    return pressure, shear, event
+    return pressure, shear, excess, event
 
 
 @njit(nogil=True, forceinline=True)
