@@ -36,6 +36,13 @@ def interface_closures(model: Model) -> FloatArray:
     return np.array([*of_joints, *np.full(whole_rock(model) + 1 - len(of_joints), np.inf)])
 
 
+def interface_dilations(model: Model) -> FloatArray:
+    """Return tangents of the dilation angles of all interfaces, and the slips on which they wear off, (2, k) [-, m]."""
+    of_joints = [(np.tan(np.radians(joint.dilation_angle)), joint.dilation_slip or 0.0) for joint in model.joints]
+    rock = np.zeros((2, whole_rock(model) + 1 - len(of_joints)))
+    return np.concatenate([np.array(of_joints).reshape(-1, 2).T, rock], axis=1)
+
+
 def whole_rock(model: Model) -> int:
     """Return the number of interfaces that never break."""
     return len(model.joints) + len(model.blocks.rock_names) ** 2
