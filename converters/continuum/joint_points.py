@@ -25,8 +25,8 @@ from bsm_mesh.converters.continuum.rock_faces import (
     interface_tensions,
 )
 from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
+from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.model import Model
-from bsm_mesh.solve.contacts.dilation import Dilating, slip_of_step
 
 Rule = tuple[FloatArray, FloatArray]
 """Places and weights along a side of length 1."""

@@ -13,9 +13,9 @@ from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.joint_laws.dilation import Dilating
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.closure import Hyperbolic
-from bsm_mesh.solve.contacts.dilation import Dilating
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
@@ -46,9 +46,8 @@ def gather_contacts(
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
-    within_tolerance = found.in_range & (found.gap <= near)
     meeting = ~known & _meet_at_a_node(blocks, found, near)
-    within_tolerance &= ~meeting
+    within_tolerance = found.in_range & (found.gap <= near) & ~meeting
     fresh = ~known & within_tolerance
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset = _remembered(history.offset, source, offset)
@@ -56,8 +55,6 @@ def gather_contacts(
     mated = _remembered(history.mated, source, np.full(found.count, first))
     # in situ, contacts are closed at gap 0, and with a large gap too
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)
-    intact_tension = properties.tension * found.length
-    residual_tension = np.where(mated, properties.residual_tension * found.length, 0.0)
     old_tangential, first_tangential = _anchors(history, found, fresh)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
@@ -69,8 +66,7 @@ def gather_contacts(
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length),
-        tension=np.where(known | within_tolerance, np.where(failed, residual_tension, intact_tension), 0.0),
-        residual_tension=residual_tension,
+        **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
         old_shear=_remembered(history.shear, source, np.zeros(found.count)),
         old_tangential=old_tangential,
@@ -94,6 +90,15 @@ def _remembered(kept: NDArray[_Value], source: IntArray, arising: NDArray[_Value
     found, known = arising.copy(), source >= 0
     found[known] = kept[source[known]]
     return found
+
+
+def _tensions(
+    properties: ContactProperties, length: FloatArray, bears: BoolArray, failed: BoolArray, mated: BoolArray
+) -> dict[str, FloatArray]:
+    """Return the greatest tension of contacts (m,) [N/m], and what slip leaves of it where they have not opened."""
+    residual = np.where(mated, properties.residual_tension * length, 0.0)
+    tension = np.where(bears, np.where(failed, residual, properties.tension * length), 0.0)
+    return {"tension": tension, "residual_tension": residual}
 
 
 def _hyperbolic(

@@ -12,9 +12,9 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
+from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.closure import Hyperbolic
-from bsm_mesh.solve.contacts.dilation import Dilating, slip_of_step
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
     fill_tangent,

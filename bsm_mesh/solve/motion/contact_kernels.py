@@ -42,6 +42,7 @@ SPRING = np.dtype(
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
 SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
 """How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
+ZERO = np.float32(0.0)
 LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
 FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the joint is closed as far as it goes
 CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
@@ -127,25 +128,23 @@ def add_contact_forces(
     slips : (m,) SLIP
         How far contacts have slid, in place; empty where nothing wears off or opens by slip.
     """
-    zero, slips_count = np.float32(0.0), slips.size > 0
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
         sb, vb = sine[b], versine[b]
         dax, day = _change_by_turn(ax, ay, sine[a], versine[a])  # by which a's turn moves the corner
-        ex = np.float32(here[a, 0] - here[b, 0]) + dax
-        ey = np.float32(here[a, 1] - here[b, 1]) + day
+        ex, ey = np.float32(here[a, 0] - here[b, 0]) + dax, np.float32(here[a, 1] - here[b, 1]) + day
         qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
         qy = ey - sb * (rx + ex) - vb * (ry + ey)
         gap, along = qx * ty - qy * tx, qx * tx + qy * ty
-        if slips_count:
+        if slips.size:
             gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
         pressure, shear, excess, event = _respond(gap, along, spring[k], state[k], events[k])
         events[k] |= event
-        if slips_count and excess > zero and spring[k].shear_stiffness > zero:
+        if slips.size and excess > ZERO and spring[k].shear_stiffness > ZERO:
             slips[k].slid += excess / spring[k].shear_stiffness
         p0, s0 = spring[k].pressure, spring[k].shear
-        if pressure == zero and shear == zero and p0 == zero and s0 == zero:
+        if pressure == ZERO and shear == ZERO and p0 == ZERO and s0 == ZERO:
             continue
         fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
         fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
@@ -173,12 +172,11 @@ def _respond(
 
     Its state is updated.
     """
-    zero = np.float32(0.0)
-    shear, excess, tension, event = zero, zero, state.tension, np.uint8(0)
+    shear, excess, tension, event = ZERO, ZERO, state.tension, np.uint8(0)
     pressure = spring.trial_pressure - spring.normal_stiffness * gap
-    if spring.stiffening > zero:
+    if spring.stiffening > ZERO:
         pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
-    closed = pressure > zero or (tension > zero and pressure >= -tension)
+    closed = pressure > ZERO or (tension > ZERO and pressure >= -tension)
     if closed and along >= spring.low and along <= spring.high:
         event = CONTACTED
         pressure = max(pressure - spring.dashpot * (gap - state.gap), -tension)
@@ -188,16 +186,16 @@ def _respond(
         strength = first if first <= second else second
         if flags & FAILED:
             strength = spring.residual + spring.residual_slope * pressure
-        strength = max(strength, zero)
+        strength = max(strength, ZERO)
         if abs(shear) > strength:
             excess = abs(shear) - strength
-            shear = strength if shear > zero else -strength
+            shear = strength if shear > ZERO else -strength
             if flags & (FIRST_LASTS if first <= second else SECOND_LASTS):
                 event |= FAILED
     else:
-        pressure = zero
-        if tension > zero:
-            state.tension = zero
+        pressure = ZERO
+        if tension > ZERO:
+            state.tension = ZERO
             event = BROKEN
     state.shear, state.along, state.gap = shear, along, gap
     return pressure, shear, excess, event
