@@ -23,6 +23,7 @@ from bsm_mesh.solve.contacts.force_kernels import (
 )
 
 FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
+UNLIMITED_SHEAR = np.finfo(float).max / 4  # trial shear [N/m] beyond any strength
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 
 
@@ -164,27 +165,49 @@ def _slip_and_offset(
     if not len(rows):
         return gap[:0], contacts.offset
     moved = tangential[rows] - contacts.old_tangential[rows]
-    shear_stiffness, room = contacts.shear_stiffness[rows], dilating.room(contacts.slip_path)
-    trial = np.where(np.isnan(moved), 0.0, contacts.old_shear[rows] + shear_stiffness * moved)
-
-    def pressures(overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
-        everywhere = np.zeros(contacts.count)
-        everywhere[rows] = overlap
-        linear = contacts.normal_stiffness * everywhere
-        found = contacts.hyperbolic.pressures(everywhere, linear, contacts.normal_stiffness)
-        return found[0][rows], found[1][rows]
-
-    def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
-        everywhere = np.zeros(contacts.count)
-        everywhere[rows] = pressure
-        answer = slipping(contacts, laws, everywhere)
-        return answer.strength[rows], answer.by_pressure[rows]
-
-    overlap = contacts.offset[rows] - gap[rows]
-    slip = slip_of_step(overlap, trial, shear_stiffness, dilating.slope, room, pressures, strength)
+    trial = np.where(np.isnan(moved), 0.0, contacts.old_shear[rows] + contacts.shear_stiffness[rows] * moved)
+    overlap, room = contacts.offset[rows] - gap[rows], dilating.room(contacts.slip_path)
+    # Slip presses, and so gives strength: what sticks without it sticks.
+    pressure, _ = _pressures_at(contacts, rows, overlap)
+    slides = np.flatnonzero(np.abs(trial) > _strength_at(contacts, laws, rows, np.maximum(pressure, 0.0))[0])
+    k, slip = rows[slides], np.zeros(len(rows))
+    slip[slides] = slip_of_step(
+        overlap[slides],
+        trial[slides],
+        contacts.shear_stiffness[k],
+        dilating.slope[slides],
+        room[slides],
+        lambda overlap: _pressures_at(contacts, k, overlap),
+        lambda pressure: _strength_at(contacts, laws, k, pressure),
+    )
     offset = contacts.offset.copy()
     offset[rows] += dilating.slope * np.minimum(slip, room)
     return slip, offset
+
+
+def _pressures_at(contacts: ContactSet, rows: IntArray, overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return pressures and their derivatives (k,) of some rows at overlaps (k,) [m], below 0 in tension."""
+    stiffness = contacts.normal_stiffness[rows]
+    if not len(contacts.hyperbolic.rows):
+        return stiffness * overlap, stiffness
+    number = np.full(contacts.count, -1)
+    number[rows] = np.arange(len(rows))
+    return contacts.hyperbolic.of(number).pressures(overlap, stiffness * overlap, stiffness)
+
+
+def _strength_at(
+    contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray, pressure: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the strength of some rows at pressures (k,), and its derivative, as slipping contacts have it."""
+    strength, slope = np.zeros(len(rows)), np.zeros(len(rows))
+    length, failed, path = contacts.candidates.length[rows], contacts.failed[rows], contacts.slip_path[rows]
+    law = contacts.law[rows]
+    for number in np.unique(law):
+        k = np.flatnonzero(law == number)
+        slips = np.full(len(k), UNLIMITED_SHEAR)
+        answer = _asked(laws[number], pressure[k], slips, length[k], failed[k], path[k])
+        strength[k], slope[k] = answer.strength, answer.by_pressure
+    return strength, slope
 
 
 def respond(
@@ -257,7 +280,7 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
 
 def slipping(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
     """Return the response with every contact slipping at pressures (m,): its strength, and whether it fails."""
-    return respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
+    return respond(contacts, laws, pressure, np.full_like(pressure, UNLIMITED_SHEAR))
 
 
 def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
