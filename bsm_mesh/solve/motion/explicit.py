@@ -268,6 +268,7 @@ class ExplicitMotion:
         failed[rows] |= (events & (BROKEN | FAILED)) > 0
         mated[rows] &= (events & BROKEN) == 0
         left = np.where(mated, np.minimum(contacts.tension, contacts.residual_tension), 0.0)
+        tension = np.where(failed, left, contacts.tension)
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
         shear[rows] = share.state["shear"]
         along[rows] = before.tangential[rows] + share.state["along"]
@@ -279,7 +280,7 @@ class ExplicitMotion:
             path = path.copy()
             path[rows] += share.slips["slid"]
             offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
-            here = replace(here, slip_path=path, offset=offset)
+            here = replace(here, slip_path=path, offset=offset, failed=failed, mated=mated, tension=tension)
         at = step.system.evaluate(here, position)
         if not len(share.slips):  # told, and nothing more
             path = slip_path_after(contacts, at.closed, shear, along)
@@ -291,10 +292,10 @@ class ExplicitMotion:
             failed=failed,
             mated=mated,
             slip_path=path,
-            tension=np.where(failed, left, contacts.tension),
+            tension=tension,
         )
         if len(share.slips):  # by the last movement too, after which no cycle asked
-            contacts = worn(contacts, step.system.evaluate(contacts, position))
+            contacts = worn(contacts, at)
         bolts = self.system.bolts
         if len(bolts.alive):
             self.system.bolts = bolts.commit(bolts.evaluate(position))
