@@ -12,7 +12,7 @@ import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_shear
+from bsm_mesh.app.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_opening, draw_shear
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.units import convert
@@ -78,6 +78,10 @@ def run_joint_test(
     with added.file("joint_closure.png") as draft:
         draw_closure(closing, title, draft)
     files = ["joint_shear.csv", "joint_closure.csv", "joint_shear.png", "joint_closure.png"]
+    if given.dilation_angle > 0:
+        with added.file("joint_opening.png") as draft:
+            draw_opening(shear, title, draft)
+        files.append("joint_opening.png")
     bolts: dict[str, BoltCurve] = {}
     if bolt is not None:
         chosen = _bolt_of(loaded.model, bolt)

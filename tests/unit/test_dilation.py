@@ -71,6 +71,27 @@ def test_a_contact_parts_where_it_leaves_the_slope_of_dilation():
     assert pressures[3] > 1e4
 
 
+@pytest.mark.parametrize("angle", [0.0, 10.0, FRICTION])
+def test_work_of_a_loop_up_the_slope_of_dilation_and_back_through_the_air(angle):
+    """The slip x under the pressure p takes p x (mu - t), as much as nothing at the greatest angle, never less.
+
+    The shear spring lets go by slip too while the pressure falls; the normal spring's energy comes back.
+    """
+    closure, slip, t = 1e-4, 2e-3, np.tan(np.radians(angle))
+    keys = {"dilation_angle": angle, "dilation_slip": LAST} if angle else {"dilation_angle": 0.0, "dilation_slip": None}
+    pressure = KN * closure
+    elastic = MU * pressure / KS
+    corners = [(0, 0), (0, -closure), (elastic, -closure), (elastic + slip, t * slip - closure)]
+    corners += [(elastic + slip, 2 * t * slip + closure), (0, 2 * t * slip + closure), (0, 0)]
+    number = np.arange(200 * (len(corners) - 1) + 1) / 200
+    path = np.stack([np.interp(number, range(len(corners)), column) for column in zip(*corners, strict=True)], axis=1)
+    stress, _ = led(replace(JOINT, **keys), path)
+    forces = stress[:, ::-1] * (1.0, -1.0)  # shear along, pressure against the opening
+    work = (0.5 * (forces[1:] + forces[:-1]) * np.diff(path, axis=0)).sum()
+    expected = pressure * (slip + elastic / 2) * (MU - t)
+    assert_allclose(work, expected, atol=2e-3 * pressure * slip * MU)
+
+
 LAWS = {
     "mohr_coulomb": {"law": bsm.MohrCoulomb(friction=30, cohesion=1e4)},
     "patton": {"law": bsm.Patton(friction=30, dilation=12, cohesion=1e5)},

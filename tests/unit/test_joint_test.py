@@ -211,3 +211,17 @@ def test_under_a_constant_stiffness_the_stress_grows_with_the_opening(steps):
     assert_allclose(curve.slip_path[-1], slip, rtol=1e-9)
     assert_allclose(curve.normal_stress[-1], 1e6 + both * t * slip, rtol=1e-9)
     assert_allclose(curve.shear_stress[-1], mu * curve.normal_stress[-1], rtol=1e-9)
+
+
+def test_the_command_draws_the_opening_of_a_joint_that_dilates(folder):
+    text = MODEL.replace('max_closure = "0.2 mm"', 'dilation_angle = 6\ndilation_slip = "4 mm"')
+    (folder / "model.toml").write_text(text)
+    words = ["joint-test", str(folder / "model.toml"), "--joint", "J1", "--normal-stiffness", "5 GPa/m"]
+    done = CliRunner().invoke(cli, [*words, "-o", str(folder / "out"), "--json"])
+    assert done.exit_code == 0, done.output
+    assert (folder / "out/joint_opening.png").stat().st_size > 0
+    with (folder / "out/joint_shear.csv").open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if float(row["normal_stress_of_test [Pa]"]) == 0.5e6]
+    closure, stress = (np.array([float(row[name]) for row in rows]) for name in ("closure [m]", "normal_stress [Pa]"))
+    assert_allclose(stress, 0.5e6 + 5e9 * (closure[0] - closure), rtol=1e-9)
+    assert stress[-1] > 1e6
