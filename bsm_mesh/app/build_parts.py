@@ -63,6 +63,7 @@ def make_joint(name: str, table: JointTable) -> Joint:
         max_closure=table.max_closure,
         dilation_angle=table.dilation_angle,
         dilation_slip=table.dilation_slip,
+        crushing_strength=table.crushing_strength,
     )
 
 

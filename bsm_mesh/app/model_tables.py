@@ -120,6 +120,9 @@ class JointTable(Table):
     dilation_slip: Annotated[float, In(q.SLIP)] | None = Field(
         default=None, description="slip after which dilation_angle has worn off"
     )
+    crushing_strength: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
+        default=None, description="effective normal stress that crushes the walls: notes say where; it limits nothing"
+    )
 
 
 class SupportTable(Table):

@@ -20,6 +20,7 @@ from bsm_mesh.model.quantities import (
     TENSILE_STRENGTH,
     THICKNESS,
     UNIT_WEIGHT,
+    WALL_STRENGTH,
     YOUNG,
 )
 from bsm_mesh.model.values import Rules, is_number, plain_numbers
@@ -186,6 +187,8 @@ class Joint:
         the law's own, and at least as much as the angle takes at every pressure.
     dilation_slip : float or None [m]
         Slip after which dilation has worn off; needed with `dilation_angle`.
+    crushing_strength : float or None [Pa]
+        Effective normal stress that crushes its walls: a stage's notes name where it is exceeded; it limits nothing.
     max_closure : float or None [m]
         Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
         `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
@@ -201,6 +204,7 @@ class Joint:
     residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
     dilation_angle: Annotated[float, DILATION] = 0.0
     dilation_slip: Annotated[float, SLIP] | None = None
+    crushing_strength: Annotated[float, WALL_STRENGTH] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)

@@ -117,7 +117,7 @@ GUIDE = {  # rows of the user guide's table
     "`normal_stiffness`, `shear_stiffness`": quantities.STIFFNESS,
     "`softening_slip`, `dilation_slip`": quantities.SLIP,
     "`jrc`": quantities.JRC,
-    "`jcs`": quantities.WALL_STRENGTH,
+    "`jcs`, `crushing_strength`": quantities.WALL_STRENGTH,
     "`joint_length`": quantities.JOINT_LENGTH,
     "`max_closure`": quantities.CLOSURE,
     "filling `thickness`": quantities.THICKNESS,
