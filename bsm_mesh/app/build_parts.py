@@ -59,7 +59,11 @@ def make_joint(name: str, table: JointTable) -> Joint:
         filling=filling,
         law=law,
         tensile_strength=table.tensile_strength or 0.0,
+        residual_tensile_strength=table.residual_tensile_strength,
         max_closure=table.max_closure,
+        dilation_angle=table.dilation_angle,
+        dilation_slip=table.dilation_slip,
+        crushing_strength=table.crushing_strength,
     )
 
 

@@ -225,6 +225,9 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
 @model_argument
 @click.option("--joint", required=True, metavar="NAME", help="The joint to test.")
 @click.option("--normal-stress", multiple=True, metavar="STRESS", help='Constant, such as "1 MPa"; repeatable.')
+@click.option(
+    "--normal-stiffness", metavar="STIFFNESS", help="By which that stress grows as the joint opens; constant without."
+)
 @click.option("--displacement", default="10 mm", show_default=True, help="Greatest shear displacement, or opening.")
 @click.option(
     "--cycles", type=int, default=0, show_default=True, help="Shear cycles to both sides; 0: to one side once."
@@ -238,8 +241,8 @@ def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **a
 def joint_test(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
     """Test a joint of MODEL as a laboratory does.
 
-    Direct shear under constant normal stresses, once or to and fro; closure and unloading; a bolt pulled out and
-    sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
+    Direct shear under constant normal stresses or stiffness, once or to and fro; closure and unloading; a bolt pulled
+    out and sheared. By the contacts, laws and bolts of a run; tables (CSV) and pictures.
     """
     from bsm_mesh.app.joint_test import run_joint_test
 

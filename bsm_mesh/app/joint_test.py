@@ -12,7 +12,7 @@ import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
-from bsm_mesh.app.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_shear
+from bsm_mesh.app.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_opening, draw_shear
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.units import convert
@@ -23,7 +23,7 @@ from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.quantities import SHEAR_MOVEMENT, TEST_STRESS, Quantity
+from bsm_mesh.model.quantities import SHEAR_MOVEMENT, STIFFNESS, TEST_STRESS, Quantity
 from bsm_mesh.reading import refuse_special
 
 STRESSES = (0.5e6, 1e6, 2e6)  # Pa, where none are asked for
@@ -49,6 +49,7 @@ def run_joint_test(
     *,
     joint: str,
     normal_stress: tuple[str, ...],
+    normal_stiffness: str | None,
     displacement: str,
     cycles: int,
     bolt: str | None,
@@ -64,7 +65,10 @@ def run_joint_test(
     farthest = _number("--displacement", displacement, SHEAR_MOVEMENT)
     overlaid = [read_laboratory(file) for file in laboratory]
     added = AddedFiles(output or loaded.output_folder)
-    shear = {stress: direct_shear_test(given, stress, farthest, cycles=cycles) for stress in stresses}
+    rock = 0.0 if normal_stiffness is None else _number("--normal-stiffness", normal_stiffness, STIFFNESS)
+    shear = {
+        stress: direct_shear_test(given, stress, farthest, cycles=cycles, normal_stiffness=rock) for stress in stresses
+    }
     closing = closure_test(given, max(stresses))
     _write(added, "joint_shear.csv", shear)
     _write(added, "joint_closure.csv", {max(stresses): closing})
@@ -74,6 +78,10 @@ def run_joint_test(
     with added.file("joint_closure.png") as draft:
         draw_closure(closing, title, draft)
     files = ["joint_shear.csv", "joint_closure.csv", "joint_shear.png", "joint_closure.png"]
+    if given.dilation_angle > 0:
+        with added.file("joint_opening.png") as draft:
+            draw_opening(shear, title, draft)
+        files.append("joint_opening.png")
     bolts: dict[str, BoltCurve] = {}
     if bolt is not None:
         chosen = _bolt_of(loaded.model, bolt)

@@ -43,6 +43,20 @@ def draw_shear(curves: Mapping[float, JointCurve], measured: Sequence[Laboratory
     _save(draw, f"{title}: direct shear", path)
 
 
+def draw_opening(curves: Mapping[float, JointCurve], title: str, path: Path) -> None:
+    """Draw by how much a joint that dilates has opened since the shear began, a line a normal stress."""
+
+    def draw(axes: Any) -> None:
+        for colour, (stress, curve) in zip(_colours(len(curves)), curves.items(), strict=True):
+            label = f"normal stress {engineering(stress, 'Pa')}"
+            opening = curve.closure[0] - curve.closure
+            axes.plot(1e3 * curve.shear_displacement, 1e3 * opening, color=colour, label=label)
+        axes.set_xlabel("shear displacement, mm")
+        axes.set_ylabel("opening, mm")
+
+    _save(draw, f"{title}: dilation", path)
+
+
 def draw_closure(curve: JointCurve, title: str, path: Path) -> None:
     """Draw the normal stress over the closure, loading and unloading."""
 

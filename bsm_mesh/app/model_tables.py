@@ -57,6 +57,9 @@ class RockTable(Table):
     softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
         default=None, description="slip over which strength falls to the residual values"
     )
+    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
+        default=0.0, description="tension that faces still bear once they have failed by slip"
+    )
 
 
 class FillingTable(Table):
@@ -104,9 +107,21 @@ class JointTable(Table):
         default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
     )
     tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
+    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
+        default=0.0, description="tension that it still bears once it has failed by slip"
+    )
     max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(
         default=None,
         description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",
+    )
+    dilation_angle: Annotated[float, In(q.DILATION)] = Field(
+        default=0.0, description="angle by which the walls part as they slide; strength is the law's own"
+    )
+    dilation_slip: Annotated[float, In(q.SLIP)] | None = Field(
+        default=None, description="slip after which dilation_angle has worn off"
+    )
+    crushing_strength: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
+        default=None, description="effective normal stress that crushes the walls: notes say where; it limits nothing"
     )
 
 

@@ -23,6 +23,7 @@ GROUNDS = {
 }
 ROUNDING = 4.0 * np.finfo(float).eps  # of coordinates, in an arm
 USED = 1e-9  # by how much more than its strength a contact may bear: rounding
+OPEN = 1e-12  # of the coordinates: by rounding of the gap
 AGREES = 1e-6  # relative: numbers of the certificate that follow from others
 OVERLAP = 1.3e-3  # of a block's area, beyond the closure of contacts: what touching within a thousandth allows
 NEUTRAL = 1e-3  # negative eigenvalue of the stiffness over the mass that counts as none, over the block size
@@ -226,11 +227,17 @@ def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
     known = ~np.isnan(strength)
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.where(shear == 0, 0.0, np.minimum(np.abs(shear) / strength, 999.0))
+    bears_open = np.zeros(len(normal), dtype=bool)
+    if "closed_at" in a:
+        slope, last = a.get("dilation", np.zeros((len(normal), 2))).T
+        most = a["closed_at"] + slope * np.minimum(a["slip_path"], last)  # walls part as they slide, up to that
+        bears_open = (normal < 0) & (a["contact_opening"] > most + OPEN * np.abs(a["vertices"]).max(initial=0.0))
     tests = (
+        (bears_open, "bears pressure and is open"),
         (known & ~(found <= 1 + USED), "bears more than its shear strength"),
         (known & ~(np.abs(found - used) <= AGREES * np.maximum(used, 1.0)), "has another strength than is said"),
         (~(normal <= a["tension"] * (1 + USED)), "bears more than its tensile strength"),
-        (a["failed"] & (a["tension"] > 0), "has failed and bears tension"),
+        (a["failed"] & (a["tension"] > a.get("residual_tension", 0.0)), "has failed and bears tension"),
     )
     return [f"contact {int(bad.argmax())} {text}" for bad, text in tests if bad.any()]
 

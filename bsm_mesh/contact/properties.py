@@ -13,7 +13,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, wear_length_of
 from bsm_mesh.model.law_faults import PROBED
-from bsm_mesh.model.materials import law_between, tension_between
+from bsm_mesh.model.materials import law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
 
@@ -29,8 +29,8 @@ class ContactProperties:
         Number of the joint in ``model.joints``; -1 for unjointed rock.
     law : (m,) int32
         Number of the law in `JointCatalogue.laws`.
-    tension : (m,) float64 [Pa]
-        Tensile strength while it has not been broken.
+    tension, residual_tension : (m,) float64 [Pa]
+        Tensile strength while it has not been broken, and what slip leaves of it.
     """
 
     normal_stiffness: FloatArray
@@ -38,6 +38,7 @@ class ContactProperties:
     joint: IntArray
     law: IntArray
     tension: FloatArray
+    residual_tension: FloatArray
 
 
 class JointCatalogue:
@@ -56,6 +57,8 @@ class JointCatalogue:
         Laws that carry no shear at any pressure.
     wears : bool
         Whether slip wears the strength of any law off.
+    dilates : bool
+        Whether any joint opens as it slides.
     """
 
     def __init__(self, model: Model) -> None:
@@ -70,16 +73,21 @@ class JointCatalogue:
         self._joint_stiffness = np.array([joint.contact_stiffness for joint in model.joints]).reshape(-1, 2)
         closure = [(joint.max_closure or np.inf, joint.contact_stiffness[0]) for joint in model.joints]
         self._closure = np.array([*closure, (np.inf, np.inf)])  # the last: rock
+        dilation = [(np.tan(np.radians(joint.dilation_angle)), joint.dilation_slip or 0.0) for joint in model.joints]
+        self._dilation = np.array([*dilation, (0.0, 0.0)])
         self._floor = least_depth(blocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
+        residual = [joint.residual_tensile_strength for joint in model.joints]
         for one in rocks:
             for other in rocks:
                 laws.append(law_between(one, other))
                 tension.append(tension_between(one, other))
+                residual.append(residual_tension_between(one, other))
         self.laws, self._law = _different(laws)
-        self._tension = np.array(tension)
+        self._tension, self._residual_tension = np.array(tension), np.array(residual)
         self.wears = any(wear_length_of(law) is not None for law in self.laws)
+        self.dilates = bool(self._dilation.any())
         self.smooth = np.array([_is_smooth(law) for law in self.laws], dtype=bool)
 
     def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:
@@ -98,6 +106,16 @@ class JointCatalogue:
             return np.zeros(0), np.zeros(0)
         limit, stiffness = self._closure[joint].T
         return limit, stiffness
+
+    def dilation_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the dilation angle's tangent, and the slip [m] on which it wears off, of joints (m,), -1: rock.
+
+        Of a model whose joints do not open by slip they are empty.
+        """
+        if not self.dilates:
+            return np.zeros(0), np.zeros(0)
+        slope, last = self._dilation[joint].T
+        return slope, last
 
     def look_up(
         self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray
@@ -137,6 +155,7 @@ class JointCatalogue:
             joint=joint,
             law=self._law[kind],
             tension=self._tension[kind],
+            residual_tension=self._residual_tension[kind],
         )
 
 

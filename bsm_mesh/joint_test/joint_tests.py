@@ -1,17 +1,19 @@
-"""Direct shear under a constant normal stress, to and fro, and closure with unloading."""
+"""Direct shear under constant normal stress or stiffness, to and fro, and closure with unloading."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from bsm_mesh.arrays import FloatArray, show_only
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.joint_test.specimen import Specimen, position_of
 from bsm_mesh.model.materials import Joint
-from bsm_mesh.model.quantities import COUNT_OF_CYCLES, SHEAR_MOVEMENT, STEPS_OF_TEST, TEST_STRESS
+from bsm_mesh.model.quantities import COUNT_OF_CYCLES, SHEAR_MOVEMENT, STEPS_OF_TEST, STIFFNESS, TEST_STRESS
 from bsm_mesh.model.values import Rules
+from bsm_mesh.solve.contacts.forces import ContactSet
 
 STEPS = 200  # from the start to the greatest displacement or stress
 
@@ -55,9 +57,15 @@ class JointCurve:
 
 
 def direct_shear_test(
-    joint: Joint, normal_stress: float, displacement: float, *, cycles: int = 0, steps: int = STEPS
+    joint: Joint,
+    normal_stress: float,
+    displacement: float,
+    *,
+    cycles: int = 0,
+    steps: int = STEPS,
+    normal_stiffness: float = 0.0,
 ) -> JointCurve:
-    """Return a direct shear test under a constant normal stress.
+    """Return a direct shear test under a constant normal stress, or one that grows as the joint opens.
 
     Parameters
     ----------
@@ -71,6 +79,9 @@ def direct_shear_test(
         How often it goes to `displacement`, to as much on the other side, and back to the start; 0: there only.
     steps : int
         In a quarter of a cycle.
+    normal_stiffness : float [Pa/m]
+        By which the normal stress grows with the opening since the shear began (constant normal stiffness, the rock
+        around the joint); 0: it is constant.
 
     Raises
     ------
@@ -91,10 +102,12 @@ def direct_shear_test(
     rules.number("displacement", displacement, SHEAR_MOVEMENT)
     rules.number("cycles", cycles, COUNT_OF_CYCLES)
     rules.number("steps", steps, STEPS_OF_TEST)
+    if normal_stiffness != 0:
+        rules.number("normal_stiffness", normal_stiffness, STIFFNESS)
     raise_faults(rules.faults)
     corners = np.array([0.0, 1.0, *(cycles > 0) * [0.0, -1.0, 0.0], *max(cycles - 1, 0) * [1.0, 0.0, -1.0, 0.0]])
     path = displacement * np.interp(np.arange(steps * (len(corners) - 1) + 1) / steps, np.arange(len(corners)), corners)
-    return _tested(joint, path, np.full(len(path), normal_stress))
+    return _tested(joint, path, np.full(len(path), normal_stress), normal_stiffness)
 
 
 def closure_test(joint: Joint, normal_stress: float, *, steps: int = STEPS) -> JointCurve:
@@ -109,17 +122,20 @@ def closure_test(joint: Joint, normal_stress: float, *, steps: int = STEPS) -> J
     return _tested(joint, np.zeros(len(stress)), stress)
 
 
-def _tested(joint: Joint, path: FloatArray, stress: FloatArray) -> JointCurve:
-    """Return a test along shear displacements under normal stresses, (k,) each [m], [Pa]."""
+def _tested(joint: Joint, path: FloatArray, stress: FloatArray, normal_stiffness: float = 0.0) -> JointCurve:
+    """Return a test along shear displacements under normal stresses, (k,) each [m], [Pa], and what opening adds."""
     specimen = Specimen(joint, length=max(1.0, 4 * float(np.abs(path).max())))
-    rows = []
-    at = position_of(0.0, 0.0)
+    rows: list[tuple[float, ...]] = []
+    at, first = position_of(0.0, 0.0), None
     for shear, normal in zip(path.tolist(), stress.tolist(), strict=True):
         contacts = specimen.contacts(at)
         pressure = normal * contacts.candidates.length
         closure = contacts.hyperbolic.overlaps(pressure, contacts.normal_stiffness) - contacts.offset
-        bears = contacts.within_tolerance
-        at = position_of(shear, -float(closure[bears].mean()))
+        opening = -float(closure[contacts.within_tolerance].mean())
+        first = opening if first is None else first
+        if len(contacts.dilating.rows):
+            opening = _opening(specimen, contacts, shear, first, normal, normal_stiffness)
+        at = position_of(shear, opening)
         found = specimen.system.evaluate(contacts, at)
         specimen.keep(contacts, found)
         force = found.forces[1] / specimen.length
@@ -128,3 +144,21 @@ def _tested(joint: Joint, path: FloatArray, stress: FloatArray) -> JointCurve:
         rows.append((shear, -at[1, 1], force[1], -force[0], strength, slid))
     names = ("shear_displacement", "closure", "normal_stress", "shear_stress", "strength", "slip_path")
     return JointCurve(**dict(zip(names, np.array(rows).T, strict=True)))
+
+
+def _opening(
+    specimen: Specimen, contacts: ContactSet, shear: float, first: float, normal: float, normal_stiffness: float
+) -> float:
+    """Return where the upper block is off the joint [m] once the joint has opened by its slip.
+
+    There the stress is `normal` [Pa], and what the opening since the `first` position [m] adds to it. Slip only opens,
+    so that the stress at the first position is as much or more; where even slip to the end leaves a gap there is none.
+    """
+    opens = contacts.dilating.slope.max() * 2 * abs(shear)
+    last = float(contacts.offset.max()) + opens + abs(first) + 1e-9
+
+    def excess(opening: float) -> float:
+        found = specimen.system.evaluate(contacts, position_of(shear, opening))
+        return float(found.forces[1, 1] / specimen.length - normal - normal_stiffness * (opening - first))
+
+    return float(brentq(excess, first, last, xtol=1e-18, rtol=1e-15)) if excess(first) > 0 else first

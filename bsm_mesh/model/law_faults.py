@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.joint_laws import JointResponse
+from bsm_mesh.model.joint_laws import JointLaw, JointResponse
 
 PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
 
@@ -50,6 +51,31 @@ def law_faults(law: Any, *, tension: bool) -> list[str]:
     if not all(np.array_equal(one, other) for one, other in zip(given, copies, strict=True)):
         faults.append("changes the arrays that it is given; it must return new ones")
     return [f"{who}: respond {text}" for text in faults]
+
+
+def dilation_faults(angle: float, slip: float | None, law: JointLaw | None) -> list[str]:
+    """Return what is wrong with a joint's dilation angle [degrees], which wears off on a slip [m], a sentence each."""
+    if angle == 0:
+        return [] if slip is None else [f"dilation_slip = {slip:g} m never acts: give dilation_angle, or leave it out"]
+    if law is None:
+        return [
+            f"dilation_angle = {angle:g} degrees never acts: a joint without a law does not slide; give it a law "
+            "(friction), or leave dilation_angle out"
+        ]
+    if slip is None:
+        return [
+            f"dilation_angle = {angle:g} degrees: over which slip does it wear off? Give dilation_slip, some "
+            "millimetres to centimetres"
+        ]
+    pressure = np.array(PROBED)
+    one, failed = np.ones_like(pressure), np.ones(len(pressure), dtype=bool)
+    least = law.respond(pressure, 1e15 * one, one, failed).strength
+    if (least < math.tan(math.radians(angle)) * pressure * (1 - 1e-9)).any():
+        return [
+            f"dilation_angle = {angle:g} degrees is above the residual friction of its law: a sliding joint would give "
+            "energy; give a dilation_angle of at most that friction angle"
+        ]
+    return []
 
 
 def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:

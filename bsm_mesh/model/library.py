@@ -1,4 +1,4 @@
-"""Published values for rocks and joints, to start from (Wang Tables A.1, A.2, A.3 and 8.3).
+"""Published values for rocks, joints and bolts, to start from (Wang Tables A.1, A.2, A.3 and 8.3; steel by standards).
 
 The elastic moduli of the Cassiar rocks in Table A.1 are ten times those of Table 8.3, which the analyses used:
 Table 8.3's are given where it has the rock, a tenth of A.1's otherwise. Argillite is in both, with other values:
@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, TypeVar
 
 from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws import JointLaw, MohrCoulomb
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.values import Rules
@@ -73,6 +74,21 @@ class StrengthEntry:
     pressure: str
     source: str
     friction_range: Range | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BoltEntry:
+    """The steel of a bolt: nominal diameter [m], E and yield strength [Pa], and the standards that they are from."""
+
+    name: str
+    diameter: float
+    young: float
+    yield_strength: float
+    source: str
+
+
+def _bar(name: str, diameter: float, yield_strength: float, source: str) -> BoltEntry:
+    return BoltEntry(name, diameter * 1e-3, 200e9, yield_strength * 1e6, source)
 
 
 def _cassiar(name: str, young: float, poisson: float, weight: float | None, table: str) -> RockEntry:
@@ -167,7 +183,19 @@ STRENGTHS: tuple[StrengthEntry, ...] = (
     _strength("schistose gneiss, 30 degrees to schistosity", 14.8, 27.6, "0-69 MPa", GOODMAN),
 )
 
-Entry = TypeVar("Entry", RockEntry, JointEntry, StrengthEntry)
+EUROPEAN = "EN 10080, class B500 of EN 1992-1-1 Annex C; E of EN 1992-1-1, 3.2.7"
+AMERICAN = "ASTM A615/A615M, nominal diameters and least yield strength; E of ACI 318, 20.2.2.2"
+
+BOLTS: tuple[BoltEntry, ...] = (
+    *(_bar(f"b500 {diameter} mm", diameter, 500.0, EUROPEAN) for diameter in (12, 16, 20, 25, 28, 32, 40)),
+    *(
+        _bar(f"grade {grade} no. {number}", diameter, strength, AMERICAN)
+        for grade, strength in ((60, 420.0), (75, 520.0))
+        for number, diameter in ((6, 19.1), (7, 22.2), (8, 25.4), (9, 28.7), (10, 32.3), (11, 35.8))
+    ),
+)
+
+Entry = TypeVar("Entry", RockEntry, JointEntry, StrengthEntry, BoltEntry)
 
 
 def rock(name: str, **changes: Any) -> Rock:
@@ -196,6 +224,21 @@ def strength(name: str) -> MohrCoulomb:
     """Return the strength of Table A.3 as a Mohr-Coulomb law; the middle where the table gives a range."""
     entry = _find("strength", name, STRENGTHS)
     return MohrCoulomb(friction=entry.friction, cohesion=entry.cohesion)
+
+
+def bolt(name: str, start: tuple[float, float], end: tuple[float, float], **changes: Any) -> Bolt:
+    """Return a bolt of a bar's steel from head to tip [m]; `changes` set or replace fields of `Bolt`.
+
+    How it is bonded is not the bar's: give `bond_strength`, `bond_stiffness`, `spacing` and so on.
+
+    Examples
+    --------
+    >>> round(bolt("B500 25 mm", (0, 0), (0, -3), spacing=1.5).yield_force)
+    245437
+    """
+    entry = _find("bolt", name, BOLTS)
+    steel = {"diameter": entry.diameter, "young": entry.young, "yield_strength": entry.yield_strength}
+    return Bolt(start=start, end=end, **{**steel, **changes})
 
 
 def _find(kind: str, name: str, entries: tuple[Entry, ...]) -> Entry:

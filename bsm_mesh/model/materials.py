@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
-from bsm_mesh.model.law_faults import law_faults
+from bsm_mesh.model.law_faults import dilation_faults, law_faults
 from bsm_mesh.model.quantities import (
     CLOSURE,
     COHESION,
+    DILATION,
     FRICTION,
     POISSON,
     SLIP,
@@ -19,6 +20,7 @@ from bsm_mesh.model.quantities import (
     TENSILE_STRENGTH,
     THICKNESS,
     UNIT_WEIGHT,
+    WALL_STRENGTH,
     YOUNG,
 )
 from bsm_mesh.model.values import Rules, is_number, plain_numbers
@@ -90,6 +92,8 @@ class Rock:
         What is left of those faces' strength, as `MohrCoulomb` takes it; None: slip takes nothing away.
     softening_slip : float or None [m]
         Slip over which strength falls to what is left; None: at the first slip.
+    residual_tensile_strength : float [Pa]
+        Tension that faces still bear once they have failed by slip; one that has opened bears none.
     """
 
     name: str
@@ -103,6 +107,7 @@ class Rock:
     residual_friction: Annotated[float, FRICTION] | None = None
     residual_cohesion: Annotated[float, COHESION] | None = None
     softening_slip: Annotated[float, SLIP] | None = None
+    residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
 
     def __post_init__(self) -> None:
         rules = Rules("rock", self.name)
@@ -113,7 +118,9 @@ class Rock:
             rules.faults.append(f"{rules.thing}: young is given without poisson; give poisson (0 to 0.5) as well")
         raise_faults(rules.faults)
         with placed(rules.thing):
-            _ = self.law
+            law = self.law
+        left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength or 0.0, law)
+        raise_faults([f"{rules.thing}: {text}" for text in left])
         plain_numbers(self)
 
     @property
@@ -173,6 +180,15 @@ class Joint:
         elastic.
     tensile_strength : float [Pa]
         Tension the joint bears until it breaks; belongs to a law.
+    residual_tensile_strength : float [Pa]
+        Tension it still bears once it has failed by slip; where it has opened it bears none.
+    dilation_angle : float [degrees]
+        By which its walls part as they slide, to and fro, over the first `dilation_slip`; 0: they do not. Strength is
+        the law's own, and at least as much as the angle takes at every pressure.
+    dilation_slip : float or None [m]
+        Slip after which dilation has worn off; needed with `dilation_angle`.
+    crushing_strength : float or None [Pa]
+        Effective normal stress that crushes its walls: a stage's notes name where it is exceeded; it limits nothing.
     max_closure : float or None [m]
         Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
         `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
@@ -185,6 +201,10 @@ class Joint:
     law: JointLaw | None = None
     tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
     max_closure: Annotated[float, CLOSURE] | None = None
+    residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    dilation_angle: Annotated[float, DILATION] = 0.0
+    dilation_slip: Annotated[float, SLIP] | None = None
+    crushing_strength: Annotated[float, WALL_STRENGTH] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)
@@ -213,7 +233,21 @@ class Joint:
                 "carries any tension and shear; give it a law (friction), or leave tensile_strength out"
             )
         raise_faults(rules.faults)
+        left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
+        left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
+        raise_faults([f"{rules.thing}: {text}" for text in left])
         plain_numbers(self)
+
+    def without_law(self) -> Joint:
+        """Return the joint as it is where nothing slips or opens."""
+        return replace(
+            self,
+            law=None,
+            tensile_strength=0.0,
+            residual_tensile_strength=0.0,
+            dilation_angle=0.0,
+            dilation_slip=None,
+        )
 
     @property
     def contact_stiffness(self) -> tuple[float, float]:
@@ -246,3 +280,27 @@ def law_between(one: Rock, other: Rock) -> JointLaw:
 def tension_between(one: Rock, other: Rock) -> float:
     """Return the tensile strength of the faces between two rocks [Pa]; infinite where neither gives a strength."""
     return min((rock.tensile_strength or 0.0) if rock.has_strength else math.inf for rock in (one, other))
+
+
+def residual_tension_between(one: Rock, other: Rock) -> float:
+    """Return what slip leaves of the tensile strength of the faces between two rocks [Pa].
+
+    What never fails keeps what it has, so that the other rock governs.
+    """
+    left = [rock.residual_tensile_strength for rock in (one, other) if rock.has_strength]
+    return min(left, default=0.0)
+
+
+def _residual_tension_faults(residual: float, peak: float, law: JointLaw | None) -> list[str]:
+    """Return what is wrong with the tensile strength that slip leaves [Pa] of a peak one, a sentence each."""
+    if residual > peak:
+        return [
+            f"residual_tensile_strength = {residual:g} Pa is above tensile_strength = {peak:g} Pa: a joint grows no "
+            "stronger by failing; exchange them, or leave residual_tensile_strength out"
+        ]
+    if residual > 0 and isinstance(law, MohrCoulomb) and not law.is_brittle:
+        return [
+            f"residual_tensile_strength = {residual:g} Pa never acts: slip takes nothing away; give residual_cohesion "
+            "or residual_friction (the peak values where slip takes tension alone), or leave it out"
+        ]
+    return []

@@ -6,6 +6,7 @@ multiplies by what weathering or rain leaves. Tensile strength goes with them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
@@ -220,7 +221,9 @@ def resolved(model: Model, factors: Mapping[str, float]) -> dict[str, float]:
 def _joint_at(joint: Joint, part: float) -> Joint:
     if joint.law is None or part == 1:
         return joint
-    return replace(joint, law=reduced_law(joint.law, 1 / part), tensile_strength=part * joint.tensile_strength)
+    tension = {name: part * getattr(joint, name) for name in ("tensile_strength", "residual_tensile_strength")}
+    dilation = math.degrees(math.atan(part * math.tan(math.radians(joint.dilation_angle))))
+    return replace(joint, law=reduced_law(joint.law, 1 / part), dilation_angle=dilation, **tension)
 
 
 def _rock_at(rock: Rock, part: float) -> Rock:
@@ -229,7 +232,9 @@ def _rock_at(rock: Rock, part: float) -> Rock:
     law = rock.law.reduced(1 / part)
     named = [field.name for field in fields(law) if getattr(rock, field.name) is not None]
     tension = None if rock.tensile_strength is None else part * rock.tensile_strength
-    return replace(rock, tensile_strength=tension, **{name: getattr(law, name) for name in named})
+    left = part * rock.residual_tensile_strength
+    strengths = {name: getattr(law, name) for name in named}
+    return replace(rock, tensile_strength=tension, residual_tensile_strength=left, **strengths)
 
 
 def with_bolt_capacities(model: Model, factor: float) -> Model:

@@ -39,6 +39,12 @@ class Evidence(Portable):
         How far every contact has slid, elastic part apart.
     tension : (m,) float64 [N/m]
         Greatest tension that the contact bears; infinite: no bound.
+    residual_tension : (m,) float64 or None [N/m]
+        What of it one that has failed by slip may bear; None: nothing.
+    closed_at : (m,) float64 or None [m]
+        Opening below which the contact bears pressure, by the in-situ field and the like; dilation comes to it.
+    dilation : (m, 2) float64 or None [-, m]
+        Tangent of the dilation angle, and the slip path on which it has worn off; None: no joint dilates.
     normal_stiffness, shear_stiffness : (m,) float64 [N/m2]
         Of the contact's springs, per metre of thickness.
     near : (m,) bool
@@ -75,6 +81,9 @@ class Evidence(Portable):
     bolt_pair: IntArray
     bolt_tangent: FloatArray
     velocity: FloatArray | None = None
+    residual_tension: FloatArray | None = None
+    closed_at: FloatArray | None = None
+    dilation: FloatArray | None = None
 
     def __post_init__(self) -> None:
         show_only(self)

@@ -18,8 +18,14 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
 from bsm_mesh.converters.continuum.interfaces import Interfaces
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.converters.continuum.rock_faces import interface_closures, interface_laws, interface_tensions
+from bsm_mesh.converters.continuum.rock_faces import (
+    interface_closures,
+    interface_dilations,
+    interface_laws,
+    interface_tensions,
+)
 from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
+from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]
@@ -29,6 +35,7 @@ ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
 GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
 SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
 TIED = 1e4  # of the rock's stiffness over the length of a point: stands for rock that is whole
+BEYOND = 1e300  # N/m: more than any strength
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
 LINEAR = np.array([(2.0, 1.0), (1.0, 2.0)]) / 3  # forces at two ends, over half the length, of tractions given there
 
@@ -45,10 +52,12 @@ class JointHistory:
         Relative displacement that counts as no opening: of blocks put back later, that of their neighbours until then.
     slip, shear : (q,) float64 [m], [N/m]
         At the end of the last state of equilibrium.
-    slip_path : (q,) float64 [m]
-        How far the points have slid so far, elastic part apart.
+    slip_path, opened_by : (q,) float64 [m]
+        How far the points have slid so far, elastic part apart; and had at the end of the last state of equilibrium.
     failed : (q,) bool
-        As the law has it.
+        As the law has it, and where the sides have parted.
+    parted : (q,) bool
+        Whether the sides have come apart: nothing is left of the tensile strength.
     present : (q,) bool
         Whether the blocks of both sides are there.
     water : (q,) float64 [N/m]
@@ -60,7 +69,9 @@ class JointHistory:
     slip: FloatArray
     shear: FloatArray
     slip_path: FloatArray
+    opened_by: FloatArray
     failed: BoolArray
+    parted: BoolArray
     present: BoolArray
     water: FloatArray
 
@@ -79,9 +90,11 @@ class JointState:
         Derivative of the pressure by the closure.
     by_pressure : (q,) float64
         Derivative of the shear force by the pressure.
+    by_slip, shear_by_slip : (q,) float64 [Pa]
+        Derivatives of pressure and shear by the slip of points that open as they slide.
     strength : (q,) float64 [N/m]
         Greatest shear force.
-    closed, touching, sticking, failed : (q,) bool
+    closed, touching, sticking, failed, parted : (q,) bool
         Whether a point carries force, or would with any pressure at all; whether it does not slip; its new state.
     """
 
@@ -91,11 +104,14 @@ class JointState:
     normal_stiffness: FloatArray
     shear: FloatArray
     by_pressure: FloatArray
+    by_slip: FloatArray
+    shear_by_slip: FloatArray
     strength: FloatArray
     closed: BoolArray
     touching: BoolArray
     sticking: BoolArray
     failed: BoolArray
+    parted: BoolArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -114,10 +130,12 @@ class JointPoints:
         The blocks on both sides.
     normal_stiffness, shear_stiffness : (q,) float64 [Pa]
         Per metre of thickness.
-    tension : (q,) float64 [N/m]
-        Tensile strength; infinite for joints without a law.
+    tension, residual_tension : (q,) float64 [N/m]
+        Tensile strength, infinite for joints without a law; what slip leaves of it.
     closure_limit : (q,) float64 [m]
         Greatest closure; infinite: none.
+    dilating : Dilating
+        The points that open as they slide.
     joints : int
         How many joints the model has.
     laws : tuple of JointLaw
@@ -136,7 +154,9 @@ class JointPoints:
     normal_stiffness: FloatArray
     shear_stiffness: FloatArray
     tension: FloatArray
+    residual_tension: FloatArray
     closure_limit: FloatArray
+    dilating: Dilating
     joints: int
     laws: tuple[JointLaw, ...]
     opening_rows: Any
@@ -183,14 +203,18 @@ class JointPoints:
             slip=zero,
             shear=zero,
             slip_path=zero,
+            opened_by=zero,
             failed=none,
+            parted=none,
             present=~none,
             water=zero,
         )
 
     def with_strength_of(self, model: Model) -> JointPoints:
         """Return a copy with the laws and tensile strengths of a model with the same joints."""
-        return replace(self, laws=interface_laws(model), tension=interface_tensions(model)[self.joint] * self.length)
+        tension, residual = (values[self.joint] * self.length for values in interface_tensions(model))
+        dilating = Dilating.among(*interface_dilations(model)[:, self.joint])
+        return replace(self, laws=interface_laws(model), tension=tension, residual_tension=residual, dilating=dilating)
 
     def put_back(self, history: JointHistory, stays: BoolArray, comes: BoolArray, u: FloatArray) -> JointHistory:
         """Return the history with no force at displacements u (N,) in joints of blocks (n,) that are put back.
@@ -207,7 +231,9 @@ class JointPoints:
             slip=np.where(fresh, self.slip_rows @ u, history.slip),
             shear=np.where(fresh, 0.0, history.shear),
             slip_path=np.where(fresh, 0.0, history.slip_path),
+            opened_by=np.where(fresh, 0.0, history.opened_by),
             failed=np.where(fresh, np.isfinite(self.tension), history.failed),
+            parted=np.where(fresh, np.isfinite(self.tension), history.parted),
         )
 
     def evaluate(self, u: FloatArray, history: JointHistory, friction_at: FloatArray | None = None) -> JointState:
@@ -217,9 +243,11 @@ class JointPoints:
         a convex energy.
         """
         opening, slip = self.opening_rows @ u - history.offset, self.slip_rows @ u
-        pressure, stiffness = self._pressures(opening, history.initial_pressure)
         trial = history.shear + self.shear_stiffness * (slip - history.slip)
-        tension = np.where(history.failed, 0.0, self.tension)
+        lift, slope = self._lift(opening, trial, history, slides=friction_at is None)
+        pressure, stiffness = self._pressures(opening - lift, history.initial_pressure)
+        residual = np.where(history.parted, 0.0, self.residual_tension)
+        tension = np.where(history.failed, residual, self.tension)
         closed = history.present & (pressure >= -tension) & ((pressure > 0) | (tension > 0))
         parted = history.present & ~closed & (-pressure > TOUCHING * self.length * self.normal_stiffness)
         pressure = np.where(closed, pressure, 0.0)
@@ -227,6 +255,11 @@ class JointPoints:
         asked = np.where(rubs, pressure if friction_at is None else friction_at, 0.0)
         answer = self._respond(asked, np.where(rubs, trial, 0.0), history)
         shear, by_pressure, strength, sticking, failed = answer
+        opens = np.where(closed & ~sticking, slope, 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            softer = np.where(opens > 0, 1 / (1 + opens * np.abs(by_pressure) * stiffness / self.shear_stiffness), 1.0)
+        stiffness = stiffness * softer
+        by_slip = np.copysign(opens, shear) * stiffness
         return JointState(
             opening=opening,
             slip=slip,
@@ -234,12 +267,52 @@ class JointPoints:
             normal_stiffness=stiffness,
             shear=np.where(rubs, shear, 0.0),
             by_pressure=by_pressure if friction_at is None else np.zeros_like(pressure),
+            by_slip=by_slip,
+            shear_by_slip=by_pressure * by_slip,
             strength=strength,
             closed=closed,
             touching=history.present & ~closed & ~parted,
             sticking=sticking & rubs,
             failed=failed | (parted & np.isfinite(self.tension)),
+            parted=history.parted | (parted & np.isfinite(self.tension)),
         )
+
+    def _lift(
+        self, opening: FloatArray, trial: FloatArray, history: JointHistory, *, slides: bool
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return by how much slip has opened the points, (q,) [m], and the slope by which more would.
+
+        The slip is that of before, and with `slides` that since then, which the pressure that it leads to lets go by.
+        """
+        dilating, rows = self.dilating, self.dilating.rows
+        lift, slope = np.zeros(len(opening)), np.zeros(len(opening))
+        if not len(rows):
+            return lift, slope
+        whole = ~history.parted[rows]
+        room = dilating.room(history.opened_by)
+        lift[rows] = whole * dilating.opening(history.opened_by)
+        if not slides:
+            return lift, slope
+
+        def everywhere(values: FloatArray) -> FloatArray:
+            found = np.zeros(len(opening))
+            found[rows] = values
+            return found
+
+        def pressures(overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
+            pressure, stiffness = self._pressures(-everywhere(overlap), history.initial_pressure)
+            return pressure[rows], stiffness[rows]
+
+        def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
+            _, by_pressure, found, *_ = self._respond(everywhere(pressure), np.full(len(opening), BEYOND), history)
+            return found[rows], by_pressure[rows]
+
+        overlap, springs = lift[rows] - opening[rows], self.shear_stiffness[rows]
+        slip = slip_of_step(overlap, trial[rows], springs, dilating.slope, room, pressures, strength)
+        slip = np.where(whole & history.present[rows], slip, 0.0)
+        lift[rows] += dilating.slope * np.minimum(slip, room)
+        slope[rows] = np.where((slip > 0) & (slip < room), dilating.slope, 0.0)
+        return lift, slope
 
     def _pressures(self, opening: FloatArray, initial: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return pressures and their derivatives by the closure (q,), negative ones too."""
@@ -276,7 +349,11 @@ class JointPoints:
         shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness
         cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
         Gn, Gs = self.opening_rows, self.slip_rows
-        return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs + sp.diags(cross) @ Gn)
+        shear = shear + state.shear_by_slip
+        of_pressure = sp.diags(normal) @ Gn
+        if state.by_slip.any():
+            of_pressure = of_pressure - sp.diags(state.by_slip) @ Gs
+        return Gn.T @ of_pressure + Gs.T @ (sp.diags(shear) @ Gs + sp.diags(cross) @ Gn)
 
     def elastic_tangent(self, history: JointHistory) -> Any:
         """Return the tangent with every point closed and sticking."""
@@ -296,7 +373,15 @@ def slip_path_after(points: JointPoints, history: JointHistory, state: JointStat
 
 def remember(history: JointHistory, state: JointState, path: FloatArray) -> JointHistory:
     """Return the history after a state of equilibrium, with how far points have slid then, (q,) [m]."""
-    return replace(history, slip=state.slip, shear=state.shear, slip_path=path, failed=state.failed)
+    return replace(
+        history,
+        slip=state.slip,
+        shear=state.shear,
+        slip_path=path,
+        opened_by=path,
+        failed=state.failed,
+        parted=state.parted,
+    )
 
 
 def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
@@ -329,6 +414,7 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
     of_joints = [given.contact_stiffness for given in model.joints]
     tied = joint >= len(of_joints)
     stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
+    tension, residual_tension = interface_tensions(model)
     stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
     return JointPoints(
         point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
@@ -338,8 +424,10 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
         normal_stiffness=stiffness[:, 0] * length,
         shear_stiffness=stiffness[:, 1] * length,
-        tension=interface_tensions(model)[joint] * length,
+        tension=tension[joint] * length,
+        residual_tension=residual_tension[joint] * length,
         closure_limit=interface_closures(model)[joint],
+        dilating=Dilating.among(*interface_dilations(model)[:, joint]),
         joints=len(model.joints),
         laws=interface_laws(model),
         opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),

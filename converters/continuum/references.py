@@ -110,7 +110,7 @@ def _converged(finer: Continuum, coarse: Sequence[ContinuumSolution]) -> Stages:
 def _elastic(model: Model) -> Model:
     """Return the model with joints that neither slip nor open and rock that does not break, as in the linear scheme."""
     return model.replace(
-        joints=[replace(joint, law=None, tensile_strength=0.0) for joint in model.joints],
+        joints=[joint.without_law() for joint in model.joints],
         rocks=[
             replace(
                 rock,
@@ -119,6 +119,8 @@ def _elastic(model: Model) -> Model:
                 tensile_strength=None,
                 residual_friction=None,
                 residual_cohesion=None,
+                softening_slip=None,
+                residual_tensile_strength=0.0,
             )
             for rock in model.rocks
         ],

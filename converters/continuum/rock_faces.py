@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.joint_laws import Elastic, JointLaw
-from bsm_mesh.model.materials import Rock, law_between, tension_between
+from bsm_mesh.model.materials import Rock, law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
 
@@ -20,18 +20,27 @@ def interface_laws(model: Model) -> tuple[JointLaw, ...]:
     return (*(joint.law or Elastic() for joint in model.joints), *between, Elastic())
 
 
-def interface_tensions(model: Model) -> FloatArray:
-    """Return the tensile strengths of all interfaces, by number [Pa]."""
+def interface_tensions(model: Model) -> tuple[FloatArray, FloatArray]:
+    """Return the tensile strengths of all interfaces, by number [Pa], and what slip leaves of them."""
     rocks = _rocks(model)
     of_joints = (np.inf if joint.law is None else joint.tensile_strength for joint in model.joints)
     between = (tension_between(one, other) for one in rocks for other in rocks)
-    return np.array([*of_joints, *between, np.inf])
+    left = (residual_tension_between(one, other) for one in rocks for other in rocks)
+    residual = [*(joint.residual_tensile_strength for joint in model.joints), *left, 0.0]
+    return np.array([*of_joints, *between, np.inf]), np.array(residual)
 
 
 def interface_closures(model: Model) -> FloatArray:
     """Return the greatest closures of all interfaces, by number [m]; infinite where there is none."""
     of_joints = [joint.max_closure or np.inf for joint in model.joints]
     return np.array([*of_joints, *np.full(whole_rock(model) + 1 - len(of_joints), np.inf)])
+
+
+def interface_dilations(model: Model) -> FloatArray:
+    """Return tangents of the dilation angles of all interfaces, and the slips on which they wear off, (2, k) [-, m]."""
+    of_joints = [(np.tan(np.radians(joint.dilation_angle)), joint.dilation_slip or 0.0) for joint in model.joints]
+    rock = np.zeros((2, whole_rock(model) + 1 - len(of_joints)))
+    return np.concatenate([np.array(of_joints).reshape(-1, 2).T, rock], axis=1)
 
 
 def whole_rock(model: Model) -> int:
@@ -43,7 +52,7 @@ def number_between(model: Model, one: IntArray, other: IntArray) -> IntArray:
     """Return the number of the faces between blocks (k,) and others (k,); -1 where they never break."""
     rock, count = model.blocks.rock, len(model.blocks.rock_names)
     number = len(model.joints) + rock[one] * count + rock[other]
-    never = np.isinf(interface_tensions(model))
+    never = np.isinf(interface_tensions(model)[0])
     found: IntArray = np.where(never[number], -1, number).astype(np.int32)
     return found
 

@@ -270,7 +270,8 @@ class _Run:
                 equations = equations.after(at, path)
                 break
             self.state.u = at.u
-            equations = replace(equations, history=replace(history, failed=at.state.failed, slip_path=path))
+            worn = replace(history, failed=at.state.failed, parted=at.state.parted, slip_path=path)
+            equations = replace(equations, history=worn)
         else:
             converged = False
         return equations, at, converged

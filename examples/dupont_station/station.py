@@ -132,7 +132,7 @@ def movement_of(results):
 
 def elastic(model):
     """Return the model without bolts, and with joints that neither slip nor open."""
-    joints = [replace(joint, law=None, tensile_strength=0.0) for joint in model.joints]
+    joints = [joint.without_law() for joint in model.joints]
     return model.replace(joints=joints, bolts=())
 
 

@@ -20,6 +20,17 @@ JOINTS = {
     },
     "barton_bandis": {"law": bsm.BartonBandis(jrc=12, jcs=60e6, residual_friction=26, roughness_wears=True)},
     "hyperbolic": {"law": bsm.BartonBandis(jrc=12, jcs=60e6, residual_friction=26), "max_closure": 3e-4},
+    "dilating": {
+        "law": bsm.MohrCoulomb(friction=30, cohesion=2e5),
+        "dilation_angle": 30.0,
+        "dilation_slip": 2e-3,
+    },
+    "dilating, hyperbolic": {
+        "law": bsm.BartonBandis(jrc=12, jcs=60e6, residual_friction=26, roughness_wears=True),
+        "max_closure": 3e-4,
+        "dilation_angle": 20.0,
+        "dilation_slip": 1e-3,
+    },
     "no law, hyperbolic": {"max_closure": 3e-4},
 }
 corner = st.tuples(st.floats(-3e-3, 3e-3), st.floats(-2.5e-4, 1e-4))

@@ -47,9 +47,18 @@ def with_bolt(yield_strength):
     return model_of([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], friction=30.0, fixed=(1,), bolts=[bolt])
 
 
+def dilating():
+    """Return a block that is pushed along a floor, 2 mm up to a wall, and rises by its dilation on the way."""
+    polygons = [rectangle(-9, -1, 9, 0), rectangle(0, 0, 1, 1), rectangle(1.002, 0, 3, 1)]
+    joint = bsm.Joint("J", 1e9, 4e8, law=bsm.MohrCoulomb(friction=30), dilation_angle=5, dilation_slip=1e-2)
+    push = bsm.PointLoad(block=1, point=(0.0, 0.3), force=(20e3, 0.0))
+    return model_of(polygons, fixed=(0, 2), loads=[push]).replace(joints=[joint])
+
+
 SCENES = {
     "at rest": (lambda: on_incline(bsm.MohrCoulomb(friction=35)), ["equilibrium"]),
     "slides": (lambda: on_incline(bsm.MohrCoulomb(friction=25)), ["proved"]),
+    "dilates": (lambda: dilating(), ["equilibrium"]),
     "patton holds": (
         lambda: on_incline(bsm.Patton(friction=25, dilation=10, cohesion=1e4, residual_friction=20)),
         ["equilibrium"],
@@ -265,3 +274,18 @@ def test_read_back_results_have_the_same_certificate(tmp_path):
         again.save(tmp_path / "again")
     for name in ("certificate.json", "certificate_0000.npz"):
         assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_what_bears_pressure_may_be_open_by_its_dilation_alone(tmp_path):
+    """Walls that slip has parted bear pressure; without the angle, or without the slip, they could not."""
+    results = bsm.run(dilating())
+    contacts = results.stages[0].contacts
+    slipped = np.tan(np.radians(5)) * 2e-3
+    assert contacts.opening[contacts.normal_force < 0].max() == pytest.approx(slipped, rel=0.2)
+    assert results.check().ok
+    folder = results.save(tmp_path / "out")
+    assert checked(folder)[0] == 0
+    for name in ("dilation", "slip_path"):
+        code, lines = checked(changed(folder, tmp_path / name, {name: np.zeros_like}))
+        assert code != 0
+        assert any("bears pressure and is open" in line for line in lines)

@@ -20,6 +20,7 @@ LAWS = {
     "mohr_coulomb": bsm.MohrCoulomb(friction=30.0, cohesion=20e3),
     "brittle": bsm.MohrCoulomb(friction=30.0, cohesion=20e3, residual_friction=20.0),
     "patton": bsm.Patton(friction=25.0, dilation=10.0, cohesion=5e3, residual_friction=20.0),
+    "dilating": bsm.MohrCoulomb(friction=30.0, cohesion=20e3),
 }
 TANGENT = 1e-5  # of the greatest entry: central differences
 
@@ -28,6 +29,8 @@ def stack(law, tension=0.0, **fields):
     """Return nine blocks on a fixed base."""
     blocks = framed(bsm.Blocks.from_polygons([rectangle(0, -1, 3, 0), *grid(3, 3)], rock="rock"), 3.0, 3.0)
     joint = bsm.Joint("J", normal_stiffness=2e9, shear_stiffness=1e9, law=law, tensile_strength=tension)
+    if law is LAWS["dilating"]:
+        joint = replace(joint, dilation_angle=20.0, dilation_slip=2e-5)
     return bsm.Model(
         blocks=blocks, rocks=[HEAVY], joints=[joint], default_joint="J", supports=[bsm.Fixed(blocks=[0])], **fields
     )

@@ -8,6 +8,7 @@ from bsm_mesh.solve.algebra.block_matrix import constrain, whole_pattern
 from bsm_mesh.solve.contacts.force_kernels import add_moving_forces, fill_tangent, given_geometry, relative_positions
 
 N, M = 5, 14
+COUPLING = 0.2  # of the pressure with the movement along the edge, over the normal stiffness
 KN, KS, SLOPE = 3.0, 2.0, 0.6
 
 
@@ -40,6 +41,8 @@ class Scene:
         pressure = -self.kn * (gap - self.free_gap)
         if self.state == "sliding":
             return pressure, SLOPE * np.sign(coordinate - self.old) * pressure
+        if self.state == "opening":
+            pressure = pressure + COUPLING * self.kn * (coordinate - self.old)
         return pressure, self.ks * (coordinate - self.old)
 
     def forces(self, position):
@@ -54,8 +57,9 @@ class Scene:
         sign = np.sign(coordinate - self.old)
         by_gap = -SLOPE * sign * self.kn if self.state == "sliding" else np.zeros(M)
         ks = np.zeros(M) if self.state == "sliding" else self.ks
+        by_along = COUPLING * self.kn if self.state == "opening" else np.zeros(0)
         return fill_tangent(
-            pattern.place, len(pattern.column), tangent, arm_a, arm_b, self.kn, by_gap, ks, pressure, shear
+            pattern.place, len(pattern.column), tangent, arm_a, arm_b, self.kn, by_gap, ks, pressure, shear, by_along
         )
 
 
@@ -79,7 +83,7 @@ def differences(function, position, step=1e-5):
     return np.column_stack(columns)
 
 
-@pytest.mark.parametrize("state", ["sticking", "sliding", "tension"])
+@pytest.mark.parametrize("state", ["sticking", "sliding", "tension", "opening"])
 @pytest.mark.parametrize("seed", range(6))
 def test_tangent_is_the_derivative_of_minus_the_forces(seed, state):
     scene = Scene(seed, state)

@@ -185,3 +185,43 @@ def test_what_cannot_be_tested_is_told(folder, monkeypatch, words, said):
     with pytest.raises(bsm.ModelError) as told:
         CliRunner().invoke(cli, ["joint-test", "model.toml", *words], catch_exceptions=False)
     assert said in str(told.value)
+
+
+DILATING = bsm.Joint("J", 20e9, 4e9, law=bsm.MohrCoulomb(friction=35), dilation_angle=8, dilation_slip=5e-3)
+
+
+def test_under_a_constant_stress_a_joint_opens_by_the_slope_of_dilation():
+    curve = direct_shear_test(DILATING, 1e6, 8e-3, cycles=1)
+    slip = 8e-3 - 1e6 * np.tan(np.radians(35)) / 4e9
+    assert_allclose(curve.normal_stress, 1e6, rtol=1e-9)
+    assert_allclose(curve.slip_path[200], slip, rtol=1e-9)
+    rises = np.tan(np.radians(8)) * np.minimum(curve.slip_path, 5e-3)
+    assert_allclose(curve.closure[0] - curve.closure, rises, atol=1e-12)
+    assert curve.work > 0
+
+
+@pytest.mark.parametrize("steps", [5, 200])
+def test_under_a_constant_stiffness_the_stress_grows_with_the_opening(steps):
+    """The rock around, of the stiffness K, takes what the joint opens by beyond what it closes by under more stress."""
+    K, kn, ks = 5e9, 20e9, 4e9
+    mu, t = np.tan(np.radians([35, 8]))
+    curve = direct_shear_test(DILATING, 1e6, 4e-3, steps=steps, normal_stiffness=K)
+    both = K * kn / (K + kn)
+    slip = (4e-3 - mu * 1e6 / ks) / (1 + mu * t * both / ks)
+    assert_allclose(curve.slip_path[-1], slip, rtol=1e-9)
+    assert_allclose(curve.normal_stress[-1], 1e6 + both * t * slip, rtol=1e-9)
+    assert_allclose(curve.shear_stress[-1], mu * curve.normal_stress[-1], rtol=1e-9)
+
+
+def test_the_command_draws_the_opening_of_a_joint_that_dilates(folder):
+    text = MODEL.replace('max_closure = "0.2 mm"', 'dilation_angle = 6\ndilation_slip = "4 mm"')
+    (folder / "model.toml").write_text(text)
+    words = ["joint-test", str(folder / "model.toml"), "--joint", "J1", "--normal-stiffness", "5 GPa/m"]
+    done = CliRunner().invoke(cli, [*words, "-o", str(folder / "out"), "--json"])
+    assert done.exit_code == 0, done.output
+    assert (folder / "out/joint_opening.png").stat().st_size > 0
+    with (folder / "out/joint_shear.csv").open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if float(row["normal_stress_of_test [Pa]"]) == 0.5e6]
+    closure, stress = (np.array([float(row[name]) for row in rows]) for name in ("closure [m]", "normal_stress [Pa]"))
+    assert_allclose(stress, 0.5e6 + 5e9 * (closure[0] - closure), rtol=1e-9)
+    assert stress[-1] > 1e6

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
 
-from bsm_mesh.solve.contacts.forces import tangent_stiffness
 from bsm_mesh.solve.contacts.history import History
+from bsm_mesh.solve.contacts.tangents import tangent_stiffness
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import regularized_newton

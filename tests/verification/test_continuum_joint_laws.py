@@ -68,3 +68,29 @@ def test_a_softening_joint_comes_to_rest_where_its_neighbour_takes_over(k):
     expected = slip + (peak - fall * slip) / ks
     for moved in both(model):
         assert_allclose(moved[1, 0], expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("last", [1e-3, 1.0])
+def test_a_dilating_joint_between_walls_holds_the_block_that_slides_out(last):
+    """A block between two held ones slips under its weight until both joints' pressure bears it.
+
+    Half its weight W is mu (P + kn t x), with the slip x, the slope t of dilation and the field's pressure P; the shear
+    springs give by as much as they bear.
+    """
+    kn, ks, angle, weight, field = 1e9, 4e8, 5.0, 25e3, 1e3
+    joint = bsm.Joint("J", kn, ks, law=bsm.MohrCoulomb(friction=35), dilation_angle=angle, dilation_slip=last)
+    polygons = [rectangle(-1, 0, 0, 1), rectangle(0, 0, 1, 1), rectangle(1, 0, 2, 1)]
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons(polygons, rock="r"),
+        rocks=[bsm.Rock("r", unit_weight=weight)],
+        joints=[joint],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0, 2])],
+        in_situ=bsm.InSitu(stress={"xx": -field, "yy": 0.0, "xy": 0.0}, method="direct"),
+    )
+    mu, t = np.tan(np.radians([35, angle]))
+    slip = (weight / 2 / mu - field) / (kn * t)
+    expected = slip + weight / 2 / ks
+    assert slip < 1e-3
+    for moved in both(model):
+        assert_allclose(-moved[1, 1], expected, rtol=ELASTIC)

@@ -13,6 +13,7 @@ from bsm_mesh.contact.properties import ContactProperties, JointCatalogue
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.joint_laws.dilation import Dilating
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
@@ -45,9 +46,8 @@ def gather_contacts(
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
-    within_tolerance = found.in_range & (found.gap <= near)
     meeting = ~known & _meet_at_a_node(blocks, found, near)
-    within_tolerance &= ~meeting
+    within_tolerance = found.in_range & (found.gap <= near) & ~meeting
     fresh = ~known & within_tolerance
     offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
     offset = _remembered(history.offset, source, offset)
@@ -66,7 +66,7 @@ def gather_contacts(
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
         shear_stiffness=np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length),
-        tension=np.where(failed | ~(known | within_tolerance), 0.0, properties.tension * found.length),
+        **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
         old_shear=_remembered(history.shear, source, np.zeros(found.count)),
         old_tangential=old_tangential,
@@ -80,6 +80,7 @@ def gather_contacts(
         entering=entering,
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
+        dilating=_dilating(catalogue, properties, mated),
         by_law=rows_by_law(properties.law),
     )
 
@@ -91,6 +92,15 @@ def _remembered(kept: NDArray[_Value], source: IntArray, arising: NDArray[_Value
     return found
 
 
+def _tensions(
+    properties: ContactProperties, length: FloatArray, bears: BoolArray, failed: BoolArray, mated: BoolArray
+) -> dict[str, FloatArray]:
+    """Return the greatest tension of contacts (m,) [N/m], and what slip leaves of it where they have not opened."""
+    residual = np.where(mated, properties.residual_tension * length, 0.0)
+    tension = np.where(bears, np.where(failed, residual, properties.tension * length), 0.0)
+    return {"tension": tension, "residual_tension": residual}
+
+
 def _hyperbolic(
     catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray, mated: BoolArray
 ) -> Hyperbolic:
@@ -98,6 +108,12 @@ def _hyperbolic(
     limit, stiffness = catalogue.closure_of(properties.joint)
     limit = np.where(mated, limit, np.inf) if len(limit) else limit
     return Hyperbolic.among(limit, stiffness, length, properties.normal_stiffness * length)
+
+
+def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: BoolArray) -> Dilating:
+    """Return the mated contacts (m,) whose joints open as they slide."""
+    slope, last = catalogue.dilation_of(properties.joint)
+    return Dilating.among(np.where(mated, slope, 0.0) if len(slope) else slope, last)
 
 
 def _lengths(history: History, found: Candidates) -> FloatArray:

@@ -157,16 +157,19 @@ def fill_tangent(
     shear_stiffness: FloatArray,
     pressure: FloatArray,
     shear: FloatArray,
+    pressure_by_along: FloatArray,
 ) -> FloatArray:  # pragma: no cover - compiled
     """Return the 3 x 3 blocks of the tangent of minus the contact forces, (n_places, 3, 3); not symmetric.
 
-    ``d pressure = -normal_stiffness d gap`` and ``d shear = shear_by_gap d gap + shear_stiffness d along``. The
-    turning of normal and arms under the forces (geometric stiffness) is included.
+    ``d pressure = -normal_stiffness d gap + pressure_by_along d along`` and ``d shear = shear_by_gap d gap +
+    shear_stiffness d along``. The turning of normal and arms under the forces (geometric stiffness) is included.
 
     Parameters
     ----------
     places : (m, 4) int32
         Places of the blocks aa, ab, ba, bb of every contact.
+    pressure_by_along : (m,) float64 [N/m2]
+        Of contacts that open as they slide; empty where there are none.
     """
     data = np.zeros((n_places, 3, 3))
     gn, gs, ds = np.empty(6), np.empty(6), np.empty(6)
@@ -189,10 +192,24 @@ def fill_tangent(
                 for i in range(3):
                     for j in range(3):
                         data[place, i, j] += kn * gn[3 * r + i] * gn[3 * s + j] + gs[3 * r + i] * ds[3 * s + j]
+        if pressure_by_along.size and pressure_by_along[k] != 0.0:
+            _add_coupling(places[k], data, -pressure_by_along[k], gn, gs)
         if pressure[k] != 0.0 or shear[k] != 0.0:
             _add_geometric(places[k], data, -pressure[k], nx, ny, tx, ty, ax, ay, rx, ry)
             _add_geometric(places[k], data, shear[k], tx, ty, -nx, -ny, ax, ay, rx, ry)
     return data
+
+
+@njit()
+def _add_coupling(
+    place: IntArray, data: FloatArray, factor: float, gn: FloatArray, gs: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Add a factor times the normal movement's gradient (6,) by the tangential one's, (6,)."""
+    for r in range(2):
+        for s in range(2):
+            for i in range(3):
+                for j in range(3):
+                    data[place[2 * r + s], i, j] += factor * gn[3 * r + i] * gs[3 * s + j]
 
 
 @njit()

@@ -1,4 +1,4 @@
-"""Contact forces at a position by the exact laws, and their tangent."""
+"""Contact forces at a position by the exact laws."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
+from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import (
     add_moving_forces,
-    fill_tangent,
     pressures_and_trial_shears,
     relative_positions,
 )
 
 FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
+UNLIMITED_SHEAR = np.finfo(float).max / 4  # trial shear [N/m] beyond any strength
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 
 
@@ -37,6 +38,7 @@ class ContactSet:
     normal_stiffness: FloatArray  # (m,) per metre of thickness
     shear_stiffness: FloatArray
     tension: FloatArray  # (m,) N/m
+    residual_tension: FloatArray  # (m,) N/m, that slip leaves of it
     offset: FloatArray  # gap at zero pressure
     old_shear: FloatArray
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
@@ -50,6 +52,7 @@ class ContactSet:
     entering: IntArray  # (l,) candidates whose corner has an edge that enters the other block
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
     hyperbolic: Hyperbolic
+    dilating: Dilating
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
@@ -88,6 +91,7 @@ class Evaluation:
     dshear_dpressure: FloatArray
     failed: BoolArray
     forces: FloatArray
+    slip: FloatArray  # (h,) of the dilating contacts in this step [m], not negative
 
     @property
     def at_strength(self) -> BoolArray:
@@ -111,10 +115,11 @@ def evaluate(
     """Return the contact forces on the blocks at a position (n, 3) and their derivatives."""
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
+    slip, offset = _slip_and_offset(contacts, laws, gap, tangential)
     pressure, trial, closed, _ = pressures_and_trial_shears(
         gap,
         tangential,
-        contacts.offset,
+        offset,
         c.edge_length,
         contacts.edge_overhang,
         contacts.normal_stiffness,
@@ -126,7 +131,7 @@ def evaluate(
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
         pressure[~closed] = 0.0
-    overlap = contacts.offset - gap if len(contacts.hyperbolic.rows) else gap
+    overlap = offset - gap if len(contacts.hyperbolic.rows) else gap
     pressure, stiffness = contacts.hyperbolic.pressures(overlap, pressure, contacts.normal_stiffness)
     answer = respond(contacts, laws, pressure, trial, closed)
     forces = np.zeros((len(position), 3))
@@ -144,7 +149,64 @@ def evaluate(
         dshear_dpressure=answer.by_pressure,
         failed=answer.failed,
         forces=forces,
+        slip=slip,
     )
+
+
+def _slip_and_offset(
+    contacts: ContactSet, laws: tuple[JointLaw, ...], gap: FloatArray, tangential: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the slip of dilating contacts (h,) [m] at gaps and coordinates along the edge (m,) [m], and all offsets.
+
+    Offsets (m,) [m] are the gaps at zero pressure, opened by that slip.
+    """
+    dilating, rows = contacts.dilating, contacts.dilating.rows
+    if not len(rows):
+        return gap[:0], contacts.offset
+    moved = tangential[rows] - contacts.old_tangential[rows]
+    trial = np.where(np.isnan(moved), 0.0, contacts.old_shear[rows] + contacts.shear_stiffness[rows] * moved)
+    overlap, room = contacts.offset[rows] - gap[rows], dilating.room(contacts.slip_path)
+    # Slip presses, and so gives strength: what sticks without it sticks.
+    pressure, _ = _pressures_at(contacts, rows, overlap)
+    slides = np.flatnonzero(np.abs(trial) > _strength_at(contacts, laws, rows, np.maximum(pressure, 0.0))[0])
+    k, slip = rows[slides], np.zeros(len(rows))
+    slip[slides] = slip_of_step(
+        overlap[slides],
+        trial[slides],
+        contacts.shear_stiffness[k],
+        dilating.slope[slides],
+        room[slides],
+        lambda overlap: _pressures_at(contacts, k, overlap),
+        lambda pressure: _strength_at(contacts, laws, k, pressure),
+    )
+    offset = contacts.offset.copy()
+    offset[rows] += dilating.slope * np.minimum(slip, room)
+    return slip, offset
+
+
+def _pressures_at(contacts: ContactSet, rows: IntArray, overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return pressures and their derivatives (k,) of some rows at overlaps (k,) [m], below 0 in tension."""
+    stiffness = contacts.normal_stiffness[rows]
+    if not len(contacts.hyperbolic.rows):
+        return stiffness * overlap, stiffness
+    number = np.full(contacts.count, -1)
+    number[rows] = np.arange(len(rows))
+    return contacts.hyperbolic.of(number).pressures(overlap, stiffness * overlap, stiffness)
+
+
+def _strength_at(
+    contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray, pressure: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the strength of some rows at pressures (k,), and its derivative, as slipping contacts have it."""
+    strength, slope = np.zeros(len(rows)), np.zeros(len(rows))
+    length, failed, path = contacts.candidates.length[rows], contacts.failed[rows], contacts.slip_path[rows]
+    law = contacts.law[rows]
+    for number in np.unique(law):
+        k = np.flatnonzero(law == number)
+        slips = np.full(len(k), UNLIMITED_SHEAR)
+        answer = _asked(laws[number], pressure[k], slips, length[k], failed[k], path[k])
+        strength[k], slope[k] = answer.strength, answer.by_pressure
+    return strength, slope
 
 
 def respond(
@@ -217,7 +279,7 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
 
 def slipping(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
     """Return the response with every contact slipping at pressures (m,): its strength, and whether it fails."""
-    return respond(contacts, laws, pressure, np.full_like(pressure, np.finfo(float).max / 4))
+    return respond(contacts, laws, pressure, np.full_like(pressure, UNLIMITED_SHEAR))
 
 
 def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:
@@ -269,42 +331,3 @@ def _no_longer_entering(contacts: ContactSet, position: FloatArray, tangent: Flo
     t = tangent[contacts.entering]
     away: BoolArray = edge[:, 1] * t[:, 0] - edge[:, 0] * t[:, 1] <= RULES.entrance
     return away
-
-
-def tangent_stiffness(
-    contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, regularization: float = 0.0
-) -> FloatArray:
-    """Return the 3 x 3 blocks of the contacts' tangent, regularised.
-
-    A part `regularization` of their stiffness is left to open contacts, and in shear to slipping ones; the residual
-    stays exact. Where thousands of contacts change, the exact tangent is nearly singular for blocks with few closed
-    contacts, and corrections have to be shortened.
-    """
-    anchored = ~np.isnan(contacts.old_tangential)
-    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * at.normal_stiffness
-    may_slip = (at.closed | contacts.within_tolerance) & anchored
-    shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
-    by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
-    frames = contacts.frames(at.position)
-    data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear)
-    return data
-
-
-def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
-    """Return the elastic tangent of a step from rest: every contact within tolerance closed and sticking."""
-    all_closed, none = contacts.within_tolerance, np.zeros_like(at.gap)
-    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none)
-    return tangent_stiffness(contacts, elastic, places, n_places)
-
-
-def elastic_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, size: float) -> FloatArray:
-    """Return the stiffest possible tangent: every contact that is closed or within tolerance closed and sticking."""
-    all_closed = elastic_contacts(contacts, at, size)
-    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=np.zeros_like(at.gap))
-    return tangent_stiffness(contacts, elastic, places, n_places)
-
-
-def elastic_contacts(contacts: ContactSet, at: Evaluation, size: float) -> BoolArray:
-    """Return which contacts count in the stiffest possible tangent, (m,): closed ones and those within tolerance."""
-    near: BoolArray = contacts.within_tolerance & (at.gap <= CONTACT_TOLERANCE * size)
-    return at.closed | near

@@ -73,16 +73,18 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     kept = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept].sum())
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
+    path = slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)
+    offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
     history = History(
         active=_active(contacts, at, position, kept),
         shear=at.shear[kept],
         tangential=at.tangential[kept],
         first_tangential=first_tangential[kept],
-        offset=np.where(_still_overlapping(contacts, at), at.gap, contacts.offset)[kept],
+        offset=np.where(_still_overlapping(contacts, at), at.gap, offset)[kept],
         length=contacts.candidates.length[kept],
         failed=at.failed[kept],
         mated=contacts.mated[kept],
-        slip_path=slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)[kept],
+        slip_path=path[kept],
     )
     return history, changed
 
@@ -104,12 +106,14 @@ def slip_path_after(contacts: ContactSet, slides: BoolArray, shear: FloatArray, 
 def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
     """Return contacts as slip in an accepted step has left them: where strength wore off their shear is cut."""
     closed = at.closed & ~np.isnan(at.tangential)
+    path = slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)
     return replace(
         contacts,
+        offset=contacts.dilating.opened(contacts.offset, contacts.slip_path, path),
         old_shear=np.where(closed, at.shear, contacts.old_shear),
         old_tangential=np.where(closed, at.tangential, contacts.old_tangential),
         failed=at.failed,
-        slip_path=slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential),
+        slip_path=path,
     )
 
 
@@ -121,7 +125,9 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]
-    return replace(again, **memory)
+    # What slip opened in the provisional step it has not yet.
+    offset = again.dilating.opened(again.offset, again.slip_path, memory["slip_path"])
+    return replace(again, offset=offset, **memory)
 
 
 def _kept(contacts: ContactSet, at: Evaluation, size: float) -> IntArray:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from bsm_mesh.arrays import IntArray
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
-from bsm_mesh.solve.contacts.forces import elastic_contacts
+from bsm_mesh.solve.contacts.forces import ContactSet
+from bsm_mesh.solve.contacts.tangents import elastic_contacts
 from bsm_mesh.solve.motion.motion import Motion
 from bsm_mesh.solve.step.block_system import BlockSystem
 
@@ -15,6 +18,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
     table, at = motion.contacts, motion.at
     pair, tangent = bolt_tangent(motion.bolts, motion.bolts_at, turning=True)
     bars = motion.constraints.bars
+    closed_at, dilation = _dilation_of(table)
     placed = system.outlines.placed(motion.position)
     return Evidence(
         laws=law_table(system.catalogue.laws),
@@ -22,6 +26,9 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         failed=table.failed[kept],
         slip_path=table.slip_path[kept],
         tension=table.tension[kept],
+        residual_tension=table.residual_tension[kept],
+        closed_at=closed_at[kept],
+        dilation=dilation[kept] if system.catalogue.dilates else None,
         normal_stiffness=at.normal_stiffness[kept],
         shear_stiffness=table.shear_stiffness[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
@@ -31,3 +38,11 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         velocity=motion.velocity,
         **bar_rows(bars, placed[bars.block, :2] + system.bar_arms(motion.position)),
     )
+
+
+def _dilation_of(table: ContactSet) -> tuple[FloatArray, FloatArray]:
+    """Return the gaps (m,) [m] below which contacts bear pressure, dilation apart, and that, as in `Evidence`."""
+    dilating, closed_at, dilation = table.dilating, table.offset.copy(), np.zeros((table.count, 2))
+    closed_at[dilating.rows] -= dilating.opening(table.slip_path)
+    dilation[dilating.rows] = np.column_stack([dilating.slope, dilating.last])
+    return closed_at, dilation

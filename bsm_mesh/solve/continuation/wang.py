@@ -130,6 +130,7 @@ class WangIteration(Continuation):
             shear * kept,
             nothing,
             nothing,
+            nothing[:0],
         )
         return data
 

@@ -40,6 +40,9 @@ SPRING = np.dtype(
     ]
 )  # what is constant of a contact in a window [N/m2, N/m, m]
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
+SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
+"""How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
+ZERO = np.float32(0.0)
 LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
 FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the joint is closed as far as it goes
 CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
@@ -101,6 +104,7 @@ def add_contact_forces(
     spring: RecordArray,
     state: RecordArray,
     events: NDArray[np.uint8],
+    slips: RecordArray,
     forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
@@ -121,21 +125,26 @@ def add_contact_forces(
         Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
     events : (m,) uint8
         FIRST_LASTS, SECOND_LASTS, as they come; CONTACTED, BROKEN, FAILED are added, in place.
+    slips : (m,) SLIP
+        How far contacts have slid, in place; empty where nothing wears off or opens by slip.
     """
-    zero = np.float32(0.0)
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
         sb, vb = sine[b], versine[b]
         dax, day = _change_by_turn(ax, ay, sine[a], versine[a])  # by which a's turn moves the corner
-        ex = np.float32(here[a, 0] - here[b, 0]) + dax
-        ey = np.float32(here[a, 1] - here[b, 1]) + day
+        ex, ey = np.float32(here[a, 0] - here[b, 0]) + dax, np.float32(here[a, 1] - here[b, 1]) + day
         qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
         qy = ey - sb * (rx + ex) - vb * (ry + ey)
-        pressure, shear, event = _respond(qx * ty - qy * tx, qx * tx + qy * ty, spring[k], state[k], events[k])
+        gap, along = qx * ty - qy * tx, qx * tx + qy * ty
+        if slips.size:
+            gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
+        pressure, shear, excess, event = _respond(gap, along, spring[k], state[k], events[k])
         events[k] |= event
+        if slips.size and excess > ZERO and spring[k].shear_stiffness > ZERO:
+            slips[k].slid += excess / spring[k].shear_stiffness
         p0, s0 = spring[k].pressure, spring[k].shear
-        if pressure == zero and shear == zero and p0 == zero and s0 == zero:
+        if pressure == ZERO and shear == ZERO and p0 == ZERO and s0 == ZERO:
             continue
         fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
         fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
@@ -158,14 +167,16 @@ def _change_by_turn(
 @njit(nogil=True, forceinline=True)
 def _respond(
     gap: np.float32, along: np.float32, spring: Any, state: Any, flags: np.uint8
-) -> tuple[np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
-    """Return pressure, shear and what happened to a contact moved by `gap`, `along` [m]; update its state."""
-    zero = np.float32(0.0)
-    shear, tension, event = zero, state.tension, np.uint8(0)
+) -> tuple[np.float32, np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
+    """Return pressure, shear, by how much that is cut, and what happened to a contact moved by `gap`, `along` [m].
+
+    Its state is updated.
+    """
+    shear, excess, tension, event = ZERO, ZERO, state.tension, np.uint8(0)
     pressure = spring.trial_pressure - spring.normal_stiffness * gap
-    if spring.stiffening > zero:
+    if spring.stiffening > ZERO:
         pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
-    closed = pressure > zero or (tension > zero and pressure >= -tension)
+    closed = pressure > ZERO or (tension > ZERO and pressure >= -tension)
     if closed and along >= spring.low and along <= spring.high:
         event = CONTACTED
         pressure = max(pressure - spring.dashpot * (gap - state.gap), -tension)
@@ -175,18 +186,19 @@ def _respond(
         strength = first if first <= second else second
         if flags & FAILED:
             strength = spring.residual + spring.residual_slope * pressure
-        strength = max(strength, zero)
+        strength = max(strength, ZERO)
         if abs(shear) > strength:
-            shear = strength if shear > zero else -strength
+            excess = abs(shear) - strength
+            shear = strength if shear > ZERO else -strength
             if flags & (FIRST_LASTS if first <= second else SECOND_LASTS):
                 event |= FAILED
     else:
-        pressure = zero
-        if tension > zero:
-            state.tension = zero
+        pressure = ZERO
+        if tension > ZERO:
+            state.tension = ZERO
             event = BROKEN
     state.shear, state.along, state.gap = shear, along, gap
-    return pressure, shear, event
+    return pressure, shear, excess, event
 
 
 @njit(nogil=True, forceinline=True)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.joint_laws import JointLaw, wear_length_of
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
-from bsm_mesh.solve.contacts.history import commit, slip_path_after
+from bsm_mesh.solve.contacts.history import commit, slip_path_after, worn
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
 from bsm_mesh.solve.motion.contact_kernels import (
     BROKEN,
@@ -27,6 +27,7 @@ from bsm_mesh.solve.motion.contact_kernels import (
     FAILED,
     FIRST_LASTS,
     SECOND_LASTS,
+    SLIP,
     SPRING,
     STATE,
     RecordArray,
@@ -145,6 +146,7 @@ class ExplicitMotion:
             spring=self._spring,
             state=state,
             events=self._flags.copy(),
+            slips=self._slips(),
         )
         cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
         # A window may end early: what its supports have not moved would be lost.
@@ -167,6 +169,16 @@ class ExplicitMotion:
             return
         self._keep(self.residual.position + moved, share)
         self._rows, self._frame, self._spring, self._flags = self._near()
+
+    def _slips(self) -> RecordArray:
+        """Return what slip does to the contacts that may close (k,), as kernels take it; none where it does nothing."""
+        catalogue, contacts = self.system.catalogue, self.contacts
+        slips = np.zeros(len(self._rows) if catalogue.wears or catalogue.dilates else 0, SLIP)
+        if catalogue.dilates:
+            opening, dilating = np.zeros((2, contacts.count)), contacts.dilating
+            opening[:, dilating.rows] = dilating.slope, dilating.room(contacts.slip_path)
+            slips["dilation"], slips["room"] = opening[:, self._rows]
+        return slips
 
     def _window(self) -> float:
         """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
@@ -252,24 +264,38 @@ class ExplicitMotion:
         step, contacts, rows, events = self._step, self.contacts, self._rows, share.events
         before = self.residual.at
         self.contacted[rows] |= (events & CONTACTED) > 0
-        failed = contacts.failed.copy()
+        failed, mated = contacts.failed.copy(), contacts.mated.copy()
         failed[rows] |= (events & (BROKEN | FAILED)) > 0
+        mated[rows] &= (events & BROKEN) == 0
+        left = np.where(mated, np.minimum(contacts.tension, contacts.residual_tension), 0.0)
+        tension = np.where(failed, left, contacts.tension)
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
         shear[rows] = share.state["shear"]
         along[rows] = before.tangential[rows] + share.state["along"]
         touched = ~np.isnan(contacts.old_tangential)
         touched[rows] |= (events & CONTACTED) > 0
         here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
+        path = contacts.slip_path
+        if len(share.slips):
+            path = path.copy()
+            path[rows] += share.slips["slid"]
+            offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
+            here = replace(here, slip_path=path, offset=offset, failed=failed, mated=mated, tension=tension)
         at = step.system.evaluate(here, position)
+        if not len(share.slips):  # told, and nothing more
+            path = slip_path_after(contacts, at.closed, shear, along)
         # What is open has no shear to come back to, and is anchored where it closes.
         contacts = replace(
             here,
             old_shear=np.where(at.closed, shear, 0.0),
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
-            slip_path=slip_path_after(contacts, at.closed, shear, along),
-            tension=np.where(failed, 0.0, contacts.tension),
+            mated=mated,
+            slip_path=path,
+            tension=tension,
         )
+        if len(share.slips):  # by the last movement too, after which no cycle asked
+            contacts = worn(contacts, at)
         bolts = self.system.bolts
         if len(bolts.alive):
             self.system.bolts = bolts.commit(bolts.evaluate(position))

@@ -21,7 +21,7 @@ WORTH_A_THREAD = 15_000  # [contacts]; with fewer, threads wait more than they w
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Share:
-    """Contacts as `add_contact_forces` takes them; the last two change in place."""
+    """Contacts as `add_contact_forces` takes them; the last three change in place."""
 
     block_a: IntArray
     block_b: IntArray
@@ -29,10 +29,12 @@ class Share:
     spring: Any
     state: Any
     events: Any
+    slips: Any
 
     def of(self, rows: IntArray) -> Share:
         """Return some of the contacts."""
-        return Share(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+        some = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "slips"}
+        return Share(**some, slips=self.slips[rows] if len(self.slips) else self.slips)
 
     @property
     def columns(self) -> tuple[Any, ...]:
@@ -114,4 +116,6 @@ def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: flo
                 break
     for rows, part in parts:
         share.state[rows], share.events[rows] = part.share.state, part.share.events
+        if len(share.slips):
+            share.slips[rows] = part.share.slips
     return went

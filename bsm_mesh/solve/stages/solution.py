@@ -20,6 +20,7 @@ from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult, Status, StepRecord
 from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
+from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Recording, Scheme
@@ -176,7 +177,8 @@ class StageSolution:
         if state.water is not None and state.water.table and not stage.water.any():
             dry = "no block lies below the water table: check its level and unit"
             stage = replace(stage, notes=(*stage.notes, dry))
-        stage = replace(stage, notes=(*stage.notes, *_note_on_movement(run.model.blocks, stage)))
+        found = (*_note_on_movement(run.model.blocks, stage), *notes_on_crushing(run.model, stage))
+        stage = replace(stage, notes=(*stage.notes, *found))
         if stage.status is Status.UNSTABLE:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))
         return after_falls(stage, tuple(self._fallen))

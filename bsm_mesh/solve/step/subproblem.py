@@ -132,7 +132,7 @@ def _chosen(contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet
     candidates = _rows_of(contacts.candidates, rows)
     opposing_candidate = candidates.opposing_candidate
     entering = number[contacts.entering]
-    plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "hyperbolic", "by_law")
+    plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "hyperbolic", "dilating", "by_law")
     others = {field.name for field in fields(contacts)}.difference(plain)
     return ContactSet(
         outlines=contacts.outlines,
@@ -146,6 +146,7 @@ def _chosen(contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet
         opposing=np.flatnonzero(opposing_candidate >= 0),
         entering=entering[entering >= 0],
         hyperbolic=contacts.hyperbolic.of(number),
+        dilating=contacts.dilating.of(number),
         entering_direction=contacts.entering_direction[entering >= 0],
         **{name: getattr(contacts, name)[rows] for name in others},
     )

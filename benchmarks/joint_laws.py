@@ -1,0 +1,118 @@
+"""What joint laws cost, over the first random model of every family: ``python -m benchmarks.joint_laws``.
+
+Models of up to 400 blocks, 8 processor seconds each. The table takes the place of that of `PAGE`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import bsm_mesh as bsm
+from benchmarks.campaign.families import FAMILIES
+from benchmarks.campaign.scene import Scene
+from benchmarks.campaign.trial import trial_of
+from examples.numbers.pages import with_table
+
+PAGE = Path(__file__).parents[1] / "docs/experiments/joint_laws.md"
+MOST_BLOCKS, SECONDS = 400, 8.0
+Keys = Mapping[str, Any]
+
+
+class TimeUpError(BaseException):
+    """A model has had its processor seconds; laws of the user's own may fail by an `Exception`."""
+
+
+def plastic(scene: Scene, size: float) -> Keys:
+    """Return what the joints of a scene of blocks of a size [m] are given: Mohr-Coulomb."""
+    return {"law": bsm.MohrCoulomb(friction=scene.friction, cohesion=scene.cohesion)}
+
+
+def softening(scene: Scene, size: float) -> Keys:
+    """Return a law that softens over a thousandth of a block's size."""
+    residual = {"residual_friction": 0.8 * scene.friction, "softening_slip": max(1e-6, 1e-3 * size)}
+    return {"law": bsm.MohrCoulomb(friction=scene.friction, cohesion=scene.cohesion, **residual)}
+
+
+def tension(scene: Scene, size: float) -> Keys:
+    """Return a brittle law, of whose tensile strength of 10 kPa slip leaves a half."""
+    law = bsm.MohrCoulomb(friction=scene.friction, cohesion=scene.cohesion, residual_friction=0.8 * scene.friction)
+    return {"law": law, "tensile_strength": 10e3, "residual_tensile_strength": 5e3}
+
+
+def dilating(scene: Scene, size: float) -> Keys:
+    """Return Mohr-Coulomb's law that dilates by a quarter of the friction angle over a thousandth of a block."""
+    return {
+        **plastic(scene, size),
+        "dilation_angle": scene.friction / 4,
+        "dilation_slip": max(1e-6, 1e-3 * size),
+    }
+
+
+def both(scene: Scene, size: float) -> Keys:
+    """Return the law that softens, with that dilation."""
+    return {**dilating(scene, size), **softening(scene, size)}
+
+
+LAWS: dict[str, Callable[[Scene, float], Keys]] = {
+    "Mohr-Coulomb": plastic,
+    "residual tensile strength, brittle": tension,
+    "softening": softening,
+    "dilation": dilating,
+    "dilation and softening": both,
+}
+
+
+def verdicts(keys_of: Callable[[Scene, float], Keys], seconds: float = SECONDS) -> tuple[dict[str, str], float]:
+    """Return the verdicts by family, "no answer" where time was up, and the processor seconds of all."""
+    found, spent = {}, 0.0
+    for family in FAMILIES:
+        scene = trial_of(FAMILIES[family], 0).scene
+        if scene.count > MOST_BLOCKS:
+            continue
+        model = scene.model()
+        keys = keys_of(scene, float(np.sqrt(model.blocks.moments.area.mean())))
+        model = model.replace(joints=[dataclasses.replace(joint, **keys) for joint in model.joints])
+        began = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+        try:
+            found[family] = str(bsm.run(model).status.value)
+        except TimeUpError:
+            found[family] = "no answer"
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+        spent += time.process_time() - began
+    return found, spent
+
+
+def _up(*_: object) -> None:
+    raise TimeUpError
+
+
+def main() -> None:
+    """Run all and write the table."""
+    signal.signal(signal.SIGPROF, _up)
+    verdicts(plastic, 60.0)  # compiles, which must not be interrupted
+    lines = ["| law | models | answers | stable | unstable | s | times |", "|---|---|---|---|---|---|---|"]
+    usual = 0.0
+    for name, keys_of in LAWS.items():
+        found, spent = verdicts(keys_of)
+        usual = usual or spent
+        count = Counter(found.values())
+        answers = len(found) - count["no answer"] - count["not_converged"]
+        stable = count["stable"] + count["stable_after_falls"]
+        row = (name, len(found), answers, stable, count["unstable"], f"{spent:.0f}", f"{spent / usual:.1f}")
+        lines.append(f"| {' | '.join(map(str, row))} |")
+        print(name, {family: value for family, value in found.items() if value in ("no answer", "not_converged")}, row)
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), "law-answers", "\n".join(lines)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""Tangents of the contact forces: consistent, regularised, and elastic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE
+from bsm_mesh.solve.contacts.force_kernels import fill_tangent
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
+
+
+def tangent_stiffness(
+    contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, regularization: float = 0.0
+) -> FloatArray:
+    """Return the 3 x 3 blocks of the contacts' tangent, regularised.
+
+    A part `regularization` of their stiffness is left to open contacts, and in shear to slipping ones; the residual
+    stays exact. Where thousands of contacts change, the exact tangent is nearly singular for blocks with few closed
+    contacts, and corrections have to be shortened.
+    """
+    anchored = ~np.isnan(contacts.old_tangential)
+    normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * at.normal_stiffness
+    may_slip = (at.closed | contacts.within_tolerance) & anchored
+    shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
+    by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
+    frames = contacts.frames(at.position)
+    by_along = at.gap[:0]
+    if len(at.slip):
+        normal, by_gap, shear, by_along = _opening(contacts, at, normal, by_gap, shear)
+    data: FloatArray = fill_tangent(places, n_places, *frames, normal, by_gap, shear, at.pressure, at.shear, by_along)
+    return data
+
+
+def _opening(
+    contacts: ContactSet, at: Evaluation, normal: FloatArray, by_gap: FloatArray, shear: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Return the derivatives (m,) of `fill_tangent` where contacts open as they slide, and that of the pressure.
+
+    With the slope t of opening, the strength's slope m and the springs k and s a slipping contact's pressure changes by
+    ``k / (1 + t m k / s) (-d gap + t d along)`` where it slides along, and its shear by m times that.
+    """
+    dilating, normal, by_gap, shear = contacts.dilating, normal.copy(), by_gap.copy(), shear.copy()
+    by_along = np.zeros(contacts.count)
+    slides = (at.slip > 0) & (at.slip < dilating.room(contacts.slip_path))
+    slides &= (at.closed & ~at.sticking)[dilating.rows]
+    k, t = dilating.rows[slides], dilating.slope[slides]
+    by_pressure = at.dshear_dpressure[k]
+    softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / contacts.shear_stiffness[k])
+    normal[k] *= softer
+    by_gap[k] *= softer
+    by_along[k] = np.copysign(t, at.shear[k]) * normal[k]
+    shear[k] += by_pressure * by_along[k]
+    return normal, by_gap, shear, by_along
+
+
+def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
+    """Return the elastic tangent of a step from rest: every contact within tolerance closed and sticking."""
+    all_closed, none = contacts.within_tolerance, np.zeros_like(at.gap)
+    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none, slip=none[:0])
+    return tangent_stiffness(contacts, elastic, places, n_places)
+
+
+def elastic_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, size: float) -> FloatArray:
+    """Return the stiffest possible tangent: every contact that is closed or within tolerance closed and sticking."""
+    all_closed = elastic_contacts(contacts, at, size)
+    none = np.zeros_like(at.gap)
+    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none, slip=none[:0])
+    return tangent_stiffness(contacts, elastic, places, n_places)
+
+
+def elastic_contacts(contacts: ContactSet, at: Evaluation, size: float) -> BoolArray:
+    """Return which contacts count in the stiffest possible tangent, (m,): closed ones and those within tolerance."""
+    near: BoolArray = contacts.within_tolerance & (at.gap <= CONTACT_TOLERANCE * size)
+    return at.closed | near
