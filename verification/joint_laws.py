@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import bsm_mesh as bsm
-from bsm_mesh.joint_test import closure_test
+from bsm_mesh.joint_test import closure_test, direct_shear_test
 from examples.numbers import joint_laws as bench
 from verification.case import Answer, Case
 
@@ -57,6 +57,18 @@ def softening() -> Answer:
     return (peak + residual) / 2 / 1e3, half / 1e3
 
 
+def dilation() -> Answer:
+    """Compare how far a joint of 8 degrees opens as it slides 4 and 10 mm, its dilation worn off after 5 mm [um]."""
+    joint = bsm.Joint("J", 20e9, 10e9, law=bsm.MohrCoulomb(friction=30), dilation_angle=8.0, dilation_slip=5e-3)
+    exact, found = [], []
+    for far in (4e-3, 10e-3):
+        curve = direct_shear_test(joint, 1e6, far, steps=100)
+        slip = far - curve.shear_stress[-1] / 10e9  # the rest is elastic
+        exact.append(1e6 * np.tan(np.radians(8.0)) * min(slip, 5e-3))
+        found.append(1e6 * (curve.closure[0] - curve.closure[-1]))
+    return np.array(exact), np.array(found)
+
+
 CASES = (
     *(Case(name=f"bench-{name.lower().replace(' ', '-').replace(',', '')}", what=f"direct shear, {name}: five peaks",
            source=SOURCES[name], quantity="strength [Pa]", compute=partial(peaks, name), tolerance=1e-8, page=PAGE)
@@ -67,6 +79,8 @@ CASES = (
          compute=scale, tolerance=1e-12),
     Case(name="wear-of-roughness", what="roughness that wears off behind the peak", source="barton-bakhtar",
          quantity="part of JRC", compute=wear, tolerance=1e-9),
+    Case(name="dilation", what="walls part by tan(dilation angle) of the slip until it has worn off", source="statics",
+         quantity="opening [um]", compute=dilation, tolerance=1e-9),
     Case(name="softening", what="strength that softens with slip, half-way", source="coulomb",
          quantity="shear stress [kPa]", compute=softening, tolerance=0.01),
 )  # fmt: skip
