@@ -1,4 +1,4 @@
-"""Slopes under gravity, refinement and a large continuum: ``python -m benchmarks.continuum_limits``.
+"""Slopes under gravity, refinement, bolts and a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
 equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
@@ -23,6 +23,7 @@ from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.results.records import ContactStatus
+from tests.scenes.continuum import bolted
 from tests.scenes.large import blocky_rock
 
 SLOPES = 10
@@ -41,6 +42,10 @@ LEVELS = (
     "limit",
     "too coarse",
 )
+BOLTED = ("04_bolted_opening/model", "04_bolted_opening/two_bolts")
+LOAD_PARTS = (1.0, 0.1, 0.01)
+BOLT_LEVELS = ("model", "rock", "part of the loads", "bolt forces differ by", "joint forces by", "displacement by")
+BOLTS_SAYING = "Bolted openings under parts of their loads:"
 COMMAND = "python -m benchmarks.continuum_limits"
 
 
@@ -91,6 +96,22 @@ def refined_rows() -> Iterator[tuple[str, ...]]:
             print(f"{name}, {stage.name}: {study.sentence}", file=sys.stderr, flush=True)
 
 
+def bolt_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every bolted example, rock and part of the loads."""
+    for name in BOLTED:
+        loaded = load_model_file(ROOT / "examples" / f"{name}.toml", lambda _: None)
+        for rigid in (False, True):
+            for load in LOAD_PARTS:
+                model = bolted(loaded.model, load=load, rigid=rigid)
+                (stage,) = compare_stages(model, bsm.run(model, bsm.Options(tolerance=1e-9)), refine=False)
+                compared = stage.comparison
+                if compared is None or compared.force_error is None or compared.bolt_error is None:
+                    raise SystemExit(f"{name}: {stage.sentence}")
+                errors = compared.bolt_error, compared.force_error, compared.displacement_errors[0]
+                rock = "rigid" if rigid else "as given"
+                yield name, rock, f"{load:g}", *(f"{100 * error.l2:.2g} %" for error in errors)
+
+
 def large_model() -> bsm.Model:
     """Return elastic Voronoi rock at depth, of which a stage excavates a circle."""
     model = blocky_rock(LARGE).model(0.5)
@@ -124,7 +145,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
-    text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n{large_text()}\n"
+    text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
+    text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
     if given.into:
         put(given.into, text, marks(COMMAND))
     else:

@@ -19,6 +19,7 @@ from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
 from bsm_mesh.converters.continuum.interfaces import Interfaces
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.converters.continuum.rock_faces import interface_closures, interface_laws, interface_tensions
+from bsm_mesh.converters.continuum.tangents import PointStiffness
 from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.model import Model
 
@@ -269,20 +270,22 @@ class JointPoints:
         forces: FloatArray = self.slip_rows.T @ state.shear - self.opening_rows.T @ normal
         return forces
 
-    def tangent(self, state: JointState, history: JointHistory, part: float) -> Any:
-        """Return the derivative (N, N) of `forces`; a part of the stiffness is left to open and slipping points."""
-        least = part * history.present
-        normal = np.where(state.closed, 1.0, least) * state.normal_stiffness
-        shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness
-        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
-        Gn, Gs = self.opening_rows, self.slip_rows
-        return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs + sp.diags(cross) @ Gn)
+    def stiffness(self, state: JointState, history: JointHistory, part: float, more: float = 0.0) -> PointStiffness:
+        """Return the derivatives of `forces`, and `more` of the elastic stiffness besides.
 
-    def elastic_tangent(self, history: JointHistory) -> Any:
-        """Return the tangent with every point closed and sticking."""
+        A part of the stiffness is left to open and slipping points.
+        """
+        least = part * history.present
+        elastic = self.elastic_stiffness(history)
+        normal = np.where(state.closed, 1.0, least) * state.normal_stiffness + more * elastic.normal
+        shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness + more * elastic.shear
+        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
+        return PointStiffness(normal, shear, cross)
+
+    def elastic_stiffness(self, history: JointHistory) -> PointStiffness:
+        """Return the derivatives with every point closed and sticking."""
         normal, shear = history.present * self.normal_stiffness, history.present * self.shear_stiffness
-        Gn, Gs = self.opening_rows, self.slip_rows
-        return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs)
+        return PointStiffness(normal, shear, np.zeros_like(normal))
 
 
 def slip_path_after(points: JointPoints, history: JointHistory, state: JointState) -> FloatArray:

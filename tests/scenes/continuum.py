@@ -1,5 +1,7 @@
 """Slabs of 4 m x 3 m of elastic rock, their blocks in every shape that the continuum solution must take."""
 
+import dataclasses
+
 import numpy as np
 
 import bsm_mesh as bsm
@@ -29,3 +31,14 @@ SHAPES = {
 
 def slab(shape):
     return framed(bsm.Blocks.from_polygons(SHAPES[shape], rock="rock"), 4.0, 3.0)
+
+
+def bolted(model, *, load, rigid):
+    """Return a model under a part of its weights and pressures, in its own rock or in rigid rock."""
+    fields = {"stiffness": "rigid"} if rigid else {}
+    pressures = [one for one in model.loads if isinstance(one, bsm.Pressure)]
+    assert len(pressures) == len(model.loads)
+    return model.replace(
+        rocks=[dataclasses.replace(rock, unit_weight=load * rock.unit_weight, **fields) for rock in model.rocks],
+        loads=[dataclasses.replace(one, pressure=tuple(load * np.asarray(one.pressure))) for one in pressures],
+    )
