@@ -59,7 +59,9 @@ def lines_of(model: Path) -> list[Line]:
 
 def cost_of(model: bsm.Model, options: bsm.Options, results: bsm.Results, count: int) -> tuple[float, float]:
     """Return processor seconds of the run and of one continuum solution, both of the first `count` stages."""
-    shorter = model.replace(stages=model.stages[: count - 1])
+    stages = model.stages[: count - 1]
+    there = {None, *(stage.name for stage in stages)}
+    shorter = model.replace(stages=stages, bolts=[bolt for bolt in model.bolts if bolt.stage in there])
     solved, elements = continuum_of(shorter, results, count, Request())
     return (
         min(_seconds(lambda: bsm.run(shorter, options)) for _ in range(REPEATS)),
@@ -86,8 +88,9 @@ def table(lines: list[Line]) -> str:
     if ratios:
         told += (
             " Processor time, up to the last stage compared: one continuum solution takes "
-            f"{ratios[len(ratios) // 2]:.2g} times as long as the blocks' (median of the models; {ratios[0]:.2g} to {ratios[-1]:.2g}), all together "
-            f"{sum(e for _, e in times) / 1e3:.2g} s beside {sum(b for b, _ in times) / 1e3:.2g} s."
+            f"{ratios[len(ratios) // 2]:.2g} times as long as the blocks' "
+            f"(median of the models; {ratios[0]:.2g} to {ratios[-1]:.2g}), "
+            f"all together {sum(e for _, e in times) / 1e3:.2g} s beside {sum(b for b, _ in times) / 1e3:.2g} s."
         )
     return f"{told}\n\n{body}\n"
 

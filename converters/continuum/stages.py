@@ -41,7 +41,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.stages import Stage, presence
+from bsm_mesh.model.stages import INITIAL, Stage, presence
 
 PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
@@ -152,7 +152,7 @@ class _Run:
     def first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
         self._wet()
-        end = self._solved("initial", present, (1.0,))
+        end = self._solved(INITIAL, present, (1.0,))
         if self.of.model.in_situ is not None:
             self.state.origin = self.state.u
         return end
