@@ -1,4 +1,4 @@
-"""Slopes under gravity, refinement, bolts and a large continuum: ``python -m benchmarks.continuum_limits``.
+"""Slopes under gravity, refinement, elements, bolts and a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
 equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
@@ -21,9 +21,9 @@ from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
 from benchmarks.continuum import ROOT, marks, put
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.converters.continuum import compare_stages, solve_continuum, solve_continuum_stages
 from bsm_mesh.results.records import ContactStatus
-from tests.scenes.continuum import bolted
+from tests.scenes.continuum import bolted, cantilever, sag
 from tests.scenes.large import blocky_rock
 
 SLOPES = 10
@@ -32,7 +32,7 @@ SAYING = "Greatest displacement of a block in the elements, and how many blocks 
 LARGE, HALVINGS = 1000, 2  # Voronoi blocks, and how often their fans are halved: 1e5 triangles
 ROCK = {"young": 20e9, "poisson": 0.2}
 HEADER = ("seed", "family", "blocks", "joints that slip or are open", "balance checked", "what compare says")
-REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/model")  # in elastic rock
+REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/ten_blocks")  # in elastic rock
 REFINEMENTS = 3
 LEVELS = (
     "model",
@@ -41,6 +41,12 @@ LEVELS = (
     *(f"halved {k} times" for k in range(1, REFINEMENTS + 1)),
     "limit",
     "too coarse",
+)
+BEAM = (8, 16, 32)  # columns of squares of a cantilever, whose sag is measured on FINE columns of second order
+FINE = 128
+ELEMENTS = ("blocks", "Poisson's ratio", "order", "quads", "four triangles each")
+ELEMENTS_SAYING = (
+    "A cantilever of squares as quads, and with one triangle at its end: by how much its sag is short of a fine mesh's:"
 )
 BOLTED = ("04_bolted_opening/model", "04_bolted_opening/two_bolts")
 LOAD_PARTS = (1.0, 0.1, 0.01)
@@ -96,6 +102,21 @@ def refined_rows() -> Iterator[tuple[str, ...]]:
             print(f"{name}, {stage.name}: {study.sentence}", file=sys.stderr, flush=True)
 
 
+def element_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every mesh of a cantilever."""
+    for poisson in (0.2, 0.45):
+        fine = cantilever(FINE, poisson, mixed=False)
+        exact = sag(fine, solve_continuum(fine).displacement)
+        for order in (1, 2):
+            for columns in BEAM:
+                short = []
+                for mixed in (False, True):
+                    model = cantilever(columns, poisson, mixed=mixed)
+                    short.append(1 - sag(model, solve_continuum(model, order=order).displacement) / exact)
+                errors = (f"{100 * error:.2g} %" for error in short)
+                yield f"{columns} x {columns // 4}", f"{poisson:g}", str(order), *errors
+
+
 def bolt_rows() -> Iterator[tuple[str, ...]]:
     """Return a row for every bolted example, rock and part of the loads."""
     for name in BOLTED:
@@ -146,6 +167,7 @@ def main() -> int:
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
     text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
+    text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
     text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
     if given.into:
         put(given.into, text, marks(COMMAND))

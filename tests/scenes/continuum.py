@@ -42,3 +42,27 @@ def bolted(model, *, load, rigid):
         rocks=[dataclasses.replace(rock, unit_weight=load * rock.unit_weight, **fields) for rock in model.rocks],
         loads=[dataclasses.replace(one, pressure=tuple(load * np.asarray(one.pressure))) for one in pressures],
     )
+
+
+def cantilever(columns, poisson, *, mixed):
+    """Return a beam of 8 m x 2 m under its weight, in four times as many square blocks along as across.
+
+    Mixed: a square at the free end is cut in two triangles, and with one triangle there all blocks become triangles.
+    """
+    squares = [
+        np.array(corners) for corners in grid(np.linspace(0, 8, columns + 1), np.linspace(0, 2, columns // 4 + 1))
+    ]
+    at_end = [k for k, corners in enumerate(squares) if corners.mean(axis=0)[0] > 8 - 8 / columns]
+    if mixed:
+        last = squares.pop(at_end[-1])
+        squares += [last[[0, 1, 2]], last[[0, 2, 3]]]
+    blocks = bsm.Blocks.from_polygons(squares, rock="rock").with_boundary("left", lambda x, y: x < 1e-9)
+    rock = bsm.Rock("rock", unit_weight=26e3, young=E, poisson=poisson)
+    return bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(boundary="left")])
+
+
+def sag(model, displacement):
+    """Return the mean vertical displacement of the blocks from 6 to 7 m along a cantilever."""
+    x = model.blocks.moments.centroid[:, 0]
+    there = (x > 6) & (x < 7)
+    return -np.average(displacement[there, 1], weights=model.blocks.moments.area[there])
