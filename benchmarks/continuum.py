@@ -61,7 +61,7 @@ def cost_of(model: bsm.Model, options: bsm.Options, results: bsm.Results, count:
     """Return processor seconds of the run and of one continuum solution, both of the first `count` stages."""
     stages = model.stages[: count - 1]
     there = {None, *(stage.name for stage in stages)}
-    shorter = model.replace(stages=stages, bolts=[bolt for bolt in model.bolts if bolt.stage in there])
+    shorter = model.replace(stages=stages, bolts=[bolt for bolt in model.bolts if bolt.stage in there], histories=())
     solved, elements = continuum_of(shorter, results, count, Request())
     return (
         min(_seconds(lambda: bsm.run(shorter, options)) for _ in range(REPEATS)),

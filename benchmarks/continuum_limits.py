@@ -1,4 +1,4 @@
-"""Slopes under gravity, refinement, elements, bolts and a large continuum: ``python -m benchmarks.continuum_limits``.
+"""Closed forms, slopes under gravity, refinement, bolts, a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
 equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
@@ -23,7 +23,8 @@ from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum, solve_continuum_stages
 from bsm_mesh.results.records import ContactStatus
-from tests.scenes.continuum import bolted, cantilever, sag
+from tests.scenes.continuum import bolted, cantilever, on_a_slope, sag
+from tests.scenes.kirsch import cut_by_stages
 from tests.scenes.large import blocky_rock
 
 SLOPES = 10
@@ -48,6 +49,10 @@ ELEMENTS = ("blocks", "Poisson's ratio", "order", "quads", "four triangles each"
 ELEMENTS_SAYING = (
     "A cantilever of squares as quads, and with one triangle at its end: by how much its sag is short of a fine mesh's:"
 )
+KIRSCH = 24  # blocks along a quarter of the hole
+ANGLE = 1e-4  # degrees; to which the limit of a slope is sought
+CLOSED = ("closed form", "what", "found, or off by")
+CLOSED_SAYING = "Closed forms, by the elements alone:"
 BOLTED = ("04_bolted_opening/model", "04_bolted_opening/two_bolts")
 LOAD_PARTS = (1.0, 0.1, 0.01)
 BOLT_LEVELS = ("model", "rock", "part of the loads", "bolt forces differ by", "joint forces by", "displacement by")
@@ -100,6 +105,28 @@ def refined_rows() -> Iterator[tuple[str, ...]]:
             coarse = f"{study.too_coarse.size} of {loaded.model.blocks.count} blocks"
             yield name, stage.name, *greatest, limit, coarse
             print(f"{name}, {stage.name}: {study.sentence}", file=sys.stderr, flush=True)
+
+
+def closed_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every closed form."""
+    model, exact, at_wall = cut_by_stages(KIRSCH)
+    for order in (1, 2):
+        stress = solve_continuum_stages(model, order=order)[-1].stress[: len(exact)]
+        off = np.linalg.norm((stress - exact)[at_wall]) / np.linalg.norm(exact[at_wall])
+        what = f"Kirsch's hole cut in situ, {KIRSCH} blocks along a quarter, order {order}"
+        yield what, "stress of the blocks at the wall", f"{100 * off:.2g} % (L2)"
+    for friction in (20.0, 35.0):
+        low, high = friction - 1, friction + 1
+        while high - low > ANGLE:
+            middle = (low + high) / 2
+            stage = solve_continuum(on_a_slope(middle, friction, ROCK), order=1, joints=True)
+            stays = stage.converged and np.hypot(*stage.displacement[1, :2]) < 1.0
+            low, high = (middle, high) if stays else (low, middle)
+        yield f"block on a slope, friction {friction:g} degrees", "slides beyond", f"{(low + high) / 2:.3f} degrees"
+    water = bsm.Water(table=[(-5, 3.0), (5, 3.0)], unit_weight=10e3)
+    stage = solve_continuum(on_a_slope(0.0, 30.0, ROCK).replace(water=water), order=2, joints=True)
+    off = abs(float(stage.contacts.normal_force.sum()) / (-(26e3 - 10e3) * 0.4) - 1)
+    yield "block under water (Archimedes)", "force in its joint", f"{off:.1g} of it"
 
 
 def element_rows() -> Iterator[tuple[str, ...]]:
@@ -167,6 +194,7 @@ def main() -> int:
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
     text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
+    text = f"{CLOSED_SAYING}\n\n{markdown(CLOSED, closed_rows())}\n{text}"
     text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
     text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
     if given.into:

@@ -6,7 +6,7 @@ import numpy as np
 
 import bsm_mesh as bsm
 from tests.scenes.models import framed
-from tests.scenes.shapes import grid, rectangle, running_bond
+from tests.scenes.shapes import grid, rectangle, running_bond, turned
 
 EXACT = 1e-9  # linear fields lie in both element spaces, the gravity column in the second-order one; rounding is lost
 E, MU = 50e9, 0.25
@@ -66,3 +66,16 @@ def sag(model, displacement):
     x = model.blocks.moments.centroid[:, 0]
     there = (x > 6) & (x < 7)
     return -np.average(displacement[there, 1], weights=model.blocks.moments.area[there])
+
+
+def on_a_slope(degrees, friction, fields):
+    """Return a flat block on a slope at an angle [degrees]."""
+    shapes = [turned(np.array(rectangle(*corners)), degrees) for corners in ((-2, -1, 3, 0), (0, 0, 1, 0.4))]
+    law = bsm.MohrCoulomb(friction=friction)
+    return bsm.Model(
+        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=26e3, **fields)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law)],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+    )

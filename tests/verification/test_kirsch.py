@@ -8,56 +8,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numpy.polynomial.legendre import leggauss
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
+from tests.scenes.kirsch import FAR, A, block_averages, kirsch, plate
 from tests.scenes.models import LINEAR
 
-A, FAR = 1.0, 20.0
-P, Q = 10e6, 5e6
 BLOCKS_L2 = 0.02  # C12, for r < 3a; found 1.64 % with 4416 blocks, and half of it with twice as many in each direction
 CONTINUUM_L2 = 2e-4  # second-order triangles, block averages; found 7e-5
-
-
-def kirsch(x, y):
-    """Return the stress (..., 2, 2) [Pa], tension positive, p vertical and q horizontal (Wang Eq. 3.46)."""
-    r, t = np.hypot(x, y), np.arctan2(y, x)
-    k = (A / r) ** 2
-    s_r = -(P + Q) / 2 * (1 - k) + (P - Q) / 2 * (1 + 3 * k**2 - 4 * k) * np.cos(2 * t)
-    s_t = -(P + Q) / 2 * (1 + k) - (P - Q) / 2 * (1 + 3 * k**2) * np.cos(2 * t)
-    s_rt = -(P - Q) / 2 * (1 - 3 * k**2 + 2 * k) * np.sin(2 * t)
-    c, s = np.cos(t), np.sin(t)
-    xx, yy = s_r * c**2 + s_t * s**2 - 2 * s_rt * s * c, s_r * s**2 + s_t * c**2 + 2 * s_rt * s * c
-    xy = (s_r - s_t) * s * c + s_rt * (c**2 - s**2)
-    return np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-2)
-
-
-def block_averages(corners, field):
-    """Return the mean of a field over quads (n, 4, 2) by 4 x 4 Gauss points."""
-    points, weights = leggauss(4)
-    total, area = 0.0, 0.0
-    for u, wu in zip((points + 1) / 2, weights, strict=True):
-        for v, wv in zip((points + 1) / 2, weights, strict=True):
-            shape = np.array([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])
-            along_u = np.array([v - 1, 1 - v, v, -v]) @ corners
-            along_v = np.array([u - 1, -u, u, 1 - u]) @ corners
-            size = wu * wv * (along_u[:, 0] * along_v[:, 1] - along_u[:, 1] * along_v[:, 0])
-            total = total + size[:, None, None] * field(*(shape @ corners).T)
-            area = area + size
-    return total / area[:, None, None]
-
-
-def plate(around):
-    """Return the quads of the quarter, `around` of them along the hole."""
-    rings = round(np.log(FAR / A) / (np.pi / 2 / around))
-    radius = A * (FAR / A) ** (np.arange(rings + 1) / rings)
-    angle = np.linspace(0, np.pi / 2, around + 1)
-    ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    ray[0, 1] = ray[-1, 0] = 0.0
-    p = radius[:, None, None] * ray
-    return np.stack([p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]], axis=2).reshape(-1, 4, 2)
 
 
 def model_of(corners, stiffness):
