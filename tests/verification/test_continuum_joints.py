@@ -13,7 +13,9 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
-from bsm_mesh.converters.continuum import solve_continuum_stages
+from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.converters.continuum.files import write_joints
+from bsm_mesh.converters.vtk_files import read_vtu
 from tests.scenes.continuum import on_a_slope
 from tests.scenes.kirsch import P, Q, cut_by_stages
 from tests.scenes.models import LINEAR
@@ -234,3 +236,22 @@ def test_same_scheme_same_answer():
     displacement, force = distances(ours, solve_continuum(model, order=1, joints=True))
     assert displacement < SAME_DISPLACEMENTS
     assert force < SAME_FORCES
+
+
+def test_opening_and_slip_of_both(tmp_path):
+    """A block that slides on its joint and lifts off at one side: rigid in both, the same at every point."""
+    tipped = bsm.PointLoad(block=1, point=(0.0, 0.3), force=(2.5e3, 0.0))
+    model = on_a_slope(0.0, 35.0, {}).replace(loads=[tipped])
+    (stage,) = compare_stages(model, bsm.run(model, bsm.Options(tolerance=1e-9)), refine=False)
+    compared = stage.comparison
+    points = compared.nominal.contacts
+    assert np.abs(points.slip).max() > 1e-6
+    assert np.ptp(points.opening) > 1e-6
+    assert [error.name for error in compared.movement_errors] == ["opening of joints", "slip of joints"]
+    assert max(error.l2 for error in compared.movement_errors) < SAME_DISPLACEMENTS
+    assert compared.where(compared.movement_errors[0]) == "blocks 0 and 1"
+    write_joints(compared, tmp_path / "joints.vtu")
+    data = read_vtu(tmp_path / "joints.vtu").cell_data
+    for name in ("opening", "slip"):
+        assert_allclose(data[f"{name}_fem"], getattr(points, name))
+        assert_allclose(data[f"{name}_difference"], data[name] - data[f"{name}_fem"])
