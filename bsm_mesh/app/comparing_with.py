@@ -85,10 +85,12 @@ def compare_with_files(
 
 def _series(files: Sequence[Path]) -> list[tuple[float, Path]]:
     """Return all results in the order of their times, a PVD's as it gives them, else numbered from 0."""
+    from bsm_mesh.converters.meshes.files import refuse_unreadable
     from bsm_mesh.converters.vtk_files import read_pvd
 
     found: list[tuple[float, Path]] = []
     for file in files:
+        refuse_unreadable(file)
         if file.suffix.lower() == ".pvd":
             found += sorted(read_pvd(file), key=lambda entry: entry[0])
         else:
