@@ -32,6 +32,10 @@ MOST_SEEDS = 100
 SAYING = "Greatest displacement of a block in the elements, and how many blocks refining moves by more than a tenth:"
 LARGE, HALVINGS = 1000, 2  # Voronoi blocks, and how often their fans are halved: 1e5 triangles
 ROCK = {"young": 20e9, "poisson": 0.2}
+SLOPES_SAYING = (
+    "Rigid blocks on joints of friction, gravity switched on at once: friction leaves the equilibrium undetermined, "
+    "and each method finds its own; the table says how far apart they are:"
+)
 HEADER = ("seed", "family", "blocks", "joints that slip or are open", "balance checked", "what compare says")
 REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/ten_blocks")  # in elastic rock
 REFINEMENTS = 3
@@ -49,6 +53,9 @@ ELEMENTS = ("blocks", "Poisson's ratio", "order", "quads", "four triangles each"
 ELEMENTS_SAYING = (
     "A cantilever of squares as quads, and with one triangle at its end: by how much its sag is short of a fine mesh's:"
 )
+TUNNEL, MODULI = "staged_tunnel/model", (10e9, 20e9, 50e9, 100e9)
+ROCKS = ("joints", "rock", "stage", "what compare says")
+ROCKS_SAYING = "The tunnel by stages, in elastic rock instead of rigid:"
 KIRSCH = 24  # blocks along a quarter of the hole
 ANGLE = 1e-4  # degrees; to which the limit of a slope is sought
 CLOSED = ("closed form", "what", "found, or off by")
@@ -144,6 +151,20 @@ def element_rows() -> Iterator[tuple[str, ...]]:
                 yield f"{columns} x {columns // 4}", f"{poisson:g}", str(order), *errors
 
 
+def rock_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every modulus of the rock about a tunnel by stages, and stage."""
+    loaded = load_model_file(ROOT / "examples" / f"{TUNNEL}.toml", lambda _: None)
+    given = loaded.model.joints
+    elastic = [dataclasses.replace(joint, law=None, tensile_strength=0.0) for joint in given]
+    for what, joints in (("as given", given), ("elastic", elastic)):
+        for young in MODULI:
+            rocks = [dataclasses.replace(rock, young=young, poisson=0.2) for rock in loaded.model.rocks]
+            model = loaded.model.replace(rocks=rocks, joints=joints)
+            stages = compare_stages(model, bsm.run(model, loaded.options), refine=False)
+            for stage in stages[1:]:
+                yield what, f"{young / 1e9:g} GPa", stage.name, stage.sentence
+
+
 def bolt_rows() -> Iterator[tuple[str, ...]]:
     """Return a row for every bolted example, rock and part of the loads."""
     for name in BOLTED:
@@ -193,8 +214,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
-    text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
+    text = f"{SLOPES_SAYING}\n\n{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
     text = f"{CLOSED_SAYING}\n\n{markdown(CLOSED, closed_rows())}\n{text}"
+    text += f"{ROCKS_SAYING}\n\n{markdown(ROCKS, rock_rows())}\n"
     text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
     text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
     if given.into:
