@@ -1,4 +1,4 @@
-"""Slopes under gravity, refinement and a large continuum: ``python -m benchmarks.continuum_limits``.
+"""Closed forms, slopes under gravity, refinement, bolts, a large continuum: ``python -m benchmarks.continuum_limits``.
 
 Slopes are those of the campaign's families, with gravity switched on from zero stress, where friction leaves the
 equilibrium undetermined: the first ten seeds whose blocks come to rest, both equilibria checked. With ``--into PAGE``
@@ -21,8 +21,10 @@ from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
 from benchmarks.continuum import ROOT, marks, put
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.converters.continuum import compare_stages, solve_continuum, solve_continuum_stages
 from bsm_mesh.results.records import ContactStatus
+from tests.scenes.continuum import bolted, cantilever, on_a_slope, sag
+from tests.scenes.kirsch import cut_by_stages
 from tests.scenes.large import blocky_rock
 
 SLOPES = 10
@@ -30,8 +32,12 @@ MOST_SEEDS = 100
 SAYING = "Greatest displacement of a block in the elements, and how many blocks refining moves by more than a tenth:"
 LARGE, HALVINGS = 1000, 2  # Voronoi blocks, and how often their fans are halved: 1e5 triangles
 ROCK = {"young": 20e9, "poisson": 0.2}
+SLOPES_SAYING = (
+    "Rigid blocks on joints of friction, gravity switched on at once: friction leaves the equilibrium undetermined, "
+    "and each method finds its own; the table says how far apart they are:"
+)
 HEADER = ("seed", "family", "blocks", "joints that slip or are open", "balance checked", "what compare says")
-REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/model")  # in elastic rock
+REFINED = ("04_bolted_opening/model", "05_dam_foundation/model", "cassiar_slope/ten_blocks")  # in elastic rock
 REFINEMENTS = 3
 LEVELS = (
     "model",
@@ -41,6 +47,23 @@ LEVELS = (
     "limit",
     "too coarse",
 )
+BEAM = (8, 16, 32)  # columns of squares of a cantilever, whose sag is measured on FINE columns of second order
+FINE = 128
+ELEMENTS = ("blocks", "Poisson's ratio", "order", "quads", "four triangles each")
+ELEMENTS_SAYING = (
+    "A cantilever of squares as quads, and with one triangle at its end: by how much its sag is short of a fine mesh's:"
+)
+TUNNEL, MODULI = "staged_tunnel/model", (10e9, 20e9, 50e9, 100e9)
+ROCKS = ("joints", "rock", "stage", "what compare says")
+ROCKS_SAYING = "The tunnel by stages, in elastic rock instead of rigid:"
+KIRSCH = 24  # blocks along a quarter of the hole
+ANGLE = 1e-4  # degrees; to which the limit of a slope is sought
+CLOSED = ("closed form", "what", "found, or off by")
+CLOSED_SAYING = "Closed forms, by the elements alone:"
+BOLTED = ("04_bolted_opening/model", "04_bolted_opening/two_bolts")
+LOAD_PARTS = (1.0, 0.1, 0.01)
+BOLT_LEVELS = ("model", "rock", "part of the loads", "bolt forces differ by", "joint forces by", "displacement by")
+BOLTS_SAYING = "Bolted openings under parts of their loads:"
 COMMAND = "python -m benchmarks.continuum_limits"
 
 
@@ -91,6 +114,73 @@ def refined_rows() -> Iterator[tuple[str, ...]]:
             print(f"{name}, {stage.name}: {study.sentence}", file=sys.stderr, flush=True)
 
 
+def closed_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every closed form."""
+    model, exact, at_wall = cut_by_stages(KIRSCH)
+    for order in (1, 2):
+        stress = solve_continuum_stages(model, order=order)[-1].stress[: len(exact)]
+        off = np.linalg.norm((stress - exact)[at_wall]) / np.linalg.norm(exact[at_wall])
+        what = f"Kirsch's hole cut in situ, {KIRSCH} blocks along a quarter, order {order}"
+        yield what, "stress of the blocks at the wall", f"{100 * off:.2g} % (L2)"
+    for friction in (20.0, 35.0):
+        low, high = friction - 1, friction + 1
+        while high - low > ANGLE:
+            middle = (low + high) / 2
+            stage = solve_continuum(on_a_slope(middle, friction, ROCK), order=1, joints=True)
+            stays = stage.converged and np.hypot(*stage.displacement[1, :2]) < 1.0
+            low, high = (middle, high) if stays else (low, middle)
+        yield f"block on a slope, friction {friction:g} degrees", "slides beyond", f"{(low + high) / 2:.3f} degrees"
+    water = bsm.Water(table=[(-5, 3.0), (5, 3.0)], unit_weight=10e3)
+    stage = solve_continuum(on_a_slope(0.0, 30.0, ROCK).replace(water=water), order=2, joints=True)
+    off = abs(float(stage.contacts.normal_force.sum()) / (-(26e3 - 10e3) * 0.4) - 1)
+    yield "block under water (Archimedes)", "force in its joint", f"{off:.1g} of it"
+
+
+def element_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every mesh of a cantilever."""
+    for poisson in (0.2, 0.45):
+        fine = cantilever(FINE, poisson, mixed=False)
+        exact = sag(fine, solve_continuum(fine).displacement)
+        for order in (1, 2):
+            for columns in BEAM:
+                short = []
+                for mixed in (False, True):
+                    model = cantilever(columns, poisson, mixed=mixed)
+                    short.append(1 - sag(model, solve_continuum(model, order=order).displacement) / exact)
+                errors = (f"{100 * error:.2g} %" for error in short)
+                yield f"{columns} x {columns // 4}", f"{poisson:g}", str(order), *errors
+
+
+def rock_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every modulus of the rock about a tunnel by stages, and stage."""
+    loaded = load_model_file(ROOT / "examples" / f"{TUNNEL}.toml", lambda _: None)
+    given = loaded.model.joints
+    elastic = [dataclasses.replace(joint, law=None, tensile_strength=0.0) for joint in given]
+    for what, joints in (("as given", given), ("elastic", elastic)):
+        for young in MODULI:
+            rocks = [dataclasses.replace(rock, young=young, poisson=0.2) for rock in loaded.model.rocks]
+            model = loaded.model.replace(rocks=rocks, joints=joints)
+            stages = compare_stages(model, bsm.run(model, loaded.options), refine=False)
+            for stage in stages[1:]:
+                yield what, f"{young / 1e9:g} GPa", stage.name, stage.sentence
+
+
+def bolt_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every bolted example, rock and part of the loads."""
+    for name in BOLTED:
+        loaded = load_model_file(ROOT / "examples" / f"{name}.toml", lambda _: None)
+        for rigid in (False, True):
+            for load in LOAD_PARTS:
+                model = bolted(loaded.model, load=load, rigid=rigid)
+                (stage,) = compare_stages(model, bsm.run(model, bsm.Options(tolerance=1e-9)), refine=False)
+                compared = stage.comparison
+                if compared is None or compared.force_error is None or compared.bolt_error is None:
+                    raise SystemExit(f"{name}: {stage.sentence}")
+                errors = compared.bolt_error, compared.force_error, compared.displacement_errors[0]
+                rock = "rigid" if rigid else "as given"
+                yield name, rock, f"{load:g}", *(f"{100 * error.l2:.2g} %" for error in errors)
+
+
 def large_model() -> bsm.Model:
     """Return elastic Voronoi rock at depth, of which a stage excavates a circle."""
     model = blocky_rock(LARGE).model(0.5)
@@ -124,7 +214,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
-    text = f"{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n{large_text()}\n"
+    text = f"{SLOPES_SAYING}\n\n{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
+    text = f"{CLOSED_SAYING}\n\n{markdown(CLOSED, closed_rows())}\n{text}"
+    text += f"{ROCKS_SAYING}\n\n{markdown(ROCKS, rock_rows())}\n"
+    text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
+    text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
     if given.into:
         put(given.into, text, marks(COMMAND))
     else:

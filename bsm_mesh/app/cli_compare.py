@@ -32,7 +32,14 @@ from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scrip
 @click.option(
     "--size", type=float, metavar="METRES", help="Mesh the inside of the blocks by Gmsh, sides so long at most."
 )
-@click.option("--with", "other", type=PATH, help="A result of another program instead: VTU, or what meshio reads.")
+@click.option(
+    "--with",
+    "others",
+    type=PATH,
+    multiple=True,
+    metavar="FILE",
+    help="A result of another program instead: VTU, CSV of nodes, what meshio reads; PVD or several: a series.",
+)
 @click.option(
     "--field",
     "fields",
@@ -42,7 +49,13 @@ from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scrip
 )
 @click.option("--length", metavar="UNIT", help="With --with: unit of length of its mesh, for example mm.")
 @click.option("--compression-positive", is_flag=True, help="With --with: its stresses are positive in compression.")
-@click.option("--stage", metavar="NAME", help="With --with: the stage that it is set beside; the last by default.")
+@click.option(
+    "--stage",
+    "stages",
+    multiple=True,
+    metavar="NAME",
+    help="With --with: the stage that each is set beside; by default the last, or of a series all in order.",
+)
 @click.option("--pictures", is_flag=True, help="Draw both sides and the difference as PNG too.")
 @json_option
 @quiet_option
@@ -54,17 +67,17 @@ def compare(
     joints: bool | None,
     refine: int | None,
     size: float | None,
-    other: Path | None,
+    others: tuple[Path, ...],
     fields: tuple[str, ...],
     length: str | None,
     compression_positive: bool,
-    stage: str | None,
+    stages: tuple[str, ...],
     pictures: bool,
     as_json: bool,
     quiet: bool,
     no_scripts: bool,
 ) -> None:
-    """Set MODEL beside a continuum (scikit-fem), stage by stage, or a result of another program beside a stage.
+    """Set MODEL beside a continuum (scikit-fem), stage by stage, or results of another program beside its stages.
 
     Same mesh, loads, stress, water and joints. Says of every stage whether it is comparable, with interfaces at the
     joints, or not comparable and why; then how far both differ, in a sentence, a table and a VTU file.
@@ -72,15 +85,16 @@ def compare(
     Exit code 0 where every stage was compared, 3 where one could not be.
     """
     from bsm_mesh.app.comparing import Asked, compare_model
-    from bsm_mesh.app.comparing_with import compare_with_file, field_names
+    from bsm_mesh.app.comparing_with import Others, compare_with_files, field_names
 
     shown = {"as_json": as_json, "quiet": quiet, "scripts": not no_scripts}
-    if other is not None:
+    if others:
         if refine or size or order or joints is not None:
             raise click.UsageError("--order, --joints, --refine and --size are of our own elements; leave out --with")
         names = field_names(fields, length, compression_positive)
-        sys.exit(compare_with_file(model, output, other, names, stage, pictures=pictures, **shown))
-    if fields or length or compression_positive or stage:
+        given = Others(files=others, names=names, stages=stages)
+        sys.exit(compare_with_files(model, output, given, pictures=pictures, **shown))
+    if fields or length or compression_positive or stages:
         raise click.UsageError("--field, --length, --compression-positive and --stage belong to --with FILE")
     asked = Asked(order=order, joints=joints, refinements=refine or 0, size=size, pictures=pictures)
     sys.exit(compare_model(model, output, asked, **shown))

@@ -53,7 +53,7 @@ def draw_comparison(folder: Path, file: str, title: str) -> list[Path]:
 
     added, path = AddedFiles(folder), folder / file
     grid = read_vtu(path, needs=("block_id",))
-    other = "other program" if path.stem == "compare_with" else "elements"
+    other = "other program" if path.stem.startswith("compare_with") else "elements"
     return [
         add_picture(added, f"{path.stem}_{each.array}.png", partial(save, _figure(grid, each, title, other)))
         for each in QUANTITIES

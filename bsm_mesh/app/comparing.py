@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -74,7 +76,8 @@ def compare_model(
         if asked.pictures:
             progress.report("pictures")
             titles = [f"{loaded.model.title or path.stem}, stage {stage.name}" for stage in stages if stage.comparison]
-            vtus = [file for file in files if file.endswith(".vtu") and "bolts" not in Path(file).name]
+            of_blocks = re.compile(r"compare(_\d+)?\.vtu")
+            vtus = [file for file in files if of_blocks.fullmatch(Path(file).name)]
             files += drawn(added, dict(zip(vtus, titles, strict=True)))
     compared = [stage.comparison for stage in stages if stage.comparison is not None]
     notes = (*loaded.notes, *results.stages[0].notes, *(compared[-1].notes if compared else ()))
@@ -90,30 +93,36 @@ def compare_model(
 
 
 def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles) -> list[str]:
-    """Write a VTU file a compared stage, one of its bolts, and of several stages the series; return their paths."""
-    from bsm_mesh.converters.continuum.files import write_bolts, write_comparison
+    """Write VTU files of the compared stages (blocks; joints; bolts), and the series of several; return their paths."""
+    from bsm_mesh.converters.continuum.files import write_bolts, write_comparison, write_joints
     from bsm_mesh.converters.vtk_files import write_pvd
 
     several = len(stages) > 1
-    names: list[tuple[float, str]] = []
-    bolts: list[tuple[float, str]] = []
-    for number, stage in enumerate(stages):
-        if stage.comparison is None:
-            continue
-        name = f"compare_{number:04d}.vtu" if several else "compare.vtu"
+    written: dict[str, list[tuple[float, str]]] = {"compare": [], "compare_joints": [], "compare_bolts": []}
+
+    def write(kind: str, number: int, draw: Callable[[Path], None]) -> None:
+        name = f"{kind}_{number:04d}.vtu" if several else f"{kind}.vtu"
         with added.file(name) as draft:
-            write_comparison(stage.comparison, blocks, draft)
-        names.append((float(number), name))
-        if stage.comparison.bolts.count:
-            beside = name.replace("compare", "compare_bolts")
-            with added.file(beside) as draft:
-                write_bolts(stage.comparison, draft)
-            bolts.append((float(number), beside))
-    if several and names:
-        with added.file("compare.pvd") as draft:
-            write_pvd(draft, names)
-        names.append((0.0, "compare.pvd"))
-    return [str(added.folder.path / name) for _, name in (*names, *bolts)]
+            draw(draft)
+        written[kind].append((float(number), name))
+
+    for number, stage in enumerate(stages):
+        comparison = stage.comparison
+        if comparison is None:
+            continue
+        write("compare", number, partial(write_comparison, comparison, blocks))
+        if comparison.joint_movement is not None:
+            write("compare_joints", number, partial(write_joints, comparison))
+        if comparison.bolts.count:
+            write("compare_bolts", number, partial(write_bolts, comparison))
+    names = []
+    for kind, listed in written.items():
+        names += [name for _, name in listed]
+        if several and listed:
+            with added.file(f"{kind}.pvd") as draft:
+                write_pvd(draft, listed)
+            names.append(f"{kind}.pvd")
+    return [str(added.folder.path / name) for name in names]
 
 
 def drawn(added: AddedFiles, titles: Mapping[str, str]) -> list[str]:

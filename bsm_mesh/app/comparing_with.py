@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.units import in_unit
 from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import COORDINATE, STRESS, Quantity
 from bsm_mesh.run import run
 
@@ -21,62 +23,113 @@ if TYPE_CHECKING:
     from bsm_mesh.converters.continuum.foreign_fields import FieldNames
     from bsm_mesh.converters.continuum.outside import OutsideComparison
 
-FILE = "compare_with.vtu"
+STEM = "compare_with"
 
 
-def compare_with_file(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Others:
+    """Results of another program: files (a PVD stands for those it lists), what is in them, and their stages."""
+
+    files: tuple[Path, ...]
+    names: FieldNames
+    stages: tuple[str, ...]
+
+
+def compare_with_files(
     path: Path,
     output: Path | None,
-    other: Path,
-    names: FieldNames,
-    stage: str | None,
+    others: Others,
     *,
     pictures: bool,
     as_json: bool,
     quiet: bool,
     scripts: bool = True,
 ) -> int:
-    """Solve a model as blocks and set another program's result beside a stage; print and write as `compare_model`.
+    """Solve a model as blocks and set another program's results beside its stages; print and write as `compare_model`.
 
-    Returns the exit code: 0 where they were compared.
+    Returns the exit code: 0 where all were compared.
     """
-    from bsm_mesh.converters.continuum.files import write_sides
-    from bsm_mesh.converters.continuum.outside import compare_with
+    from bsm_mesh.converters.continuum.outside import compare_with, stages_of
     from bsm_mesh.converters.meshes.foreign_files import read_foreign
 
     with Progress(quiet=quiet or as_json) as progress:
-        progress.report(f"reading {other}")
-        result = read_foreign(other)
+        series = _series(others.files)
+        read = []
+        for _, file in series:
+            progress.report(f"reading {file}")
+            read.append(read_foreign(file))
         loaded = load_model_file(path, progress.report, scripts=scripts)
+        stages = stages_of(loaded.model, [time for time, _ in series], others.stages)
         added = AddedFiles(output or loaded.output_folder)
         with placed(path.name):
             results = run(loaded.model, loaded.options, progress.step, progress.report)
-        found = compare_with(loaded.model, results, result, names, stage)
-        files = []
-        if not found.reason:
-            with added.file(FILE) as draft:
-                write_sides(
-                    draft, loaded.model.blocks, found.compared, stress=found.stress, displacement=found.displacement
-                )
-            files.append(str(added.folder.path / FILE))
-            if pictures:
-                progress.report("pictures")
-                title = f"{loaded.model.title or path.stem}, stage {found.stage}, beside {other.name}"
-                files += drawn(added, {files[0]: title})
+        found = [
+            compare_with(loaded.model, results, other, others.names, stage)
+            for other, stage in zip(read, stages, strict=True)
+        ]
+        files = _written(found, loaded.model, added)
+        if pictures:
+            progress.report("pictures")
+            title = loaded.model.title or path.stem
+            compared = [one for one in found if not one.reason]
+            titles = [f"{title}, stage {one.stage}, beside {Path(one.source).name}" for one in compared]
+            vtus = [file for file in files if file.endswith(".vtu")]
+            files += drawn(added, dict(zip(vtus, titles, strict=True)))
     if as_json:
-        say_json({**_told(found), "files": files})
+        told = [_told(one) for one in found]
+        say_json({**(told[0] if len(told) == 1 else {"stages": told}), "files": files})
     else:
-        _print(f"{loaded.model.title or path}: stage {found.stage} beside {other.name}", found, files)
-    return NOT_COMPARED if found.reason else 0
+        _print(str(loaded.model.title or path), found, files)
+    return NOT_COMPARED if any(one.reason for one in found) else 0
 
 
-def _print(title: str, found: OutsideComparison, files: Sequence[str]) -> None:
-    if found.errors:
-        header = (*ERROR_HEADER[:2], "other", *ERROR_HEADER[3:])
-        print_table(title, header, [error_row(error, f"block {error.worst_block}") for error in found.errors])
-    say(found.sentence)
-    for note in found.notes:
-        say(f"note: {note}")
+def _series(files: Sequence[Path]) -> list[tuple[float, Path]]:
+    """Return all results in the order of their times, a PVD's as it gives them, else numbered from 0."""
+    from bsm_mesh.converters.meshes.files import refuse_unreadable
+    from bsm_mesh.converters.vtk_files import read_pvd
+
+    found: list[tuple[float, Path]] = []
+    for file in files:
+        refuse_unreadable(file)
+        if file.suffix.lower() == ".pvd":
+            found += sorted(read_pvd(file), key=lambda entry: entry[0])
+        else:
+            found.append((float(len(found)), file))
+    return found
+
+
+def _written(found: Sequence[OutsideComparison], model: Model, added: AddedFiles) -> list[str]:
+    """Write a VTU file for each comparison, and of several the series; return their paths."""
+    from bsm_mesh.converters.continuum.files import write_sides
+    from bsm_mesh.converters.continuum.outside import stage_names
+    from bsm_mesh.converters.vtk_files import write_pvd
+
+    listed: list[tuple[float, str]] = []
+    for one in found:
+        if one.reason:
+            continue
+        number = stage_names(model).index(one.stage)
+        name = f"{STEM}_{number:04d}.vtu" if len(found) > 1 else f"{STEM}.vtu"
+        with added.file(name) as draft:
+            write_sides(draft, model.blocks, one.compared, stress=one.stress, displacement=one.displacement)
+        listed.append((float(number), name))
+    names = [name for _, name in listed]
+    if len(found) > 1 and listed:
+        with added.file(f"{STEM}.pvd") as draft:
+            write_pvd(draft, listed)
+        names.append(f"{STEM}.pvd")
+    return [str(added.folder.path / name) for name in names]
+
+
+def _print(title: str, found: Sequence[OutsideComparison], files: Sequence[str]) -> None:
+    header = (*ERROR_HEADER[:2], "other", *ERROR_HEADER[3:])
+    for one in found:
+        named = f"{title}: stage {one.stage} beside {Path(one.source).name}"
+        if one.errors:
+            print_table(named, header, [error_row(error, f"block {error.worst_block}") for error in one.errors])
+        say(one.sentence if one.errors else f"{named}: {one.sentence}")
+        for note in one.notes:
+            say(f"note: {note}")
     for file in files:
         say(f"written: {file}")
 

@@ -23,6 +23,9 @@ Region: TypeAlias = str | int | Polygon
 """An excavation group's name, a block's number, or a polygon: all blocks whose centroid lies in it."""
 
 
+INITIAL = "initial"  # the name of the state before the first stage
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stage:
     """One stage: it changes the ground, then the blocks find equilibrium.
@@ -69,8 +72,10 @@ class Stage:
     def __post_init__(self) -> None:
         rules = Rules("stage", self.name)
         rules.name(self.name)
-        if isinstance(self.name, str) and self.name == "initial":
-            rules.faults.append("stage 'initial': the name stands for the state before the first stage; choose another")
+        if isinstance(self.name, str) and self.name == INITIAL:
+            rules.faults.append(
+                f"stage '{INITIAL}': the name stands for the state before the first stage; choose another"
+            )
         for name in ("excavate", "fill"):
             object.__setattr__(self, name, _regions(getattr(self, name), name, rules))
         loads = rules.things("loads", self.loads, *GIVEN_LOADS, derived=(PointForces,))

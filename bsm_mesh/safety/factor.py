@@ -11,6 +11,7 @@ from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.in_stage import model_up_to
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.values import Rules
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
 from bsm_mesh.safety.as_built import counted_blocks
@@ -20,7 +21,6 @@ from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Search
 from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, stage_number, strength_trials
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.stages.sequence import INITIAL
 
 LEAST, GREATEST = 0.05, 20.0  # factors beyond are not tried
 STIFFER = 10.0  # of the joints, in the spread

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.differences import Difference
 from bsm_mesh.converters.continuum.history_values import HistoryValue
+from bsm_mesh.converters.continuum.joint_movement import JointMovement
 from bsm_mesh.converters.continuum.refinement import COARSE, Refinement
 from bsm_mesh.converters.continuum.sections import Section
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
@@ -58,6 +59,10 @@ class Comparison:
         Of the force between every two blocks; None where the continuum has no joints.
     worst_pair : (int, int) or None
         The blocks between which joint forces differ most.
+    joint_movement : JointMovement or None
+        Opening and slip by the Block-Spring Model at the points of ``nominal.contacts``; None where there are none.
+    movement_errors : tuple of Difference
+        Of opening and slip against `nominal`, over those points; none where nothing moves.
     bolts : BoltForces
         By the Block-Spring Model.
     bolt_error : Difference or None
@@ -93,6 +98,8 @@ class Comparison:
     displacement_errors: tuple[Difference, ...]
     force_error: Difference | None
     worst_pair: tuple[int, int] | None
+    joint_movement: JointMovement | None
+    movement_errors: tuple[Difference, ...]
     bolts: BoltForces
     bolt_error: Difference | None
     worst_bolt: str
@@ -109,13 +116,17 @@ class Comparison:
     @property
     def errors(self) -> tuple[Difference, ...]:
         """All differences."""
-        others = (self.force_error, self.bolt_error)
-        return (*self.stress_errors, *self.displacement_errors, *(error for error in others if error is not None))
+        of_joints = (self.force_error, *self.movement_errors, self.bolt_error)
+        return (*self.stress_errors, *self.displacement_errors, *(error for error in of_joints if error is not None))
 
     def where(self, error: Difference) -> str:
         """Return where one of the differences is greatest."""
         if error is self.force_error and self.worst_pair is not None:
             return "blocks {} and {}".format(*self.worst_pair)
+        if error in self.movement_errors:
+            points, worst = self.nominal.contacts, error.worst_block
+            one, other = sorted((int(points.block_a[worst]), int(points.block_b[worst])))
+            return f"blocks {one} and {other}"
         return self.worst_bolt if error is self.bolt_error else f"block {error.worst_block}"
 
     def along(self, blocks: npt.ArrayLike) -> Section:

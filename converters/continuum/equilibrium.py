@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, JointState, remember
 from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
+from bsm_mesh.converters.continuum.tangents import Tangents
 from bsm_mesh.errors import ModelError
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 
@@ -50,6 +52,8 @@ class Equations:
         What they remember.
     bolts : EmbeddedBolts or None
         The bolts.
+    tangents : Tangents
+        Of rock and joints on the free unknowns.
     """
 
     stiffness: Any
@@ -58,6 +62,7 @@ class Equations:
     joints: JointPoints | None
     history: JointHistory | None
     bolts: EmbeddedBolts | None
+    tangents: Tangents
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return what is out of balance at displacements u (N,)."""
@@ -81,19 +86,22 @@ class Equations:
         )
 
     def tangent(self, at: Iterate, regularization: float) -> Any:
-        """Return the derivative of the internal forces."""
-        K = self.stiffness
+        """Return the derivative (free, free) of the internal forces, and a part of the elastic stiffness besides."""
+        points = None
         if self.joints is not None and self.history is not None and at.state is not None:
-            K = K + self.joints.tangent(at.state, self.history, OPEN_STIFFNESS)
-        if self.bolts is not None and at.bolts is not None:
-            K = K + self.bolts.tangent(at.bolts)
-        return K + regularization * self.elastic() if regularization else K
+            points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
+        return self._with_bolts(self.tangents.at(points, 1 + regularization), at)
 
     def elastic(self) -> Any:
-        """Return the stiffness with all joints closed and sticking."""
+        """Return the stiffness (free, free) with all joints closed and sticking."""
         if self.joints is None or self.history is None:
-            return self.stiffness
-        return self.stiffness + self.joints.elastic_tangent(self.history)
+            return self.tangents.at(None)
+        return self.tangents.at(self.joints.elastic_stiffness(self.history))
+
+    def _with_bolts(self, A: Any, at: Iterate) -> Any:
+        if self.bolts is None or at.bolts is None:
+            return A
+        return sp.csc_matrix(A + self.free.reduced_matrix(self.bolts.tangent(at.bolts)))
 
     def after(self, at: Iterate, path: FloatArray | None) -> Equations:
         """Return them after a state of equilibrium, which joints and bolts remember; `path` as for `remember`."""
@@ -171,6 +179,8 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
     """
     free = equations.free
     at = equations.at(free.fulfilled(u), free.none)
+    if equations.are_linear and at.is_balanced and not free.misfit(at.u).any():
+        return at, True
     if equations.are_linear:
         solved = _shortened(equations, at, 0.0, (1.0,))[0]
         at = replace(solved, scale=max(at.scale, solved.scale))  # a motion as a whole leaves no force to compare with

@@ -7,41 +7,48 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.supports import nodal_unknowns
 
 
 def block_averages(basis: Any, block: IntArray, area: FloatArray) -> tuple[Any, Any]:
     """Return the sparse matrices (n_blocks, N) that give the blocks' average displacement in x and in y."""
-    import skfem
-
-    constant = basis.with_element(skfem.ElementQuad0() if basis.mesh.t.shape[0] == 4 else skfem.ElementTriP0())
-    gather = sp.csr_matrix((np.ones(len(block)), (block, np.arange(len(block)))), shape=(len(area), len(block)))
-    gather = sp.diags(1 / area) @ gather
-    x, y = (
-        sp.csr_matrix(gather @ skfem.BilinearForm(lambda u, v, _, axis=axis: u[axis] * v).assemble(basis, constant))
-        for axis in (0, 1)
+    weight = (
+        np.stack([np.einsum("itq,tq->it", np.asarray(field[0]), basis.dx) for field in basis.basis], axis=1)
+        / area[block]
     )
+    rows, columns = np.tile(block, basis.Nbfun), basis.element_dofs.ravel()
+    x, y = (sp.csr_matrix((part.ravel(), (rows, columns)), shape=(len(area), basis.N)) for part in weight)
     return x, y
 
 
-def rock_stiffness(basis: Any, stiffness: FloatArray) -> Any:
-    """Return the stiffness matrix of a material that differs from cell to cell, (t, 3, 3)."""
-    import skfem
-    from skfem.helpers import sym_grad
+class RockStiffness:
+    """Stiffness matrices of all cells, from which the rock that is there is assembled.
 
-    C = stiffness.transpose(1, 2, 0)[:, :, :, None]
+    A form of scikit-fem is evaluated for every pair of shape functions; here all are one product a cell.
 
-    def strain(field: Any) -> tuple[Any, Any, Any]:
-        e = sym_grad(field)
-        return e[0, 0], e[1, 1], 2 * e[0, 1]
+    Parameters
+    ----------
+    basis : skfem.CellBasis
+        Of the vector-valued element.
+    stiffness : (t, 3, 3) float64 [Pa]
+        Of the material of every cell.
+    """
 
-    @skfem.BilinearForm
-    def form(u: Any, v: Any, _: Any) -> Any:
-        of_u, of_v = strain(u), strain(v)
-        return sum(sum(C[i, j] * of_u[j] for j in range(3)) * of_v[i] for i in range(3))
+    def __init__(self, basis: Any, stiffness: FloatArray) -> None:
+        self._of_cell = np.zeros((basis.nelems, basis.Nbfun, basis.Nbfun))
+        for point, weight in enumerate(basis.dx.T):
+            H = np.stack([field[0].grad[:, :, :, point] for field in basis.basis], axis=-1)  # (2, 2, t, shapes)
+            B = np.stack([H[0, 0], H[1, 1], H[0, 1] + H[1, 0]], axis=1)
+            self._of_cell += B.transpose(0, 2, 1) @ (weight[:, None, None] * stiffness @ B)
+        self._dofs, self._size = basis.element_dofs.T, basis.N
 
-    return form.assemble(basis)
+    def of(self, cells: BoolArray) -> Any:
+        """Return the stiffness matrix (N, N) of some cells (t,)."""
+        dofs = self._dofs[cells]
+        rows, columns = np.repeat(dofs, dofs.shape[1], axis=1), np.tile(dofs, dofs.shape[1])
+        entries = self._of_cell[cells].ravel()
+        return sp.csr_matrix((entries, (rows.ravel(), columns.ravel())), shape=(self._size, self._size))
 
 
 def mean_gradient(basis: Any, u: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.result_files import six_components
-from bsm_mesh.converters.vtk_files import LINE, POLYGON, Grid, numbered, spatial, write_vtu
+from bsm_mesh.converters.vtk_files import LINE, POLYGON, VERTEX, Grid, numbered, spatial, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.submodel import some_blocks
@@ -109,6 +109,39 @@ def write_bolts(comparison: Comparison, path: Path) -> None:
         },
         names=numbered("bolt", ours.names),
         units=_units(axial_force="N", shear_force="N"),
+    )
+    _write(path, grid)
+
+
+def write_joints(comparison: Comparison, path: Path) -> None:
+    """Write opening and slip of joints by both methods and the difference, a vertex a point of the interfaces.
+
+    Pressure and shear there are the continuum's: blocks have them at points of their own.
+
+    Raises
+    ------
+    ModelError
+        If the file cannot be written.
+    """
+    points, ours = comparison.nominal.contacts, comparison.joint_movement
+    assert ours is not None
+    count = len(points.length)
+    grid = Grid(
+        points=points.point,
+        offsets=np.arange(count + 1),
+        connectivity=np.arange(count),
+        cell_type=VERTEX,
+        cell_data={
+            "block_a": points.block_a,
+            "block_b": points.block_b,
+            "joint": points.joint,
+            "length": points.length,
+            **_with_difference("opening", ours.opening, points.opening),
+            **_with_difference("slip", ours.slip, points.slip),
+            "normal_force_fem": points.normal_force,
+            "shear_force_fem": points.shear_force,
+        },
+        units=_units(opening="m", slip="m") | {"length": "m", "normal_force_fem": "N/m", "shear_force_fem": "N/m"},
     )
     _write(path, grid)
 

@@ -24,7 +24,10 @@ STRESS = (
     "siefnoeu",
     "sigmnoeu",
 )
-VECTOR = {"x": ("ux", "dx", "dispx", "displacementx", "u1"), "y": ("uy", "dy", "dispy", "displacementy", "u2")}
+VECTOR = {
+    "x": ("ux", "dx", "dispx", "displacementx", "u1", "horizontaldisplacement", "xdisplacement"),
+    "y": ("uy", "dy", "dispy", "displacementy", "u2", "verticaldisplacement", "ydisplacement"),
+}
 TENSOR = ("s{}", "si{}", "sig{}", "sigma{}", "stress{}", "totalstress{}")
 TENSOR_PARTS = {"xx": ("xx", "x", "11"), "yy": ("yy", "y", "22"), "xy": ("xy", "12")}
 COLUMNS = {9: (0, 4, 1), 6: (0, 1, 3), 4: (0, 1, 3), 3: (0, 1, 2)}  # of xx, yy, xy among so many components
@@ -42,7 +45,7 @@ class FieldNames:
         named is looked for among names that programs use.
     factors : mapping of str to float
         By which the values are multiplied: "displacement" to metres, "stress" to pascals, "length" (of the mesh) to
-        metres; 1 where not given.
+        metres; where not given as the name in the file tells ("Sigma XX (MPa)"), else 1.
     compression_positive : bool
         Whether stresses are positive in compression.
     """
@@ -96,19 +99,20 @@ def plane_fields(result: ForeignResult, names: FieldNames) -> PlaneFields:
     for quantity, parts in whole.items():
         name = names.arrays.get(quantity) or _found(result, DISPLACEMENT if quantity == "displacement" else STRESS, 2)
         single = {part: names.arrays.get(part) or _found(result, _spellings(part), 1) for part in parts}
-        factor = names.factors.get(quantity, 1.0) * (
-            -1.0 if quantity == "stress" and names.compression_positive else 1.0
-        )
+        sign = -1.0 if quantity == "stress" and names.compression_positive else 1.0
         if all(single.values()) and quantity not in names.arrays:
             values = {part: _array(result, str(array), 1) for part, array in single.items()}
+            arrays = {part: str(array) for part, array in single.items()}
             used += [str(array) for array in single.values()]
         elif name is not None:
             values = _split(result, name, parts)
+            arrays = dict.fromkeys(parts, name)
             used.append(name)
         else:
             continue
         for part, (at_points, column) in values.items():
-            (point if at_points else cell)[part] = factor * column
+            factor = names.factors.get(quantity, result.units.get(arrays[part], 1.0))
+            (point if at_points else cell)[part] = sign * factor * column
     if not used:
         raise ModelError(
             f"{result.source}: neither a displacement nor a stress is found among its arrays ({_known(result)}); "
@@ -124,8 +128,8 @@ def _spellings(part: str) -> Sequence[str]:
 
 
 def _plain(name: str) -> str:
-    """Return a name without case, signs and what Code_Aster writes before two underscores."""
-    return re.sub(r"[^a-z0-9]", "", name.rpartition("__")[2].lower())
+    """Return a name without case, signs, a unit in brackets and what Code_Aster writes before two underscores."""
+    return re.sub(r"[(\[][^()\[\]]*[)\]]\s*$|[^a-z0-9]", "", name.rpartition("__")[2].lower())
 
 
 def _found(result: ForeignResult, spellings: Sequence[str], least: int) -> str | None:

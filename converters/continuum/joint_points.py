@@ -24,6 +24,7 @@ from bsm_mesh.converters.continuum.rock_faces import (
     interface_laws,
     interface_tensions,
 )
+from bsm_mesh.converters.continuum.tangents import PointStiffness
 from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.model import Model
@@ -342,24 +343,23 @@ class JointPoints:
         forces: FloatArray = self.slip_rows.T @ state.shear - self.opening_rows.T @ normal
         return forces
 
-    def tangent(self, state: JointState, history: JointHistory, part: float) -> Any:
-        """Return the derivative (N, N) of `forces`; a part of the stiffness is left to open and slipping points."""
-        least = part * history.present
-        normal = np.where(state.closed, 1.0, least) * state.normal_stiffness
-        shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness
-        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
-        Gn, Gs = self.opening_rows, self.slip_rows
-        shear = shear + state.shear_by_slip
-        of_pressure = sp.diags(normal) @ Gn
-        if state.by_slip.any():
-            of_pressure = of_pressure - sp.diags(state.by_slip) @ Gs
-        return Gn.T @ of_pressure + Gs.T @ (sp.diags(shear) @ Gs + sp.diags(cross) @ Gn)
+    def stiffness(self, state: JointState, history: JointHistory, part: float, more: float = 0.0) -> PointStiffness:
+        """Return the derivatives of `forces`, and `more` of the elastic stiffness besides.
 
-    def elastic_tangent(self, history: JointHistory) -> Any:
-        """Return the tangent with every point closed and sticking."""
+        A part of the stiffness is left to open and slipping points.
+        """
+        least = part * history.present
+        elastic = self.elastic_stiffness(history)
+        normal = np.where(state.closed, 1.0, least) * state.normal_stiffness + more * elastic.normal
+        shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness + more * elastic.shear + state.shear_by_slip
+        cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
+        return PointStiffness(normal, shear, cross, -state.by_slip)
+
+    def elastic_stiffness(self, history: JointHistory) -> PointStiffness:
+        """Return the derivatives with every point closed and sticking."""
         normal, shear = history.present * self.normal_stiffness, history.present * self.shear_stiffness
-        Gn, Gs = self.opening_rows, self.slip_rows
-        return Gn.T @ (sp.diags(normal) @ Gn) + Gs.T @ (sp.diags(shear) @ Gs)
+        none = np.zeros_like(normal)
+        return PointStiffness(normal, shear, none, none)
 
 
 def slip_path_after(points: JointPoints, history: JointHistory, state: JointState) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from bsm_mesh.converters.continuum.sampled import BlockAverages, block_averages_
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.errors import ModelError, counted, nearest
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 
@@ -90,14 +92,15 @@ def compare_with(
     ModelError
         If there is no such stage, no field is found, or the other mesh covers no block.
     """
-    ours = _stage(results, stage)
+    ours, missed = _stage(model, results, stage)
     fields = plane_fields(other, names)
-    averages = block_averages_of(other, fields, model.blocks, names.factors.get("length", 1.0))
+    length = names.factors.get("length", other.units.get("length", 1.0))
+    averages = block_averages_of(other, fields, model.blocks, length)
     compared = ours.present & (averages.covered >= COVERED)
-    reason = ""
-    if not ours.status.is_at_rest:
+    reason = missed
+    if not reason and not ours.status.is_at_rest:
         reason = f"the blocks' stage '{ours.name}' is {ours.status.value}: there is no state of rest to compare"
-    elif not compared.any():
+    elif not reason and not compared.any():
         reason = f"{other.source} covers no block that is there by half or more"
     stress = displacement = None
     if not reason and fields.has("sxx", "syy", "sxy"):
@@ -107,24 +110,72 @@ def compare_with(
     if not reason and fields.has("ux", "uy"):
         displacement = ours.displacement[:, :2], np.stack([averages.fields["ux"], averages.fields["uy"]], axis=1)
     return OutsideComparison(
-        stage=ours.name,
+        stage=stage or ours.name,
         source=other.source,
         reason=reason,
         compared=compared,
         stress=stress,
         displacement=displacement,
         errors=_errors(stress, displacement, model.blocks.moments.area * compared),
-        notes=(*_notes(fields, averages, ours, compared), *_constants(model, displacement is not None)),
+        notes=(
+            *_notes(fields, averages, ours, compared, other.has_elements),
+            *_constants(model, displacement is not None),
+        ),
     )
 
 
-def _stage(results: Results, name: str | None) -> StageResult:
+def stage_names(model: Model) -> tuple[str, ...]:
+    """Return the names of a model's stages, the one before the first among them."""
+    return INITIAL, *(stage.name for stage in model.stages)
+
+
+def stages_of(model: Model, times: Sequence[float], given: Sequence[str]) -> tuple[str, ...]:
+    """Return the stage that each of several results of another program belongs to.
+
+    Parameters
+    ----------
+    model : Model
+        With its stages.
+    times : sequence of float
+        When each result is.
+    given : sequence of str
+        A stage for each, as the user names it; without any: one result is the last stage's, as many as there are
+        stages are theirs in order, and times that are whole numbers are those of the stages, from 0.
+
+    Raises
+    ------
+    ModelError
+        If there is no such stage, or it does not follow which stage a result belongs to.
+    """
+    known = stage_names(model)
+    for name in given:
+        if name not in known:
+            raise ModelError(f"there is no stage '{name}'{nearest(name, list(known))}")
+    if len(set(given)) < len(given):
+        raise ModelError(f"a stage is named twice among {', '.join(given)}; each result has a stage of its own")
+    if given and len(given) == len(times):
+        return tuple(given)
+    if not given and len(times) == 1:
+        return (known[-1],)
+    if not given and len(times) == len(known):
+        return known
+    if not given and all(time in range(len(known)) for time in times) and len(set(times)) == len(times):
+        return tuple(known[int(time)] for time in times)
+    raise ModelError(
+        f"{counted(len(times), 'result')} of the other program, {counted(len(given), 'stage')} named for them, and "
+        f"{len(known)} in the model ({', '.join(known)}); name a stage for each result, --stage {known[-1]}"
+    )
+
+
+def _stage(model: Model, results: Results, name: str | None) -> tuple[StageResult, str]:
+    """Return a stage, or the last with why the one that is asked for did not come to be."""
+    last = results.stages[-1]
+    if name is not None and name not in stage_names(model):
+        raise ModelError(f"there is no stage '{name}'{nearest(name, list(stage_names(model)))}")
     by_name = {stage.name: stage for stage in results.stages}
-    if name is None:
-        return results.stages[-1]
-    if name not in by_name:
-        raise ModelError(f"there is no stage '{name}'{nearest(name, list(by_name))}")
-    return by_name[name]
+    if name is None or name in by_name:
+        return by_name.get(name or "", last), ""
+    return last, f"the run ended in stage '{last.name}' ({last.status.value}), before '{name}'"
 
 
 def _errors(
@@ -140,11 +191,15 @@ def _errors(
     return tuple(errors)
 
 
-def _notes(fields: PlaneFields, averages: BlockAverages, ours: StageResult, compared: BoolArray) -> tuple[str, ...]:
+def _notes(
+    fields: PlaneFields, averages: BlockAverages, ours: StageResult, compared: BoolArray, has_elements: bool
+) -> tuple[str, ...]:
     notes = [f"taken from the other result: {', '.join(fields.named)}"]
     if left := int((ours.present & ~compared).sum()):
         notes.append(f"not compared: {counted(left, 'block')}, less than half of which the other mesh covers")
-    if beyond := int((~ours.present & (averages.covered >= COVERED)).sum()):
+    if not has_elements:
+        notes.append("a table has no elements: fields are interpolated between the nodes, across openings too")
+    elif beyond := int((~ours.present & (averages.covered >= COVERED)).sum()):
         notes.append(f"the other mesh has rock in the place of {counted(beyond, 'block')} taken away before")
     return tuple(notes)
 

@@ -20,11 +20,11 @@ Stages = tuple[ContinuumSolution, ...]
 class Request:
     """What is to be solved, as `compare_stages` is asked."""
 
-    order: int | None
-    joints: bool | None
-    refine: bool
-    refinements: int
-    mesher: Mesher | None
+    order: int | None = None
+    joints: bool | None = None
+    refine: bool = True
+    refinements: int = 0
+    mesher: Mesher | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -70,18 +70,8 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
     ModelError
         If the continuum cannot be solved.
     """
-    small = results.scheme in MAY_MOVE_FAR
-    solved = _elastic(model) if small else model
-    breaks = not small and any(rock_breaks(stage.contacts) for stage in results.stages[:count])
-    interfaces = (has_joints(model) or breaks) and asked.joints is not False
-    order = (1 if interfaces else 2) if asked.order is None else asked.order
-    elements = Discretization(
-        order=order,
-        joints=interfaces,
-        rock_breaks=breaks and interfaces,
-        elastic_bolts=small,
-        mesher=asked.mesher,
-    )
+    solved, elements = continuum_of(model, results, count, asked)
+    small, interfaces, order = results.scheme in MAY_MOVE_FAR, elements.joints, elements.order
     continuum = Continuum(solved, elements)
     nominal = continuum.solve("nominal", count)
     matched = nominal if is_all_rigid(model) else continuum.solve("matched", count)
@@ -99,6 +89,22 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
         asked=asked.refinements,
         may_move_far=small,
     )
+
+
+def continuum_of(model: Model, results: Results, count: int, asked: Request) -> tuple[Model, Discretization]:
+    """Return what is solved beside the first `count` stages of a run, and its elements as they are given."""
+    small = results.scheme in MAY_MOVE_FAR
+    breaks = not small and any(rock_breaks(stage.contacts) for stage in results.stages[:count])
+    interfaces = (has_joints(model) or breaks) and asked.joints is not False
+    order = (1 if interfaces else 2) if asked.order is None else asked.order
+    elements = Discretization(
+        order=order,
+        joints=interfaces,
+        rock_breaks=breaks and interfaces,
+        elastic_bolts=small,
+        mesher=asked.mesher,
+    )
+    return _elastic(model) if small else model, elements
 
 
 def _converged(finer: Continuum, coarse: Sequence[ContinuumSolution]) -> Stages:

@@ -67,15 +67,7 @@ def block_averages_of(result: ForeignResult, fields: PlaneFields, blocks: Blocks
     kind = skfem.ElementQuad1() if mesh.are_quads else skfem.ElementTriP1()
     basis = skfem.CellBasis(mesh.mesh, kind, intorder=INTEGRATION)
     x, y = np.asarray(basis.global_coordinates())
-    grid = Grid(
-        points=points[:, :2],
-        offsets=result.offsets,
-        connectivity=result.connectivity,
-        cell_type=result.cell_type,
-        point_data=dict(fields.point),
-        cell_data=dict(fields.cell),
-    )
-    valid, values = sample(grid, np.column_stack([x.ravel(), y.ravel()]))
+    valid, values = sample(grid_of(result, fields, length), np.column_stack([x.ravel(), y.ravel()]))
     weight = basis.dx * valid.reshape(basis.dx.shape)
     area = np.bincount(mesh.block, weight.sum(axis=1), minlength=blocks.count)
     if not area.any():
@@ -90,6 +82,18 @@ def block_averages_of(result: ForeignResult, fields: PlaneFields, blocks: Blocks
     divisor = np.where(area > 0, area, 1.0)
     return BlockAverages(
         fields={name: total / divisor for name, total in sums.items()}, covered=area / blocks.moments.area
+    )
+
+
+def grid_of(result: ForeignResult, fields: PlaneFields, length: float = 1.0) -> Grid:
+    """Return a mesh in the plane with its fields, to be sampled; `length` [m] is the unit of the mesh."""
+    return Grid(
+        points=length * result.points[:, :2],
+        offsets=result.offsets,
+        connectivity=result.connectivity,
+        cell_type=result.cell_type,
+        point_data=dict(fields.point),
+        cell_data=dict(fields.cell),
     )
 
 

@@ -11,6 +11,7 @@ from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
 from bsm_mesh.converters.continuum.history_values import history_values
 from bsm_mesh.converters.continuum.joint_forces import joint_force_error
+from bsm_mesh.converters.continuum.joint_movement import joint_movement, joint_movement_errors
 from bsm_mesh.converters.continuum.references import References
 from bsm_mesh.converters.continuum.refinement import refinement_of
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
@@ -29,7 +30,10 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
     area = moments.area * stage.present
     held = np.zeros(model.blocks.count, dtype=bool)
     held[stage.supports.block] = True
-    forces = joint_force_error(stage.contacts, nominal.contacts, held) if nominal.contacts.length.size else None
+    forces = moved = None
+    if nominal.contacts.length.size:
+        forces = joint_force_error(stage.contacts, nominal.contacts, held)
+        moved = joint_movement(model.blocks, stage.displacement + stage.origin, nominal.contacts)
     bolts = bolt_force_error(stage.bolts, nominal.bolts)
     errors = _displacement_errors(stage, nominal, matched, area)
     levels = [level[number] for level in references.halved if number < len(level)]
@@ -48,6 +52,8 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
         displacement_errors=errors,
         force_error=None if forces is None else forces[0],
         worst_pair=None if forces is None else forces[1],
+        joint_movement=moved,
+        movement_errors=joint_movement_errors(moved, nominal.contacts, held) if moved and errors else (),
         bolts=stage.bolts,
         bolt_error=None if bolts is None else bolts[0],
         worst_bolt="" if bolts is None else bolts[1],

@@ -19,7 +19,7 @@ from bsm_mesh.converters.continuum import departures
 from bsm_mesh.converters.continuum.elasticity import matched_stiffness, nominal_stiffness
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Equations, Iterate, find_equilibrium, refuse_unsolved
-from bsm_mesh.converters.continuum.fields import block_averages, rock_stiffness
+from bsm_mesh.converters.continuum.fields import RockStiffness, block_averages
 from bsm_mesh.converters.continuum.fills import Fill
 from bsm_mesh.converters.continuum.ground import (
     PoreWater,
@@ -36,11 +36,12 @@ from bsm_mesh.converters.continuum.solution import ContinuumSolution, Elasticity
 from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
 from bsm_mesh.converters.continuum.supports import held_displacements
 from bsm_mesh.converters.continuum.system import FreeUnknowns, refuse_free_motion
+from bsm_mesh.converters.continuum.tangents import Tangents
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import ActingLoad
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.stages import Stage, presence
+from bsm_mesh.model.stages import INITIAL, Stage, presence
 
 PARTS = 4  # of what is out of balance, one after the other, where all at once leads nowhere
 MAX_FAILURES = 50  # times that points of joints fail or wear in a part of a stage and the others take over their load
@@ -138,6 +139,7 @@ class _Run:
 
     def __init__(self, continuum: Continuum, stiffness: FloatArray) -> None:
         self.of, self.stiffness = continuum, stiffness
+        self.rock = RockStiffness(continuum.basis, stiffness)
         model, basis, joints = continuum.model, continuum.basis, continuum.joints
         water = pore_water(model, model.water, basis, joints)
         self.initial_stress = initial_stress(model, continuum.mesh, basis, water)
@@ -150,7 +152,7 @@ class _Run:
     def first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
         self._wet()
-        end = self._solved("initial", present, (1.0,))
+        end = self._solved(INITIAL, present, (1.0,))
         if self.of.model.in_situ is not None:
             self.state.origin = self.state.u
         return end
@@ -159,7 +161,7 @@ class _Run:
         """Return the end of a stage: the excavation's forces are those out of balance without the rock that leaves."""
         state, of = self.state, self.of
         stays = before & present
-        equations = self.equations(stays)
+        equations = self.equations(stays, self._loads(stays))
         old = equations.at(state.u, equations.free.none)
         excavation = old.residual - state.held_back(0.0) - self.reactions
         state.unreleased.append((excavation, 0.0))
@@ -206,7 +208,8 @@ class _Run:
         here = np.zeros(of.basis.N, dtype=bool)
         here[of.basis.element_dofs[:, cells]] = True
         both = here[of.ties].all(axis=0)
-        equations = self.equations(present)
+        loads = self._loads(present)
+        equations = self.equations(present, loads)
         held = equations.free.supports
         refuse_free_motion(held, of.basis, cells, of.ties[:, both])
         for part in parts:
@@ -229,7 +232,7 @@ class _Run:
             stiffness=self.stiffness,
             initial_stress=self.initial_stress,
             water=state.water,
-            load=self._loads(present),
+            load=loads,
             unknowns=equations.free.free.size,
         )
 
@@ -282,16 +285,15 @@ class _Run:
         loads = load_vector(state.model, of.mesh, of.basis, state.loads, present) + state.pressures
         return loads if state.water is None else loads + seepage_forces(state.water, present, of.mesh, of.basis)
 
-    def equations(self, present: BoolArray) -> Equations:
-        """Return what has to be in balance in the rock that is there."""
+    def equations(self, present: BoolArray, loads: FloatArray) -> Equations:
+        """Return what has to be in balance in the rock that is there under loads (N,)."""
         of, state = self.of, self.state
         history, on = state.history, present[of.mesh.block]
-        stiffness = rock_stiffness(of.basis, self.stiffness * on[:, None, None])
-        load = self._loads(present)
+        load = loads
         virgin = on.copy()
         for fill in state.fills:
             filled = on & fill.blocks[of.mesh.block]
-            load = load + rock_stiffness(of.basis, self.stiffness * filled[:, None, None]) @ fill.u
+            load = load + self.rock.of(filled) @ fill.u
             virgin &= ~filled
         if self.initial_stress is not None:
             load = load - _forces_of_stress(of.basis, self.initial_stress * virgin[:, None])
@@ -301,13 +303,16 @@ class _Run:
         if state.joints is not None and history is not None:
             first, second = state.joints.block.T
             history = replace(history, present=present[first] & present[second])
+        stiffness, free, joints = self.rock.of(on), FreeUnknowns(held, idle), state.joints
+        opening, slip = (None, None) if joints is None else (joints.opening_rows, joints.slip_rows)
         return Equations(
             stiffness=stiffness,
             load=load,
-            free=FreeUnknowns(held, idle),
-            joints=state.joints,
+            free=free,
+            joints=joints,
             history=history,
             bolts=state.bolts,
+            tangents=Tangents(stiffness, opening, slip, free),
         )
 
 

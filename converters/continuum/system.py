@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -34,9 +35,9 @@ class FreeUnknowns:
         self.supports = supports
         self.turn = supports.turn
         self.free = np.flatnonzero(~(supports.held | idle))
-        rows = supports.rows if self.turn is None else supports.rows @ self.turn
-        self.rows = sp.csr_matrix(rows)[:, self.free]
+        self.rows = self.reduced_columns(supports.rows)
         self.none = np.zeros(self.rows.shape[0])
+        self._factors = _Factors()
 
     def fulfilled(self, u: FloatArray) -> FloatArray:
         """Return displacements (N,) with the held ones as given; `rows` are met by `solve`."""
@@ -52,29 +53,43 @@ class FreeUnknowns:
         left: FloatArray = turned[self.free] - self.rows.T @ multipliers
         return left
 
-    def solve(self, K: Any, forces: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def reduced_columns(self, rows: Any) -> Any:
+        """Return rows (m, N) on the free unknowns, (m, free)."""
+        return sp.csr_matrix(rows if self.turn is None else rows @ self.turn)[:, self.free]
+
+    def reduced_matrix(self, K: Any) -> Any:
+        """Return a symmetric matrix (N, N) on the free unknowns."""
+        turned = K if self.turn is None else self.turn.T @ K @ self.turn
+        return sp.csc_matrix(turned)[self.free][:, self.free]
+
+    def solve(self, A: Any, forces: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the correction (N,) of displacements u under forces out of balance, and the rows' multipliers.
 
-        Rows C u = w that take in many unknowns are met by multipliers m: with K' = K + s C^T C and the misfit
+        Rows C u = w that take in many unknowns are met by multipliers m: with K' = A + s C^T C and the misfit
         d = w - C u, the correction is K'^-1 (f + s C^T d - C^T m) where C K'^-1 C^T m = C K'^-1 (f + s C^T d) - d.
+
+        Parameters
+        ----------
+        A : sparse (free, free)
+            The tangent, by columns.
+        forces, u : (N,) float64 [N/m], [m]
+            Out of balance, and where.
 
         Raises
         ------
         ModelError
             If the matrix is singular.
         """
-        A = K if self.turn is None else self.turn.T @ K @ self.turn
-        A = sp.csc_matrix(A)[self.free][:, self.free]
         b = self.reduced(forces, self.none)
         C, correction = self.rows, np.zeros(len(u))
         if not C.shape[0]:
-            correction[self.free] = _factorize(A).solve(b) if self.free.size else 0.0
+            correction[self.free] = self._factors.of(A)(b) if self.free.size else 0.0
             return self._back(correction), self.none
         misfit = self.misfit(u)
         whole = self.supports.rows
         scale = float(A.diagonal().max()) / float(whole.multiply(whole).sum(axis=1).max())
-        factors = _factorize(A + scale * (C.T @ C))
-        y, spread = factors.solve(b - scale * (C.T @ misfit)), factors.solve(C.T.toarray())
+        solve = self._factors.of(sp.csc_matrix(A + scale * (C.T @ C)))
+        y, spread = solve(b - scale * (C.T @ misfit)), solve(C.T.toarray())
         multipliers = np.linalg.lstsq(C @ spread, C @ y + misfit, rcond=1e-10)[0]
         correction[self.free] = y - spread @ multipliers
         return self._back(correction), multipliers
@@ -97,12 +112,40 @@ class FreeUnknowns:
         return back
 
 
-def _factorize(A: Any) -> Any:
-    """Return SuperLU's factors of a matrix that is definite, or nearly so."""
+class _Factors:
+    """SuperLU's factors of matrices that are definite, or nearly so; one pattern after another keeps its ordering."""
+
+    def __init__(self) -> None:
+        self._pattern: tuple[IntArray, IntArray] | None = None
+        self._order = self._place = np.zeros(0, np.intp)
+        self._ordered: Any = None
+
+    def of(self, A: Any) -> Callable[[FloatArray], FloatArray]:
+        """Return what solves for right-hand sides (n,) or (n, k) with a matrix (n, n) in columns."""
+        pattern = A.indptr, A.indices
+        if self._pattern is None or not all(map(np.array_equal, pattern, self._pattern)):
+            factors = _superlu(A, "MMD_AT_PLUS_A")
+            self._pattern, self._order = pattern, np.argsort(factors.perm_c)
+            places = sp.csc_matrix((np.arange(A.nnz), A.indices, A.indptr), shape=A.shape)
+            self._ordered = places[self._order][:, self._order].tocsc()
+            self._ordered.sort_indices()
+            self._place = self._ordered.data
+            return factors.solve  # type: ignore[no-any-return]
+        ordered, order = self._ordered, self._order
+        matrix = sp.csc_matrix((A.data[self._place], ordered.indices, ordered.indptr), shape=A.shape)
+        factors = _superlu(matrix, "NATURAL")
+
+        def solve(right_side: FloatArray) -> FloatArray:
+            x = np.empty_like(right_side)
+            x[order] = factors.solve(right_side[order])
+            return x
+
+        return solve
+
+
+def _superlu(A: Any, ordering: str) -> Any:
     try:
-        return splu(
-            sp.csc_matrix(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options={"SymmetricMode": True}
-        )
+        return splu(A, permc_spec=ordering, relax=1, diag_pivot_thresh=PIVOT, options={"SymmetricMode": True})
     except RuntimeError:
         raise ModelError(f"the continuum's equations are singular: {HINGED}") from None
 

@@ -1,4 +1,7 @@
-"""Reads results of other programs: VTU, VTP and VTK by VTK, all else by meshio, each in a process apart."""
+"""Results of other programs: VTU, VTP and VTK by VTK, tables of nodes, all else by meshio.
+
+VTK and meshio run in a process apart.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.converters.meshes import from_table
 from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult, numbers_only
 from bsm_mesh.converters.meshes.from_meshio import read_mesh
@@ -42,6 +46,8 @@ def read_foreign(path: str | os.PathLike[str]) -> ForeignResult:
 
     file = as_path("result", path)
     refuse_unreadable(file)
+    if file.suffix.lower() == from_table.SUFFIX:
+        return from_table.read_table(file)
     return read_apart(by_vtk if file.suffix.lower() in SUFFIXES else by_meshio, file)
 
 

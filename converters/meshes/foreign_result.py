@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,10 @@ class ForeignResult:
         Nodes of the elements.
     at_points, at_cells : mapping of str to (n, ...), (c, ...) array
         Fields by name: numbers only.
+    units : mapping of str to float
+        What fields whose name tells their unit are to be multiplied by, and "length" for the nodes; 1 where not given.
+    has_elements : bool
+        Whether the elements are the file's; else they are triangles between its nodes.
     """
 
     source: str
@@ -42,6 +46,8 @@ class ForeignResult:
     connectivity: IntArray
     at_points: Fields
     at_cells: Fields
+    units: Mapping[str, float] = field(default_factory=dict)
+    has_elements: bool = True
 
     def packed(self) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
         """Return names and arrays, to be sent."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
@@ -68,6 +70,31 @@ def model_of(corners, stiffness):
         supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
         loads=[bsm.EdgeTractions(boundary="edge", values=tractions)],
     )
+
+
+def cut_by_stages(around):
+    """Return the plate whose hole is cut in situ, Kirsch's averages over its blocks, and which are at the wall."""
+    corners = plate(around)
+    angle = np.linspace(0, np.pi / 2, around + 1)
+    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    rim[0, 1] = rim[-1, 0] = 0.0
+    hole = [np.array([(0.0, 0.0), one, other]) for one, other in pairwise(rim)]
+    count = len(corners)
+    blocks = (
+        bsm.Blocks.from_polygons([*corners, *hole], rock="rock")
+        .with_boundary("left", lambda x, y: x < 1e-9)
+        .with_boundary("bottom", lambda x, y: y < 1e-9)
+        .with_boundary("edge", lambda x, y: np.hypot(x, y) > FAR - 1e-6)
+    )
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("rock", unit_weight=0, young=50e9, poisson=0.25)],
+        supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
+        loads=[bsm.InSituTraction(boundary="edge")],
+        in_situ=bsm.InSitu(stress={"xx": -Q, "yy": -P}),
+        stages=[bsm.Stage(name="hole", excavate=tuple(range(count, len(blocks.offsets) - 1)))],
+    )
+    return model, block_averages(corners, kirsch), np.hypot(*corners.mean(axis=1).T) < 1.1 * A
 
 
 def error_near(stress, corners):

@@ -14,10 +14,10 @@ from bsm_mesh.app.comparing_with import field_names
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.foreign_fields import FieldNames, plane_fields
-from bsm_mesh.converters.continuum.outside import compare_with
-from bsm_mesh.converters.continuum.sampled import block_averages_of
+from bsm_mesh.converters.continuum.outside import compare_with, stages_of
+from bsm_mesh.converters.continuum.sampled import block_averages_of, grid_of
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
-from bsm_mesh.converters.vtk_files import read_vtu
+from bsm_mesh.converters.vtk_files import read_pvd, read_vtu, sample, write_pvd
 from bsm_mesh.errors import ModelError
 from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import LINEAR
@@ -261,3 +261,100 @@ def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
                 colours = np.asarray(image.convert("RGB")).reshape(-1, 3)
                 assert len(np.unique(colours, axis=0)) > 10  # blocks of several colours
                 assert image.width == 1850  # three panels side by side
+
+
+def table(path, points, u, s, header, parting=",", point="."):
+    values = np.column_stack([points, u, s]).tolist()
+    rows = [parting.join(repr(value).replace(".", point) for value in row) for row in values]
+    path.write_text("\n".join([parting.join(header), *rows]), encoding="utf-8-sig")
+    return read_foreign(path)
+
+
+RS2 = ["x_coord (m)", "y_coord (m)", "Horizontal Displacement (mm)", "Vertical Displacement (mm)"]
+RS2 += ["Sigma XX (MPa)", "Sigma YY (MPa)", "Sigma XY (MPa)"]
+
+
+@pytest.mark.parametrize(("parting", "point"), [(",", "."), (";", ","), ("\t", ".")])
+def test_a_table_of_nodes(tmp_path, parting, point):
+    """As RS2's nodes: in mm and MPa by the names of the columns, compression positive, a node of a joint twice."""
+    points = theirs()[0][:, :2]
+    points = np.vstack([points, points[9:12]])
+    u, s = linear(points)
+    u[9:12] -= 1e-4
+    u[-3:] += 1e-4
+    result = table(tmp_path / "rs2.csv", points, 1e3 * u, -1e-6 * s, RS2, parting, point)
+    assert len(result.points) == len(points) - 3
+    names = field_names([], None, True)
+    check(block_averages_of(result, plane_fields(result, names), slab("wall in bond"), 1.0), slab("wall in bond"))
+
+
+def test_our_own_elements_as_a_table_of_nodes(tmp_path):
+    """Sampled back at the nodes, where no triangle between them matters: the same to rounding."""
+    model = load_model_file(TUNNEL, lambda _: None).model
+    own = solve_continuum(model, order=1)
+    stress = np.zeros((len(own.points), 3))
+    result = table(tmp_path / "own.csv", own.points, 1e3 * own.point_displacement, stress, RS2)
+    fields = plane_fields(result, NONE)
+    back, values = sample(grid_of(result, fields), own.points)
+    assert back.all()
+    for part, exact in zip(("ux", "uy"), own.point_displacement.T, strict=True):
+        assert_allclose(values[part], exact, atol=EXACT * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("x,y,ux\n0,0,1\n1,0\n", "row 3 has 2 columns, and the first 3"),
+        ("node,ux\n1,2\n", r"no column is called x \(or x_coord\); it has node, ux"),
+        ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers"),
+        ("x,y,ux\n0,0,1\n1,1,1\n2,2,1\n", "its 3 nodes span no area"),
+        ("\n", "holds no table"),
+        ("x,y,ux\n", "holds no table"),
+    ],
+)
+def test_tables_that_cannot_be_read(text, fault, tmp_path):
+    (tmp_path / "bad.csv").write_text(text)
+    with pytest.raises(ModelError, match=fault):
+        read_foreign(tmp_path / "bad.csv")
+
+
+def test_the_stages_of_a_series():
+    """By order, by whole numbers as times, or as they are named."""
+    model = bsm.Model(
+        blocks=slab("squares"),
+        rocks=[HEAVY],
+        supports=[bsm.Fixed(boundary="bottom")],
+        stages=[bsm.Stage(name="heading"), bsm.Stage(name="bench")],
+    )
+    assert stages_of(model, [7.5], ()) == ("bench",)
+    assert stages_of(model, [0.1, 0.2, 0.3], ()) == ("initial", "heading", "bench")
+    assert stages_of(model, [0.0, 2.0], ()) == ("initial", "bench")
+    assert stages_of(model, [3.0, 4.0], ("heading", "bench")) == ("heading", "bench")
+    for times, given, fault in (
+        ([0.5, 1.0], (), "2 results of the other program, 0 stages named for them, and 3 in the model"),
+        ([1.0, 2.0], ("bench", "bench"), "a stage is named twice"),
+        ([1.0], ("benk",), "there is no stage 'benk'; did you mean 'bench'"),
+    ):
+        with pytest.raises(ModelError, match=fault):
+            stages_of(model, times, given)
+
+
+def test_a_series_of_files_and_a_pvd(case: Case) -> None:
+    model = case.folder / "model.toml"
+    model.write_text(model.read_text() + '[[stage]]\nname = "later"\n')
+    points, cells = theirs()
+    u, s = linear(points)
+    for name, factor in (("a", 1.0), ("b", 2.0)):
+        fields = {"U": factor * u, "S": s}
+        meshio.Mesh(points, [("triangle", cells)], point_data=fields).write(case.folder / f"{name}.vtu")
+    write_pvd(case.folder / "series.pvd", [(1.0, "b.vtu"), (0.0, "a.vtu")])
+    by_files = case.run("compare", "model.toml", "--with", "a.vtu", "--with", "b.vtu", "--json")
+    by_pvd = case.run("compare", "model.toml", "--with", "series.pvd", "--json")
+    assert by_files.code == by_pvd.code == 0
+    told, same = (json.loads(outcome.out) for outcome in (by_files, by_pvd))
+    assert [one["stage"] for one in told["stages"]] == ["initial", "later"]
+    assert [one["differences"] for one in told["stages"]] == [one["differences"] for one in same["stages"]]
+    first, second = (read_vtu(case.folder / f"out/model/compare_with_000{k}.vtu").cell_data for k in (0, 1))
+    assert_allclose(second["displacement_fem"], 2 * first["displacement_fem"], rtol=1e-9)
+    assert [time for time, _ in read_pvd(case.folder / "out/model/compare_with.pvd")] == [0.0, 1.0]
+    assert case.run("compare", "model.toml", "--with", "a.vtu", "--stage", "initial", "--stage", "later").code == 2

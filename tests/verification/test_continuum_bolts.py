@@ -15,6 +15,7 @@ from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from bsm_mesh.converters.vtk_files import read_vtu
 from bsm_mesh.results import BoltStatus
+from tests.scenes.continuum import bolted
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle
 
@@ -52,6 +53,16 @@ def test_wang_example_4():
     assert stage.comparison.bolt_error.l2 < GROUTED
     assert "in bolt forces" in stage.sentence
     assert stage.comparison.where(stage.comparison.bolt_error) == "wall"
+
+
+@pytest.mark.parametrize("name", ["model", "two_bolts"])
+def test_bolts_in_rigid_rock_under_small_displacements(name):
+    """A tenth of the loads: what is left of the difference is quadratic in the blocks' rotation, and in no element."""
+    loaded = load_model_file(EXAMPLES / f"04_bolted_opening/{name}.toml", lambda _: None)
+    tenth = bolted(loaded.model, load=0.1, rigid=True)
+    (stage,) = compare_stages(tenth, bsm.run(tenth, bsm.Options(tolerance=1e-9)), refine=False)
+    assert stage.comparison.bolt_error.l2 < SAME
+    assert stage.comparison.force_error.l2 < SAME
 
 
 def test_bolts_are_written_with_their_difference(tmp_path):

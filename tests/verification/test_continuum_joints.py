@@ -4,7 +4,6 @@ In the rigid limit rock of 1e13 Pa and more takes the place of rigid rock, and i
 points: both methods then solve the same equations, one in three unknowns a block, the other in two a node.
 """
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +13,13 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
-from bsm_mesh.converters.continuum import solve_continuum_stages
+from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
+from bsm_mesh.converters.continuum.files import write_joints
+from bsm_mesh.converters.vtk_files import read_vtu
+from tests.scenes.continuum import on_a_slope
+from tests.scenes.kirsch import P, Q, cut_by_stages
 from tests.scenes.models import LINEAR
-from tests.scenes.shapes import rectangle, turned
-from tests.verification.test_kirsch import P, Q, block_averages, kirsch, plate
+from tests.scenes.shapes import rectangle
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ELASTIC = {"young": 20e9, "poisson": 0.2}
@@ -89,19 +91,6 @@ def test_rigid_limit_under_a_falling_water_table():
         assert force < 2e-3
 
 
-def on_a_slope(degrees, friction, fields):
-    """Return a flat block on a slope at an angle [degrees]."""
-    shapes = [turned(np.array(rectangle(*corners)), degrees) for corners in ((-2, -1, 3, 0), (0, 0, 1, 0.4))]
-    law = bsm.MohrCoulomb(friction=friction)
-    return bsm.Model(
-        blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
-        rocks=[bsm.Rock("rock", unit_weight=26e3, **fields)],
-        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law)],
-        default_joint="J",
-        supports=[bsm.Fixed(blocks=[0])],
-    )
-
-
 @pytest.mark.parametrize("fields", [{}, ELASTIC], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("friction", [20.0, 35.0])
 def test_incline(friction, fields):
@@ -159,32 +148,12 @@ def test_cohesion_and_tensile_strength():
 @pytest.mark.parametrize("order", [1, 2])
 def test_kirsch_by_stages(order):
     """A hole cut into rock under its in-situ stress: Kirsch's stresses near it, the far field where it was."""
-    corners = plate(24)
-    angle = np.linspace(0, np.pi / 2, 25)
-    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    rim[0, 1] = rim[-1, 0] = 0.0
-    hole = [np.array([(0.0, 0.0), one, other]) for one, other in pairwise(rim)]
-    count = len(corners)
-    blocks = (
-        bsm.Blocks.from_polygons([*corners, *hole], rock="rock")
-        .with_boundary("left", lambda x, y: x < 1e-9)
-        .with_boundary("bottom", lambda x, y: y < 1e-9)
-        .with_boundary("edge", lambda x, y: np.hypot(x, y) > 20 - 1e-6)
-    )
-    model = bsm.Model(
-        blocks=blocks,
-        rocks=[bsm.Rock("rock", unit_weight=0, young=50e9, poisson=0.25)],
-        supports=[bsm.Roller(boundary="left", direction=0), bsm.Roller(boundary="bottom", direction=90)],
-        loads=[bsm.InSituTraction(boundary="edge")],
-        in_situ=bsm.InSitu(stress={"xx": -Q, "yy": -P}),
-        stages=[bsm.Stage(name="hole", excavate=tuple(range(count, len(blocks.offsets) - 1)))],
-    )
+    model, exact, at_wall = cut_by_stages(24)
+    count = len(exact)
     initial, final = solve_continuum_stages(model, order=order)
     assert_allclose(initial.stress, np.broadcast_to(np.diag([-Q, -P]), initial.stress.shape), atol=1.0)
     assert_allclose(initial.displacement, 0, atol=1e-12)
     assert_allclose(final.stress[count:], 0)
-    exact = block_averages(corners, kirsch)
-    at_wall = np.hypot(*corners.mean(axis=1).T) < 1.1
     off = np.linalg.norm((final.stress[:count] - exact)[at_wall]) / np.linalg.norm(exact[at_wall])
     assert off < KIRSCH
 
@@ -267,3 +236,22 @@ def test_same_scheme_same_answer():
     displacement, force = distances(ours, solve_continuum(model, order=1, joints=True))
     assert displacement < SAME_DISPLACEMENTS
     assert force < SAME_FORCES
+
+
+def test_opening_and_slip_of_both(tmp_path):
+    """A block that slides on its joint and lifts off at one side: rigid in both, the same at every point."""
+    tipped = bsm.PointLoad(block=1, point=(0.0, 0.3), force=(2.5e3, 0.0))
+    model = on_a_slope(0.0, 35.0, {}).replace(loads=[tipped])
+    (stage,) = compare_stages(model, bsm.run(model, bsm.Options(tolerance=1e-9)), refine=False)
+    compared = stage.comparison
+    points = compared.nominal.contacts
+    assert np.abs(points.slip).max() > 1e-6
+    assert np.ptp(points.opening) > 1e-6
+    assert [error.name for error in compared.movement_errors] == ["opening of joints", "slip of joints"]
+    assert max(error.l2 for error in compared.movement_errors) < SAME_DISPLACEMENTS
+    assert compared.where(compared.movement_errors[0]) == "blocks 0 and 1"
+    write_joints(compared, tmp_path / "joints.vtu")
+    data = read_vtu(tmp_path / "joints.vtu").cell_data
+    for name in ("opening", "slip"):
+        assert_allclose(data[f"{name}_fem"], getattr(points, name))
+        assert_allclose(data[f"{name}_difference"], data[name] - data[f"{name}_fem"])

@@ -15,7 +15,7 @@ from bsm_mesh.errors import counted
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.stages import Stage, presence
+from bsm_mesh.model.stages import INITIAL, Stage, presence
 from bsm_mesh.model.supports import Bars, bars_of
 from bsm_mesh.model.water import Water
 from bsm_mesh.results.records import ContactForces, StageResult
@@ -25,7 +25,6 @@ from bsm_mesh.solve.stages.new_faces import forces_on_new_faces, pressure_on_new
 from bsm_mesh.solve.stages.scheme import Checker, Finished, Observer, Prover, Recording, Reporter, Scheme
 from bsm_mesh.solve.stages.solution import Analysis, StageSolution, StageState
 
-INITIAL = "initial"
 AT_THE_START = Resumption()
 
 
