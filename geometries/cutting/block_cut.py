@@ -71,7 +71,7 @@ class JointAccount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What cut the rock, and why that.
+    """What cut the rock, why that, and what it joined.
 
     Attributes
     ----------
@@ -79,10 +79,13 @@ class Choice:
         ``gmsh`` or ``shapely``.
     reason : str
         Why, in words.
+    slivers : int
+        Blocks thinner than two tolerances, joined to a neighbour.
     """
 
     engine: str
     reason: str
+    slivers: int = 0
 
     def __str__(self) -> str:
         """Return the choice in words."""
@@ -145,6 +148,8 @@ class BlockCut:
     def report(self) -> list[str]:
         """Return what came of the joints, a line each."""
         lines = [f"{self.count} blocks, {self.by}", *(str(account) for account in self.accounts)]
+        if self.by.slivers:
+            lines.append(f"{self.by.slivers} slivers, thinner than two tolerances, joined to the block beside them")
         if self.holed.size:
             lines.append(f"{self.holed.size} blocks have a hole and are divided when they are read")
         return lines

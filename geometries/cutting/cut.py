@@ -13,6 +13,7 @@ from bsm_mesh.geometries.cutting.ends import join_ends
 from bsm_mesh.geometries.cutting.faces import Faces, enclose_faces, excavations_at, keep_valid
 from bsm_mesh.geometries.cutting.graph import Graph, place_points
 from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces, gather_pieces
+from bsm_mesh.geometries.cutting.slivers import join_slivers
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.rock_mass import Opening, Region, RockMass
@@ -53,7 +54,9 @@ def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
         pieces, graph = _node(longer, mass.grid, chosen.engine)
     faces, region = enclose_faces(graph, mass)
     points = keep_valid(graph, faces, *place_points(graph, pieces, mass.grid), mass.grid)
+    graph, faces, region, slivers = join_slivers(graph, faces, region, points, pieces, mass)
     placed = dataclasses.replace(graph, points=points)
+    chosen = dataclasses.replace(chosen, slivers=slivers)
     return _gather(mass, pieces, placed, faces, region, (given, in_rock, extended), chosen)
 
 
