@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bsm_mesh.errors import counted
 from bsm_mesh.geometries.cutting.pieces import IntArray
 from bsm_mesh.geometries.joint_sets import FloatArray
 
@@ -30,7 +31,7 @@ class JointAccount:
     bounding : float
         Between blocks.
     coincident : float
-        On a joint given before this one, which names the edge, or twice on the same.
+        On a joint given before this one, which names the edge, or twice on the same; sides of joined slivers too.
     on_outline : float
         On the outline of the rock.
     dead : float
@@ -149,7 +150,7 @@ class BlockCut:
         """Return what came of the joints, a line each."""
         lines = [f"{self.count} blocks, {self.by}", *(str(account) for account in self.accounts)]
         if self.by.slivers:
-            lines.append(f"{self.by.slivers} slivers, thinner than two tolerances, joined to the block beside them")
+            lines.append(f"{counted(self.by.slivers, 'sliver')} thinner than two tolerances joined to the block beside")
         if self.holed.size:
             lines.append(f"{self.holed.size} blocks have a hole and are divided when they are read")
         return lines

@@ -54,10 +54,10 @@ def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
         pieces, graph = _node(longer, mass.grid, chosen.engine)
     faces, region = enclose_faces(graph, mass)
     points = keep_valid(graph, faces, *place_points(graph, pieces, mass.grid), mass.grid)
-    graph, faces, region, slivers = join_slivers(graph, faces, region, points, pieces, mass)
+    graph, faces, region, joined = join_slivers(graph, faces, region, points, pieces, mass)
     placed = dataclasses.replace(graph, points=points)
-    chosen = dataclasses.replace(chosen, slivers=slivers)
-    return _gather(mass, pieces, placed, faces, region, (given, in_rock, extended), chosen)
+    chosen = dataclasses.replace(chosen, slivers=joined.count)
+    return _gather(mass, pieces, placed, faces, region, (given, in_rock, extended, joined.lengths), chosen)
 
 
 def choose_engine(pieces: Pieces, engine: Engine) -> Choice:
@@ -100,7 +100,7 @@ def _gather(
     graph: Graph,
     faces: Faces,
     region: IntArray,
-    lengths: tuple[FloatArray, FloatArray, FloatArray],
+    lengths: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     chosen: Choice,
 ) -> BlockCut:
     import shapely
@@ -190,7 +190,7 @@ def _accounts(
     sides: IntArray,
     joint: IntArray,
     inside: BoolArray,
-    lengths: tuple[FloatArray, FloatArray, FloatArray],
+    lengths: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
 ) -> tuple[JointAccount, ...]:
     jointed = pieces.joint[graph.piece] >= 0
     edge, own = graph.edge[jointed], pieces.joint[graph.piece[jointed]]
@@ -201,7 +201,8 @@ def _accounts(
     )
     count = len(pieces.joint_names)
     share = np.stack([_sums(own[what == k], length[what == k], count) for k in range(5)])
-    given, in_rock, extended = lengths
+    given, in_rock, extended, joined = lengths
+    share[1] += joined
     snapped = in_rock + extended - share.sum(axis=0)
     is_end = np.zeros(len(graph.points), dtype=np.bool_)
     is_end[dead_ends(graph)] = True

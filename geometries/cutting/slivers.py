@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from bsm_mesh.geometries.cutting.faces import Faces, enclose_faces
@@ -14,24 +16,43 @@ THINNEST = 2.0  # tolerances: mean width of a sliver, by which two lines that ea
 MOST_ROUNDS = 5  # of joining slivers to slivers
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Joined:
+    """What became of slivers.
+
+    Attributes
+    ----------
+    count : int
+        How many were joined to a neighbour.
+    lengths : (n_joints,) float64 [m]
+        Length of the sides taken away, of each joint: they lie on another joint, to the tolerance.
+    """
+
+    count: int
+    lengths: FloatArray
+
+
 def join_slivers(
     graph: Graph, faces: Faces, region: IntArray, points: FloatArray, pieces: Pieces, mass: RockMass
-) -> tuple[Graph, Faces, IntArray, int]:
-    """Return graph, faces and their regions without slivers, and how many these were.
+) -> tuple[Graph, Faces, IntArray, Joined]:
+    """Return graph, faces and their regions without slivers, and what was joined.
 
     The longest side of a sliver that is a trace with rock on both sides is taken away. Outlines of regions stay, and
     slivers that have nothing else.
     """
-    count = 0
+    count, lengths = 0, np.zeros(len(pieces.joint_names))
     for _ in range(MOST_ROUNDS):
         edges = _sides_to_open(graph, faces, points, pieces, mass.grid)
         if not edges.size:
             break
         before = faces.count
+        here = np.isin(graph.edge, edges)
+        ends = points[graph.edges[graph.edge[here]]]
+        np.add.at(lengths, pieces.joint[graph.piece[here]], np.hypot(*(ends[:, 1] - ends[:, 0]).T))
         graph = graph.without(edges)
         faces, region = enclose_faces(graph, mass)
         count += before - faces.count
-    return graph, faces, region, count
+    return graph, faces, region, Joined(count=count, lengths=lengths)
 
 
 def _sides_to_open(graph: Graph, faces: Faces, points: FloatArray, pieces: Pieces, grid: float) -> IntArray:
