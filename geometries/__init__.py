@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
     from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
     from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.fractures import read_fractures
     from bsm_mesh.geometries.gmsh_joints import find_curves, fragment_by_joints
     from bsm_mesh.geometries.joint_sets import Fault, JointSet, bedding
     from bsm_mesh.geometries.orientations import (
@@ -89,6 +90,7 @@ __all__ = [
     "parse_group_name",
     "parse_settings",
     "quarter_blocks",
+    "read_fractures",
     "read_scan_line",
     "read_traces",
     "rectangle",
@@ -105,6 +107,7 @@ _HOME = {
     "draw_stereonet": "bsm_mesh.geometries.orientations",
     "joint_set_in_section": "bsm_mesh.geometries.orientations",
     "joint_sets_of_scan_line": "bsm_mesh.geometries.orientations",
+    "read_fractures": "bsm_mesh.geometries.fractures",
     "read_scan_line": "bsm_mesh.geometries.traces",
     "read_traces": "bsm_mesh.geometries.traces",
     "Heads": "bsm_mesh.geometries.patterns",

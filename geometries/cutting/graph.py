@@ -43,9 +43,7 @@ class Graph:
         left = np.ones(len(self.edges), dtype=np.bool_)
         left[edges] = False
         number, there = np.cumsum(left) - 1, left[self.edge]
-        return Graph(
-            points=self.points, edges=self.edges[left], edge=number[self.edge[there]], piece=self.piece[there]
-        )
+        return Graph(points=self.points, edges=self.edges[left], edge=number[self.edge[there]], piece=self.piece[there])
 
 
 def match_edges(ends: FloatArray, pieces: Pieces, tolerance: float) -> tuple[IntArray, IntArray]:
