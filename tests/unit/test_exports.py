@@ -100,6 +100,32 @@ def test_udec_is_told_of_a_short_joint_after_the_long_one_around_it(tmp_path: Pa
         assert sum("where different joints meet" in text for text in remarks) == 1
 
 
+def test_a_grid_of_3dec_has_closed_prisms_joints_and_commands(tmp_path: Path) -> None:
+    """Faces clockwise from outside: by the divergence theorem each block's volume is its area times 1 m, negative."""
+    model = arch(5, 0.3, friction=40)
+    remarks = export(model, "3dgrid", tmp_path / "a.3dgrid")
+    rows = [line.split() for line in (tmp_path / "a.3dgrid").read_text().splitlines() if not line.startswith("*")]
+    points = {int(row[1]): np.array(row[2:], dtype=float) for row in rows if row[0] == "G"}
+    faces = {int(row[1]): [points[int(word)] for word in row[2:]] for row in rows if row[0] == "F"}
+    volumes = []
+    for row in (row for row in rows if row[0] == "B"):
+        assert row[2:4] == ["1", "F"]
+        fans = [(f[0], f[k], f[k + 1]) for f in (faces[int(word)] for word in row[4:]) for k in range(1, len(f) - 1)]
+        volumes.append(sum(np.linalg.det(fan) for fan in fans) / 6)
+    assert_allclose(volumes, -model.blocks.moments.area)
+    assert [pair for row in rows if row[0] == "JS" for pair in row[2:]] == ["1-2", "1-6", "2-3", "3-4", "4-5", "5-7"]
+    lines = (tmp_path / "a.dat").read_text().splitlines()
+    assert "block import 'a.3dgrid'" in lines
+    assert sum(line.startswith("block group 'b") for line in lines) == model.blocks.count
+    assert "block fix range group 'bsm=b6'" in lines
+    told = "block contact property stiffness-normal 1e+10 stiffness-shear 1e+10 friction 40 cohesion 0 tension 0"
+    assert f"{told} range group-intersection 'bsm=b1' 'bsm=b6'" in lines
+    assert "model gravity 0 0 -9.81" in lines
+    assert remarks == ("blocks are prisms of 1 m that nothing holds out of the plane but their own contacts",)
+    with pytest.raises(ModelError, match=r"give a name that ends in \.3dgrid"):
+        export(model, "3dgrid", tmp_path / "a.txt")
+
+
 @pytest.mark.parametrize("program", ["compas_dem", "lmgc90"])
 def test_scripts_hold_the_model(tmp_path: Path, program: str) -> None:
     model = arch(5, 0.3, friction=40).replace(loads=[bsm.PointLoad(block=2, point=(0, 1.0), force=(1e3, -2e3))])
@@ -143,7 +169,7 @@ def test_a_law_without_friction_is_refused_but_by_elastic_joints(tmp_path: Path)
 
 def test_names_that_are_refused(tmp_path: Path) -> None:
     model = arch(5, 0.3)
-    with pytest.raises(ModelError, match=r"no export to 'flac'; known: abaqus, compas_dem, lmgc90, udec"):
+    with pytest.raises(ModelError, match=r"no export to 'flac'; known: 3dgrid, abaqus, compas_dem, lmgc90, udec"):
         export(model, "flac", tmp_path / "a")
     with pytest.raises(ModelError, match=r"give a name that ends in \.py"):
         export(model, "lmgc90", tmp_path / "a.txt")
