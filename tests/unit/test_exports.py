@@ -94,10 +94,14 @@ def test_udec_is_told_of_a_short_joint_after_the_long_one_around_it(tmp_path: Pa
             supports=[bsm.Fixed(blocks=[0])],
         )
         remarks = export(model, "udec", tmp_path / "a.dat")
-        told = [line for line in (tmp_path / "a.dat").read_text().splitlines() if "range" in line and "jmat" in line]
+        text = (tmp_path / "a.dat").read_text().splitlines()
+        told = [line for line in text if "range" in line and "jmat" in line and "angle" not in line]
         assert [line.split()[1] for line in told] == ["jmat=2", "jmat=3"]
         assert told[1] == "change jmat=3 range 1.999,2.001 5.999,7.001"
         assert sum("where different joints meet" in text for text in remarks) == 1
+        # The oblique face's box holds the short one: the contacts of each are told apart by angle, in any half circle.
+        angles = [line.split(" angle ")[1] for line in text if line.startswith("change") and " angle " in line]
+        assert angles == ["-135.5,-134.5", "44.5,45.5", "224.5,225.5"]
 
 
 def test_a_grid_of_3dec_has_closed_prisms_joints_and_commands(tmp_path: Path) -> None:
@@ -124,6 +128,27 @@ def test_a_grid_of_3dec_has_closed_prisms_joints_and_commands(tmp_path: Path) ->
     assert remarks == ("blocks are prisms of 1 m that nothing holds out of the plane but their own contacts",)
     with pytest.raises(ModelError, match=r"give a name that ends in \.3dgrid"):
         export(model, "3dgrid", tmp_path / "a.txt")
+
+
+def test_udec_tells_crossing_joints_apart_by_their_angle(tmp_path: Path) -> None:
+    """Four squares, joints A level and B upright: at the crossing contacts are in boxes of both, at different angles."""
+    blocks = bsm.Blocks.from_polygons([rectangle(x, y, x + 1, y + 1) for x in (0, 1) for y in (0, 1)], rock="stone")
+    level = np.abs(blocks.edge_vectors[:, 1]) < 1e-9
+    blocks = dataclasses.replace(blocks, joint_names=("A", "B"), edge_joint=np.where(level, 0, 1).astype(np.int32))
+    joints = [bsm.Joint(name, 1e10, 1e10, law=bsm.MohrCoulomb(friction=30)) for name in "AB"]
+    rock, held = bsm.Rock("stone", unit_weight=25e3), bsm.Fixed(blocks=[0])
+    remarks = export(bsm.Model(blocks=blocks, rocks=[rock], joints=joints, supports=[held]), "udec", tmp_path / "a.dat")
+    told = [
+        (line.split()[1], line.split(" angle ")[1])
+        for line in (tmp_path / "a.dat").read_text().splitlines()
+        if line.startswith("change") and " angle " in line
+    ]
+    assert sorted(set(told)) == [
+        *(("jmat=2", "-0.5,0.5"), ("jmat=2", "-180.5,-179.5"), ("jmat=2", "179.5,180.5")),
+        *(("jmat=3", "-90.5,-89.5"), ("jmat=3", "269.5,270.5"), ("jmat=3", "89.5,90.5")),
+    ]
+    assert len(told) == 3 * 4
+    assert "where different joints meet: a contact of two corners there takes the joint of the shorter face" in remarks
 
 
 @pytest.mark.parametrize("program", ["compas_dem", "lmgc90"])
