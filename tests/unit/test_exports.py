@@ -131,7 +131,7 @@ def test_a_grid_of_3dec_has_closed_prisms_joints_and_commands(tmp_path: Path) ->
 
 
 def test_udec_tells_crossing_joints_apart_by_their_angle(tmp_path: Path) -> None:
-    """Four squares, joints A level and B upright: at the crossing contacts are in boxes of both, at different angles."""
+    """Four squares, joints A level and B upright: contacts at the crossing are in boxes of both, at other angles."""
     blocks = bsm.Blocks.from_polygons([rectangle(x, y, x + 1, y + 1) for x in (0, 1) for y in (0, 1)], rock="stone")
     level = np.abs(blocks.edge_vectors[:, 1]) < 1e-9
     blocks = dataclasses.replace(blocks, joint_names=("A", "B"), edge_joint=np.where(level, 0, 1).astype(np.int32))
