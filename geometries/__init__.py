@@ -21,6 +21,7 @@ from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 from bsm_mesh.geometries.settings import Parameter
 
 if TYPE_CHECKING:
+    from bsm_mesh.geometries.abutting import abutting_sets
     from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
     from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
     from bsm_mesh.geometries.cutting.cut import cut_blocks
@@ -65,6 +66,7 @@ __all__ = [
     "Region",
     "RockMass",
     "Voronoi",
+    "abutting_sets",
     "apparent_dip",
     "apparent_spacing",
     "band",
@@ -102,6 +104,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "abutting_sets": "bsm_mesh.geometries.abutting",
     "apparent_dip": "bsm_mesh.geometries.orientations",
     "apparent_spacing": "bsm_mesh.geometries.orientations",
     "draw_stereonet": "bsm_mesh.geometries.orientations",
