@@ -222,6 +222,12 @@ def test_lmgc90_finds_the_forces_of_an_arch(tmp_path: Path) -> None:
     model = arch(9, 0.2)
     export(model, "lmgc90", tmp_path / "a.py")
     subprocess.run([sys.executable, "a.py", "400"], cwd=tmp_path, check=True, capture_output=True)
+    with (tmp_path / "movements.csv").open(newline="") as file:
+        moved = [list(map(float, row.values())) for row in csv.DictReader(file)]
+    block, x, y, dx, dy = np.array(moved).T
+    assert_allclose(np.column_stack([x, y]), model.blocks.vertices)  # a table of corners, block after block
+    size = np.hypot(dx, dy)
+    assert size[np.isin(block, [9, 10])].max() < 1e-9 < size.max() < 1e-3  # supports stay, stones settle
     weight = 25e3 * model.blocks.moments.area[:9].sum()
     with (tmp_path / "forces.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
