@@ -71,7 +71,10 @@ def read_fractures(
     file = as_path("path", path)
     checks = Checks("section")
     checks.number("degrees", section_azimuth=section_azimuth)
-    checks.number("m", **dict(zip(("east", "north", "elevation"), origin, strict=True)))
+    if len(origin) == 3:
+        checks.number("m", **dict(zip(("east", "north", "elevation"), origin, strict=True)))
+    else:
+        checks.add(f"origin = {origin} needs three numbers: east, north and elevation [m]")
     checks.raise_faults()
     found = _parsed(file)
     if found.left_out:

@@ -90,3 +90,5 @@ def test_what_is_left_out_is_counted_and_what_cannot_be_read_is_told(tmp_path: P
         read_traces(path)
     with pytest.raises(GeometryError, match="section_azimuth = 'east' is not a finite number"):
         read_fractures(path, section_azimuth="east")  # type: ignore[arg-type]
+    with pytest.raises(GeometryError, match="needs three numbers: east, north and elevation"):
+        read_fractures(path, section_azimuth=0, origin=(1, 2))  # type: ignore[arg-type]
