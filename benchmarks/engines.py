@@ -3,6 +3,7 @@
 On every geometry of the package that is cut, and on 50 random networks: as many blocks, areas equal to 1e-9 of each
 block, the length of each joint to 1e-9 m. ``--awkward 1000`` adds networks that Hypothesis draws; where lines of these
 are nearer to each other than the tolerance one engine may take them as one, the other as two with a sliver between.
+``--sizes`` times patterns of growing size, from which the greatest one for Gmsh is taken (`cut.MOST_MEETINGS`).
 """
 
 from __future__ import annotations
@@ -24,11 +25,15 @@ from bsm_mesh.geometries import (
     Opening,
     Region,
     RockMass,
+    Voronoi,
+    bricks,
     circle,
     cut_blocks,
     rectangle,
 )
 from bsm_mesh.geometries.cases import find_case
+from bsm_mesh.geometries.cutting.cut import choose_engine
+from bsm_mesh.geometries.cutting.pieces import gather_pieces
 from tests.scenes.networks import areas, lengths
 
 CASES = ("jointed_tunnel", "cassiar_slope", "dupont_station")
@@ -53,6 +58,29 @@ def masses() -> Iterator[tuple[str, RockMass]]:
         regions: list[Any] = [Region(outline=rectangle(-10, -10, 10, 10), rock="gneiss")]
         regions += [Opening(outline=circle(3.0), boundary="tunnel")] * (number % 2)
         yield f"network {number}", RockMass(regions=regions, joints=sets, seed=number)
+
+
+def patterns() -> Iterator[tuple[str, RockMass]]:
+    """Give rock in patterns of joints of growing size."""
+    whole = [Region(outline=rectangle(-20, -20, 20, 20), rock="gneiss")]
+    for s in (1.0, 0.5, 0.25):
+        lines = [
+            JointSet(name="J1", dip=30, spacing=s),
+            JointSet(name="J2", dip=110, spacing=Exponential(1.2 * s), scatter=3),
+        ]
+        yield f"two sets, {s:g} m", RockMass(regions=whole, joints=lines, seed=1)
+        ended = [
+            JointSet(name="J1", dip=30, spacing=s),
+            JointSet(name="J2", dip=110, spacing=s, persistence=0.7, bridge=s, ends="t_ended"),
+        ]
+        yield f"one ended at the other, {s:g} m", RockMass(regions=whole, joints=ended, seed=1)
+        traces = [
+            JointSet(name=f"J{dip}", dip=dip, density=1 / s, length=Lognormal(4, 2), scatter=10)
+            for dip in (20, 80, 140)
+        ]
+        yield f"network, {1 / s:g} m/m2 a set", RockMass(regions=whole, joints=traces, seed=1)
+        yield f"Voronoi, {s:g} m", RockMass(regions=whole, joints=[Voronoi(name="V", size=s)], seed=1)
+        yield f"bricks, {s:g} m", RockMass(regions=whole, joints=bricks(s, s / 2))
 
 
 def _mass_of(case: str) -> RockMass:
@@ -147,7 +175,17 @@ def main() -> None:
     """Print the table: every geometry, and the networks in one row."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.engines", description=__doc__)
     parser.add_argument("--awkward", type=int, default=0, metavar="N", help="also N networks that Hypothesis draws")
-    more = parser.parse_args().awkward
+    parser.add_argument("--sizes", action="store_true", help="time patterns of growing size instead")
+    asked = parser.parse_args()
+    more = asked.awkward
+    if asked.sizes:
+        print("| pattern | lines meet at | blocks, cutter and gmsh | cutter s | gmsh s |", "|---" * 5 + "|", sep="\n")
+        for name, mass in patterns():
+            met = choose_engine(gather_pieces(mass)[0], "auto").reason.split()[3]
+            one = compared(name, mass)
+            blocks, seconds = (" and ".join(map(str, one.blocks)), " | ".join(f"{s:.2f}" for s in one.seconds))
+            print(f"| {name} | {met} | {blocks} | {seconds} |", flush=True)
+        return
     print(HEADER, "|---" * 7 + "|", sep="\n")
     found = [compared(name, mass) for name, mass in masses()]
     networks = [one for one in found if one.name.startswith("network")]

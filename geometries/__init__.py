@@ -21,9 +21,11 @@ from bsm_mesh.geometries.session import gmsh_session, name_groups, write_mesh
 from bsm_mesh.geometries.settings import Parameter
 
 if TYPE_CHECKING:
+    from bsm_mesh.geometries.abutting import abutting_sets
     from bsm_mesh.geometries.block_files import mesh_blocks, write_blocks
     from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
     from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.fractures import read_fractures
     from bsm_mesh.geometries.gmsh_joints import find_curves, fragment_by_joints
     from bsm_mesh.geometries.joint_sets import Fault, JointSet, bedding
     from bsm_mesh.geometries.orientations import (
@@ -64,6 +66,7 @@ __all__ = [
     "Region",
     "RockMass",
     "Voronoi",
+    "abutting_sets",
     "apparent_dip",
     "apparent_spacing",
     "band",
@@ -89,6 +92,7 @@ __all__ = [
     "parse_group_name",
     "parse_settings",
     "quarter_blocks",
+    "read_fractures",
     "read_scan_line",
     "read_traces",
     "rectangle",
@@ -100,11 +104,13 @@ __all__ = [
 ]
 
 _HOME = {
+    "abutting_sets": "bsm_mesh.geometries.abutting",
     "apparent_dip": "bsm_mesh.geometries.orientations",
     "apparent_spacing": "bsm_mesh.geometries.orientations",
     "draw_stereonet": "bsm_mesh.geometries.orientations",
     "joint_set_in_section": "bsm_mesh.geometries.orientations",
     "joint_sets_of_scan_line": "bsm_mesh.geometries.orientations",
+    "read_fractures": "bsm_mesh.geometries.fractures",
     "read_scan_line": "bsm_mesh.geometries.traces",
     "read_traces": "bsm_mesh.geometries.traces",
     "Heads": "bsm_mesh.geometries.patterns",

@@ -6,6 +6,7 @@ With the OpenCASCADE kernel (`gmsh.model.occ`), inside or outside a `gmsh_sessio
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -90,14 +91,15 @@ def find_curves(
     along : (k, 2) array_like, optional
         Line [m]; curves with all of their points on it.
     among : sequence of int, optional
-        Curves to choose from; by default all.
+        Curves to choose from; by default those that bound a surface or are embedded in one, all in a model without
+        surfaces.
     tolerance : float, optional
         Distance that still counts [m]; by default a millionth of the model's size.
     """
     import shapely
 
     gmsh = load_gmsh()
-    tags = [tag for _, tag in gmsh.model.getEntities(1)] if among is None else list(among)
+    tags = _in_surfaces(gmsh) if among is None else list(among)
     if not tags:
         return []
     extent = np.array(gmsh.model.getBoundingBox(-1, -1))
@@ -119,9 +121,21 @@ def find_curves(
     return [tag for tag, chosen in zip(tags, fits, strict=True) if chosen]
 
 
-def _points(gmsh: object, tag: int) -> FloatArray:
+def _in_surfaces(gmsh: Any) -> list[int]:
+    """Return the curves that bound a surface or are embedded in one: others are in no mesh of the rock."""
+    surfaces = gmsh.model.getEntities(2)
+    everything = [tag for _, tag in gmsh.model.getEntities(1)]
+    if not surfaces:
+        return everything
+    found = {tag for _, tag in gmsh.model.getBoundary(surfaces, combined=False, oriented=False)}
+    for surface in surfaces:
+        found |= {tag for dimension, tag in gmsh.model.mesh.getEmbedded(*surface) if dimension == 1}
+    return [tag for tag in everything if tag in found]
+
+
+def _points(gmsh: Any, tag: int) -> FloatArray:
     """Return five points of a curve, ends included, (5, 2)."""
-    low, high = gmsh.model.getParametrizationBounds(1, tag)  # type: ignore[attr-defined]
-    values = gmsh.model.getValue(1, tag, np.linspace(low[0], high[0], 5))  # type: ignore[attr-defined]
+    low, high = gmsh.model.getParametrizationBounds(1, tag)
+    values = gmsh.model.getValue(1, tag, np.linspace(low[0], high[0], 5))
     points: FloatArray = np.asarray(values, dtype=np.float64).reshape(5, 3)[:, :2]
     return points

@@ -78,6 +78,8 @@ class JointSet:
         next joint) or ``en_echelon`` (they end in the rock, and every other line is shifted by half a period).
     within : (k, 2) array_like, optional
         Polygon that the set keeps to [m].
+    abuts : sequence of str
+        With a length: sets at whose joints these end, on both sides of their middle; the density is that before.
     """
 
     name: str
@@ -91,6 +93,7 @@ class JointSet:
     bridge: float | Spacing | None = None
     ends: Ends = "crossing"
     within: Points | None = None
+    abuts: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         checks = _checks_of("joint set", self.name)
@@ -118,6 +121,8 @@ class JointSet:
             checks.add("give one of spacing [m] and density [m/m^2]")
         if self.length is not None and (self.density is None or self.bridge is not None or self.start is not None):
             checks.add("length goes with density, and with neither bridge nor start")
+        if self.abuts and (self.length is None or isinstance(self.abuts, str) or self.name in self.abuts):
+            checks.add("abuts goes with a length: give names of other sets, such as abuts=['J1']")
         checks.positive_or_none("m/m^2", density=self.density)
         for name, value in (("spacing", self.spacing), ("length", self.length)):
             if value is not None and not callable(getattr(value, "draw", None)):  # a law of the user's own draws

@@ -13,7 +13,7 @@ from typing import Literal
 from bsm_mesh.geometries.parameters import ParameterChecks
 
 SHAPES = ("circle", "horseshoe", "box", "none")
-ENGINES = ("shapely", "gmsh")
+ENGINES = ("auto", "gmsh", "shapely")
 
 
 def build(
@@ -27,7 +27,7 @@ def build(
     spacings: Sequence[float] = (2.0, 2.5),
     scatter: float = 0.0,
     seed: int = 1,
-    engine: Literal["shapely", "gmsh"] = "shapely",
+    engine: Literal["auto", "gmsh", "shapely"] = "auto",
     size: float | None = None,
     rock: str = "rock",
     **unknown: object,
@@ -57,8 +57,8 @@ def build(
         Standard deviation of the dips from joint to joint [degrees].
     seed : int
         Of the random numbers: same seed, same blocks.
-    engine : {"shapely", "gmsh"}
-        What cuts the rock; both give the same blocks.
+    engine : {"auto", "gmsh", "shapely"}
+        What cuts the rock, both to the same blocks: Gmsh, the cutter for very many joints, or one of them by size.
     size : float, optional
         Size of the elements [m]; where not given, few elements a block.
     rock : str

@@ -71,6 +71,8 @@ def read_traces(
     """
     file = as_path("path", path)
     reader = _READERS.get(file.suffix.lower())
+    if file.suffix.lower() == ".fab":
+        raise GeometryError(f"{file}: holds fractures in space: read_fractures(path, section_azimuth=...) cuts them")
     if reader is None:
         raise GeometryError(f"{file}: traces are read from {', '.join(_READERS)}")
     if not 0 < scale < math.inf:

@@ -183,7 +183,7 @@ def run(
 
 @cli.command()
 @model_argument
-@click.option("--to", "program", required=True, type=click.Choice(["abaqus", "compas_dem", "lmgc90", "udec"]))
+@click.option("--to", "program", required=True, type=click.Choice(["3dgrid", "abaqus", "compas_dem", "lmgc90", "udec"]))
 @click.option("-o", "--output", type=PATH, help="The file to write; by default NAME_PROGRAM in the current folder.")
 @json_option
 @no_scripts_option
@@ -191,7 +191,7 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
     """Write MODEL for another program, and list what that cannot be told.
 
     Abaqus input (blocks of elements, joints as cohesive elements); Python scripts that run it in compas_dem or LMGC90;
-    a data file of UDEC.
+    data files of UDEC and 3DEC (3dgrid).
     """
     from bsm_mesh.app.exporting import export_model
 

@@ -8,7 +8,7 @@ from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import counted
 
-ENDINGS = {"abaqus": ".inp", "compas_dem": ".py", "lmgc90": ".py", "udec": ".dat"}
+ENDINGS = {"3dgrid": ".3dgrid", "abaqus": ".inp", "compas_dem": ".py", "lmgc90": ".py", "udec": ".dat"}
 
 
 def export_model(path: Path, program: str, output: Path | None, *, as_json: bool, scripts: bool = True) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 
-PROGRAMS = ("abaqus", "compas_dem", "lmgc90", "udec")
+PROGRAMS = ("3dgrid", "abaqus", "compas_dem", "lmgc90", "udec")
 
 
 def export(model: Model, program: str, path: Path) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ def write_script(model: Model, path: Path, script: str, *, loads: bool = True) -
         raise ModelError(f"{path}: a Python script is written; give a name that ends in .py")
     if path.stem in OF_THEIR_PACKAGES:
         raise ModelError(f"{path}: a script of that name would stand for the package of that name; give another one")
-    _refuse_concave(model)
+    refuse_concave(model)
     remarks = left_out(model, ("laws",))
     blocks = model.blocks
     held: set[int] = set()
@@ -80,7 +80,8 @@ def _friction(model: Model, remarks: list[str]) -> float:
     return found[lowest]
 
 
-def _refuse_concave(model: Model) -> None:
+def refuse_concave(model: Model) -> None:
+    """Raise `ModelError` where blocks are not convex."""
     blocks = model.blocks
     along, following = blocks.edge_vectors, blocks.following
     turn = along[:, 0] * along[following, 1] - along[:, 1] * along[following, 0]

@@ -16,7 +16,8 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
 SCRIPT = '''"""A model of bsm-mesh for LMGC90: python THIS.py [steps] [forces.csv] [movements.csv]
 
 pip install compas_lmgc90 (0.1.11 or newer). Blocks are prisms of 1 m; z is up. Steps are of 0.01 s. Forces are on the
-first block of each pair, in N, sums over its contact points.
+first block of each pair, in N, sums over its contact points; movements are those of the corners of every block,
+a table of nodes that `bsm-mesh compare --with` reads.
 """
 
 import csv
@@ -49,7 +50,6 @@ def main():
                 solver.apply_force(block_index=int(block), component=component, value=value)
     solver.contact_law("IQS_CLB", DATA["friction"])
     solver.preprocess()
-    start = np.array(solver.centroids)
     solver.run(nb_steps=int(steps))
     result = solver.last_result
     pairs = defaultdict(lambda: np.zeros(3))
@@ -61,9 +61,10 @@ def main():
         table.writerows([a, b, f[0], f[2]] for (a, b), f in sorted(pairs.items()))
     with open(movements, "w", newline="") as out:
         table = csv.writer(out)
-        table.writerow(["block", "displacement_x [m]", "displacement_y [m]"])
-        moved = np.array([mesh.centroid() for mesh in solver.trimeshes]) - start
-        table.writerows([block, u[0], u[2]] for block, u in enumerate(moved))
+        table.writerow(["block", "x [m]", "y [m]", "displacement_x [m]", "displacement_y [m]"])
+        for block, (corners, mesh) in enumerate(zip(DATA["blocks"], solver.trimeshes)):
+            now = mesh.vertices_attributes("xyz")  # corners at the front come first
+            table.writerows([block, x, z, p[0] - x, p[2] - z] for (x, z), p in zip(corners, now))
     solver.finalize()
 
 

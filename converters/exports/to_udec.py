@@ -5,11 +5,12 @@ Written after the manual of UDEC 5 (Itasca 2011); UDEC itself was not there to r
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.exports.parts import (
     GRAVITY,
     JointedFaces,
@@ -19,10 +20,12 @@ from bsm_mesh.converters.exports.parts import (
     left_out,
 )
 from bsm_mesh.files import write_text
+from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed
 
 ROUNDING = 0.01  # of the shortest edge: radius of rounded corners, which UDEC wants
+OFF = 0.5  # degrees: contacts of a face are within it of the face's angle
 STIFF = 1e11  # Pa/m: faces of rock without a joint, and joints without a stiffness of their own
 
 
@@ -83,16 +86,51 @@ def _joints(model: Model, jointed: JointedFaces, remarks: list[str]) -> list[str
     start, end = jointed.faces.start, jointed.faces.end
     length = np.hypot(*(end - start).T)
     told = np.argsort(-length, kind="stable")  # the last command holds: a box of a long face may have short ones in it
-    for face in told[jointed.joint[told] >= 0]:
+    told = told[jointed.joint[told] >= 0]
+    lines += [f"change jmat={jointed.joint[face] + 2} range {box}" for face, box in _boxes(told, start, end)]
+    angles = np.degrees(np.arctan2(*(end - start).T[::-1])) % 180
+    met, alike = _where_joints_meet(told, start, end, jointed.joint, angles)
+    if met.size:
+        lines.append("; where different joints meet, contacts are told apart by their angle from the x axis")
+    for face, box in _boxes(met, start, end):
+        for turn in (-180, 0, 180):  # whichever half circle the program counts in
+            low, high = angles[face] + turn - OFF, angles[face] + turn + OFF
+            lines.append(f"change jmat={jointed.joint[face] + 2} range {box} angle {low:.9g},{high:.9g}")
+    if met.size:
+        remarks.append(
+            "where different joints meet: a contact of two corners there takes the joint of the shorter face"
+        )
+    if alike:
+        remarks.append(f"{alike} places where joints in line meet: contacts there take the joint of the shorter face")
+    return lines
+
+
+def _boxes(faces: LongArray, start: FloatArray, end: FloatArray) -> Iterator[tuple[int, str]]:
+    """Give faces with the box around each, in the commands' form."""
+    length = np.hypot(*(end - start).T)
+    for face in faces:
         reach, ends = 1e-3 * length[face], (start[face], end[face])
         low, high = np.minimum(*ends) - reach, np.maximum(*ends) + reach
-        box = f"{low[0]:.9g},{high[0]:.9g} {low[1]:.9g},{high[1]:.9g}"
-        lines.append(f"change jmat={jointed.joint[face] + 2} range {box}")
-    if len(np.unique(jointed.joint)) > 1:
-        remarks.append(
-            "where different joints meet: a contact there is in the boxes of both, and takes the shorter one's"
-        )
-    return lines
+        yield int(face), f"{low[0]:.9g},{high[0]:.9g} {low[1]:.9g},{high[1]:.9g}"
+
+
+def _where_joints_meet(
+    faces: LongArray, start: FloatArray, end: FloatArray, joint: IntArray, angles: FloatArray
+) -> tuple[LongArray, int]:
+    """Return the faces whose box holds an end of a face of another joint, and how many of these lie in line."""
+    import shapely
+
+    length = np.hypot(*(end - start).T)[faces, None]
+    low, high = np.minimum(start, end)[faces] - 1e-3 * length, np.maximum(start, end)[faces] + 1e-3 * length
+    ends = shapely.points(np.concatenate([start[faces], end[faces]]))
+    one, other = shapely.STRtree(ends).query(shapely.box(*low.T, *high.T), predicate="intersects")
+    one, other = faces[one], np.tile(faces, 2)[other]
+    differ = joint[one] != joint[other]
+    one, other = one[differ], other[differ]
+    turn = (angles[one] - angles[other] + 90) % 180 - 90
+    order = {face: place for place, face in enumerate(faces.tolist())}
+    met = sorted(np.unique(one).tolist(), key=order.__getitem__)
+    return np.array(met, dtype=np.int64), int((np.abs(turn) <= 2 * OFF).sum()) // 2
 
 
 def _supports(model: Model, remarks: list[str]) -> list[str]:

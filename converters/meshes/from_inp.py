@@ -22,6 +22,8 @@ LIBRARY = ()
 LINE = re.compile(r"(T[23]D|B[23]|SAX|R2D2|RAX2|FRAME|GK2D|ACIN2D|MAX|SFMAX)")
 VOLUME = re.compile(r"(F?C3D|SC|CSS|COH3D|AC3D|DC3D|EC3D|CIN3D)")
 OF_NODES = {3: "triangle", 6: "triangle6", 4: "quad", 8: "quad8"}
+MOST_GENERATED = 10_000_000  # members of a set in a line
+GREATEST = 2**53  # number of a node or element
 DEPTH = 20  # of files that include files
 
 
@@ -188,14 +190,17 @@ def _elements(block: _Block) -> LongArray:
 def _members(block: _Block) -> list[LongArray | str]:
     """Return the numbers in a set, and names of other sets in it."""
     if "GENERATE" in block.options:
-        found: list[LongArray | str] = []
+        ranges: list[LongArray | str] = []
         for line in block.lines:
             try:
                 first, last, *step = (int(c) for c in line.split(",") if c.strip())
-                found.append(np.arange(first, last + 1, *(step or [1])))
-            except (ValueError, TypeError, ZeroDivisionError):
+                numbers = range(first, last + 1, *(step or [1]))
+            except (ValueError, TypeError):
                 raise block.fault(f"'{line}' must be first, last, step") from None
-        return found
+            if abs(last - first) > MOST_GENERATED * abs(numbers.step) or max(abs(first), abs(last)) > GREATEST:
+                raise block.fault(f"'{line}' generates more numbers than any mesh has ({MOST_GENERATED:g}); mend it")
+            ranges.append(np.arange(numbers.start, numbers.stop, numbers.step))
+        return ranges
     words = [word.strip().strip('"') for line in block.lines for word in line.split(",") if word.strip()]
     whole = [word for word in words if word.lstrip("-").isdigit()]
     return [np.array(whole, dtype=np.int64), *(word for word in words if not word.lstrip("-").isdigit())]

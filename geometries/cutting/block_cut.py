@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bsm_mesh.errors import counted
 from bsm_mesh.geometries.cutting.pieces import IntArray
 from bsm_mesh.geometries.joint_sets import FloatArray
+
+ENGINES = {"gmsh": "Gmsh", "shapely": "the cutter"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +31,7 @@ class JointAccount:
     bounding : float
         Between blocks.
     coincident : float
-        On a joint given before this one, which names the edge, or twice on the same.
+        On a joint given before this one, which names the edge, or twice on the same; sides of joined slivers too.
     on_outline : float
         On the outline of the rock.
     dead : float
@@ -67,6 +70,29 @@ class JointAccount:
         return f"joint:{self.name}: {self.in_rock:.6g} m in the rock: {', '.join(parts)}"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """What cut the rock, why that, and what it joined.
+
+    Attributes
+    ----------
+    engine : str
+        ``gmsh`` or ``shapely``.
+    reason : str
+        Why, in words.
+    slivers : int
+        Blocks thinner than two tolerances, joined to a neighbour.
+    """
+
+    engine: str
+    reason: str
+    slivers: int = 0
+
+    def __str__(self) -> str:
+        """Return the choice in words."""
+        return f"cut by {ENGINES[self.engine]}: {self.reason}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BlockCut:
     """Blocks that meet without gaps, with the groups of their edges.
@@ -93,6 +119,8 @@ class BlockCut:
         Points at the ends of the pieces of each joint that bound no block and are kept.
     accounts : tuple of JointAccount
         Where the length of each joint went.
+    by : Choice
+        What cut the rock.
     """
 
     points: FloatArray
@@ -106,6 +134,7 @@ class BlockCut:
     boundaries: Mapping[str, IntArray]
     dead: Mapping[str, IntArray]
     accounts: tuple[JointAccount, ...]
+    by: Choice
 
     @property
     def count(self) -> int:
@@ -119,7 +148,9 @@ class BlockCut:
 
     def report(self) -> list[str]:
         """Return what came of the joints, a line each."""
-        lines = [f"{self.count} blocks", *(str(account) for account in self.accounts)]
+        lines = [f"{self.count} blocks, {self.by}", *(str(account) for account in self.accounts)]
+        if self.by.slivers:
+            lines.append(f"{counted(self.by.slivers, 'sliver')} thinner than two tolerances joined to the block beside")
         if self.holed.size:
             lines.append(f"{self.holed.size} blocks have a hole and are divided when they are read")
         return lines

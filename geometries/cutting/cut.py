@@ -3,36 +3,38 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
-from bsm_mesh.geometries.cutting.block_cut import BlockCut, JointAccount
+from bsm_mesh.geometries.cutting.block_cut import BlockCut, Choice, JointAccount
 from bsm_mesh.geometries.cutting.dead_ends import dead_ends, extend_ends
 from bsm_mesh.geometries.cutting.ends import join_ends
 from bsm_mesh.geometries.cutting.faces import Faces, enclose_faces, excavations_at, keep_valid
 from bsm_mesh.geometries.cutting.graph import Graph, place_points
 from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces, gather_pieces
+from bsm_mesh.geometries.cutting.slivers import join_slivers
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.rock_mass import Opening, Region, RockMass
 
-Engine = Literal["shapely", "gmsh"]
+Engine = Literal["auto", "gmsh", "shapely"]
+MOST_MEETINGS = 5000  # places where lines meet: Gmsh fragments so many in 3 s of processor time, whatever the pattern
 
 
-def cut_blocks(mass: RockMass, engine: Engine = "shapely") -> BlockCut:
+def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
     """Return the blocks into which the joints cut the rock.
 
-    Both engines give the same blocks, but where lines lie within the tolerance of each other: there one may have a
-    sliver that the other has not. ``shapely`` takes a second for 3e4 blocks; ``gmsh`` fragments with Open CASCADE and
-    is meant for some hundreds.
+    Both engines give the same blocks with the same numbers, but where lines lie within the tolerance of each other:
+    there one may have a sliver that the other has not.
 
     Parameters
     ----------
     mass : RockMass
         The rock and its joints.
     engine : str
-        ``shapely`` or ``gmsh``.
+        ``gmsh`` fragments by Open CASCADE; ``shapely`` is a cutter of our own, which takes a second for 3e4 blocks;
+        ``auto`` takes Gmsh where lines meet at 5000 places at most, else the cutter. The report says which and why.
 
     Raises
     ------
@@ -43,29 +45,53 @@ def cut_blocks(mass: RockMass, engine: Engine = "shapely") -> BlockCut:
     in_rock = _sums(pieces.joint, pieces.length, len(pieces.joint_names))
     given += _sums(pieces.joint, np.where(pieces.region < 0, 0.0, pieces.length), len(given))
     extended = np.zeros_like(in_rock)
-    pieces, graph = _node(pieces, mass.grid, engine)
+    chosen = choose_engine(pieces, engine)
+    pieces, graph = _node(pieces, mass.grid, chosen.engine)
     if pieces.extends.any():
         placed = dataclasses.replace(graph, points=place_points(graph, pieces, mass.grid)[0])
         longer = extend_ends(placed, pieces, _in_rock(placed.points, mass), mass.grid)
         extended = _sums(pieces.joint, longer.length - pieces.length, len(in_rock))
-        pieces, graph = _node(longer, mass.grid, engine)
+        pieces, graph = _node(longer, mass.grid, chosen.engine)
     faces, region = enclose_faces(graph, mass)
     points = keep_valid(graph, faces, *place_points(graph, pieces, mass.grid), mass.grid)
-    return _gather(mass, pieces, dataclasses.replace(graph, points=points), faces, region, (given, in_rock, extended))
+    graph, faces, region, joined = join_slivers(graph, faces, region, points, pieces, mass)
+    placed = dataclasses.replace(graph, points=points)
+    chosen = dataclasses.replace(chosen, slivers=joined.count)
+    return _gather(mass, pieces, placed, faces, region, (given, in_rock, extended, joined.lengths), chosen)
 
 
-def _node(pieces: Pieces, grid: float, engine: Engine) -> tuple[Pieces, Graph]:
+def choose_engine(pieces: Pieces, engine: Engine) -> Choice:
+    """Return the engine that cuts some pieces, and why.
+
+    Raises
+    ------
+    GeometryError
+        For another engine.
+    """
+    import shapely
+
+    if engine not in get_args(Engine):
+        raise GeometryError(f"there is no engine '{engine}'; give {', '.join(get_args(Engine))}")
+    if engine != "auto":
+        return Choice(engine=engine, reason="as asked")
+    drawn = shapely.linestrings(pieces.ends)
+    met = shapely.STRtree(drawn).query(drawn, predicate="intersects").shape[1]
+    places = (met - len(drawn)) // 2
+    more = places > MOST_MEETINGS
+    reason = f"lines meet at {places} places, {'more than' if more else 'at most'} {MOST_MEETINGS}"
+    return Choice(engine="shapely" if more else "gmsh", reason=reason)
+
+
+def _node(pieces: Pieces, grid: float, engine: str) -> tuple[Pieces, Graph]:
     """Return the pieces with their ends joined, and their graph."""
     lines = join_ends(pieces, grid)
     if engine == "gmsh":
         from bsm_mesh.geometries.cutting.fragment import node_by_gmsh
 
         return lines.pieces, node_by_gmsh(lines, grid)
-    if engine == "shapely":
-        from bsm_mesh.geometries.cutting.noding import node_by_shapely
+    from bsm_mesh.geometries.cutting.noding import node_by_shapely
 
-        return lines.pieces, node_by_shapely(lines, grid)
-    raise GeometryError(f"there is no engine '{engine}'; give 'shapely' or 'gmsh'")
+    return lines.pieces, node_by_shapely(lines, grid)
 
 
 def _gather(
@@ -74,7 +100,8 @@ def _gather(
     graph: Graph,
     faces: Faces,
     region: IntArray,
-    lengths: tuple[FloatArray, FloatArray, FloatArray],
+    lengths: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    chosen: Choice,
 ) -> BlockCut:
     import shapely
 
@@ -101,6 +128,7 @@ def _gather(
         boundaries=_boundaries(graph, pieces, mass, np.flatnonzero(sides == 1)),
         dead={} if mass.dead_ends == "cut" else _by_name(graph.edges, joint, dead, pieces.joint_names),
         accounts=_accounts(graph, pieces, sides, joint, inside, lengths),
+        by=chosen,
     )
 
 
@@ -162,7 +190,7 @@ def _accounts(
     sides: IntArray,
     joint: IntArray,
     inside: BoolArray,
-    lengths: tuple[FloatArray, FloatArray, FloatArray],
+    lengths: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
 ) -> tuple[JointAccount, ...]:
     jointed = pieces.joint[graph.piece] >= 0
     edge, own = graph.edge[jointed], pieces.joint[graph.piece[jointed]]
@@ -173,7 +201,8 @@ def _accounts(
     )
     count = len(pieces.joint_names)
     share = np.stack([_sums(own[what == k], length[what == k], count) for k in range(5)])
-    given, in_rock, extended = lengths
+    given, in_rock, extended, joined = lengths
+    share[1] += joined
     snapped = in_rock + extended - share.sum(axis=0)
     is_end = np.zeros(len(graph.points), dtype=np.bool_)
     is_end[dead_ends(graph)] = True

@@ -8,7 +8,6 @@ import numpy as np
 
 from bsm_mesh.geometries.cutting.ends import Lines
 from bsm_mesh.geometries.cutting.graph import Graph
-from bsm_mesh.geometries.cutting.noding import number_points
 from bsm_mesh.geometries.cutting.pieces import IntArray
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.session import gmsh_session
@@ -58,17 +57,15 @@ def _curves_of_pieces(
 
 
 def _as_graph(points: FloatArray, pairs: IntArray, owner: IntArray, tolerance: float) -> Graph:
-    """Return the graph; points sorted as the shapely engine sorts them, edges sorted by point."""
-    found, edges = number_points(points[pairs])
-    order = np.lexsort(points.T)
-    number = np.empty(len(points), dtype=np.int64)
-    number[order] = np.searchsorted(*_comparable(found, points[order]))
-    ends = np.sort(number[pairs], axis=1)
-    keys = edges[:, 0] * len(found) + edges[:, 1]
-    edge = np.searchsorted(keys, ends[:, 0] * len(found) + ends[:, 1])
-    key = np.unique(edge * (owner.max() + 1) + owner)
+    """Return the graph; its points on the cutter's grid, so that both engines number and place them alike."""
+    import shapely
+
+    on_grid = shapely.get_coordinates(shapely.set_precision(shapely.points(points), tolerance))
+    _, number = np.unique(on_grid[:, ::-1], axis=0, return_inverse=True)  # by y, then x, as the cutter numbers them
+    found = np.empty((number.max() + 1, 2))
+    found[number.reshape(-1)] = on_grid
+    ends = np.sort(number.reshape(-1)[pairs], axis=1)
+    longer = ends[:, 0] != ends[:, 1]
+    edges, edge = np.unique(ends[longer], axis=0, return_inverse=True)
+    key = np.unique(edge.reshape(-1) * (owner.max() + 1) + owner[longer])
     return Graph(points=found, edges=edges, edge=key // (owner.max() + 1), piece=key % (owner.max() + 1))
-
-
-def _comparable(*arrays: FloatArray) -> list[Any]:
-    return [np.ascontiguousarray(xy[:, ::-1] + 0.0).view([("y", "f8"), ("x", "f8")])[:, 0] for xy in arrays]

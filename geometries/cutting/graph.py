@@ -38,6 +38,13 @@ class Graph:
         length: FloatArray = np.hypot(*(self.points[self.edges[:, 1]] - self.points[self.edges[:, 0]]).T)
         return length
 
+    def without(self, edges: IntArray) -> Graph:
+        """Return the graph without some edges; points keep their numbers."""
+        left = np.ones(len(self.edges), dtype=np.bool_)
+        left[edges] = False
+        number, there = np.cumsum(left) - 1, left[self.edge]
+        return Graph(points=self.points, edges=self.edges[left], edge=number[self.edge[there]], piece=self.piece[there])
+
 
 def match_edges(ends: FloatArray, pieces: Pieces, tolerance: float) -> tuple[IntArray, IntArray]:
     """Return which edges lie on which pieces, sorted by edge, then piece.

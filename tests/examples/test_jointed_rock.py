@@ -1,7 +1,8 @@
-"""The worked examples of docs/jointed_rock.md: every file as printed, every command in order."""
+"""The worked examples of docs/jointed_rock.md and first_problems.md: every file as printed, every command in order."""
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 from tests.scenes.small_case import Case
 
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
+FIRST = PAGE.with_name("first_problems.md")
 FILES = re.compile(r"^`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
 COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
@@ -59,6 +61,22 @@ def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pyte
             run_line(case, line)
     for name in ("rock.msh", "quality.png", "net.png", "out/model/summary.json"):
         assert (case.folder / name).is_file()
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_a_first_problem_from_nothing_to_its_verdict(case: Case, number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As typed; blocks and verdict are those of the page's table."""
+    monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
+    text, section = FIRST.read_text(encoding="utf-8"), FIRST.read_text(encoding="utf-8").split("\n## ")[number]
+    for name, content in FILES.findall(section):
+        case.write(name, content)
+    (commands,) = COMMANDS.findall(section)
+    for line in commands.splitlines():
+        run_line(case, line)
+    (told,) = case.folder.glob("out/*/summary.json")
+    end = json.loads(told.read_text(encoding="utf-8"))
+    row = [line for line in text.splitlines() if line.startswith("| [")][number - 1]
+    assert f"| {end['blocks']} | {end['status']} |" in row
 
 
 def test_the_numbers_of_the_page(case: Case, page: str) -> None:

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from bsm_mesh.converters import NoteKind, read_mesh
@@ -67,15 +67,25 @@ def networks(draw: st.DrawFn) -> RockMass:
 
 @settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(networks())
+@example(
+    RockMass(
+        regions=[Region(outline=box(-10, -10, 10, 10), rock="gneiss")],
+        joints=[
+            JointSet(name="J", dip=90, spacing=4.0, start=(2, 0)),
+            Fault(name="F", lines=[[(0.0, -10.743), (0.077, -0.5), (0.0, -8.318)], [(-9, -0.50599), (9, -0.50599)]]),
+        ],
+    )
+)
 def test_both_engines_give_the_same_blocks(mass: RockMass) -> None:
-    """To the tolerance to which each knows where lines cross; a triangle that they enclose within it is no block."""
+    """To the tolerance to which each knows where lines cross, slivers joined; the example has one at a sharp corner.
+
+    Of 2500 networks at random three are otherwise: a line that grazes a corner within the tolerance touches it for one
+    engine and passes for the other, and where lines meet at a tenth of a degree lengths differ by millimetres.
+    """
     one, other = cut_blocks(mass, "shapely"), cut_blocks(mass, "gmsh")
+    assert one.count == other.count
     (first_areas, open_by), (other_areas, _) = (areas_within(cut, mass.grid) for cut in (one, other))
-    blocks = min(one.count, other.count)
-    assert (np.abs(first_areas[:blocks] - other_areas[:blocks]) <= open_by[:blocks]).all()
-    for cut in (one, other):
-        area, open_by = areas_within(cut, mass.grid)
-        assert (area[blocks:] < open_by[blocks:]).all()
+    assert (np.abs(first_areas - other_areas) <= open_by).all()
     for groups in ("joints", "boundaries"):
         first, second = lengths(one, getattr(one, groups)), lengths(other, getattr(other, groups))
         assert first.keys() == second.keys()

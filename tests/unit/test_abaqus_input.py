@@ -94,6 +94,11 @@ def test_included_files(tmp_path: Path) -> None:
         (MESH + "*NSET, NSET=A, GENERATE\n1, two\n", "\\*NSET: '1, two' must be first, last, step"),
         (MESH + "*NSET, NSET=A, GENERATE\n1, 4, 0\n", "\\*NSET: '1, 4, 0' must be first, last, step"),
         (MESH + "*NSET, NSET=A, GENERATE\n1, 4, 1, 1\n", "\\*NSET: '1, 4, 1, 1' must be first, last, step"),
+        (MESH + "*NSET, NSET=A, GENERATE\n1, 100000000000\n", "'1, 100000000000' generates more numbers than any mesh"),
+        (
+            MESH + "*ELSET, ELSET=A, GENERATE\n1, 1" + 30 * "0" + ", 1" + 29 * "0" + "\n",
+            "generates more numbers than any",
+        ),
         (MESH.replace("1, 0., 0.", "nan, 0., 0."), "line 1: \\*NODE: holds what is not finite"),
         (MESH.replace("CPE4", "C3D4"), "three-dimensional"),
     ],

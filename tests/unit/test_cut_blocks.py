@@ -227,3 +227,27 @@ def test_regions_that_only_touch_keep_their_border() -> None:
     cut = cut_blocks(RockMass(regions=halves))
     assert cut.count == 2
     assert cut.accounts[0].bounding == pytest.approx(5)
+
+
+def test_gmsh_cuts_few_joints_and_the_cutter_very_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same blocks with the same numbers, to the last bit; the report says which it was and why."""
+    lines = [[(x, -1), (x + 3, 11)] for x in (1, 3, 5)] + [[(-1, y), (11, y + 1)] for y in (2, 4, 6)]
+    few = cut_blocks(rock(*lines))
+    assert few.report()[0] == f"{few.count} blocks, cut by Gmsh: lines meet at 25 places, at most 5000"
+    monkeypatch.setattr("bsm_mesh.geometries.cutting.cut.MOST_MEETINGS", 24)
+    many = cut_blocks(rock(*lines))
+    assert many.report()[0] == f"{many.count} blocks, cut by the cutter: lines meet at 25 places, more than 24"
+    np.testing.assert_array_equal(few.points, many.points)
+    np.testing.assert_array_equal(few.corners, many.corners)
+    assert {name: edges.tolist() for name, edges in few.joints.items()} == {
+        name: edges.tolist() for name, edges in many.joints.items()
+    }
+
+
+def test_a_sliver_is_joined_to_the_block_beside_it_and_told(engine: Engine) -> None:
+    """Two joints 2e-5 m apart, tolerance 1.4e-5 m: one block between them the less, and its side on another joint."""
+    cut = cut_blocks(rock([(-1, 4), (11, 4)], [(-1, 4 + 2e-5), (11, 4 + 2e-5)], [(-1, 7), (11, 7)]), engine)
+    assert sorted(areas(cut)) == pytest.approx([30, 30, 40], abs=1e-3)
+    assert cut.report()[-1] == "1 sliver thinner than two tolerances joined to the block beside"
+    assert sum(a.coincident for a in cut.accounts) == pytest.approx(10)
+    assert sum(a.snapped for a in cut.accounts) == pytest.approx(0, abs=1e-4)

@@ -77,6 +77,23 @@ def test_curves_by_direction_box_and_line() -> None:
         assert len(find_curves(along=[(0, 0), (4, 0)])) == 1
 
 
+def test_loose_pieces_outside_the_rock_are_not_found() -> None:
+    """A line fragmented by hand leaves pieces beyond the rock; one that ends in the rock is part of its mesh."""
+    with gmsh_session("loose"):
+        occ = gmsh.model.occ
+        rock = occ.addRectangle(0, 0, 0, 4, 4)
+        through, ending = (
+            occ.addLine(occ.addPoint(*a, 0), occ.addPoint(*b, 0)) for a, b in [((-1, 0), (5, 6)), ((-1, 1), (2, 1))]
+        )
+        _, (_, pieces, parts) = occ.fragment([(2, rock)], [(1, through), (1, ending)])
+        occ.synchronize()
+        assert (len(pieces), len(parts)) == (3, 2)  # of each one piece is in the rock; the second one's is a dead end
+        middles = [gmsh.model.occ.getCenterOfMass(1, tag)[:2] for tag in find_curves(dip=45) + find_curves(dip=0)]
+        assert all(0 <= x <= 4 and 0 <= y <= 4 for x, y in middles)
+        assert sum(y == pytest.approx(1) for _, y in middles) == 1
+        assert len(find_curves(dip=45, among=[tag for _, tag in pieces])) == 3
+
+
 def test_what_cannot_be_fragmented() -> None:
     with gmsh_session("nothing"):
         with pytest.raises(GeometryError, match="there are no surfaces"):

@@ -1,0 +1,49 @@
+"""Joint sets that end at others: fractopo's relations read, traces ended, T-junctions and no crossings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bsm_mesh.geometries import GeometryError, JointSet, Region, RockMass, abutting_sets, cut_blocks
+from bsm_mesh.geometries.abutting import end_at
+from tests.scenes.networks import box
+
+
+def test_relations_of_fractopo_as_frame_and_as_csv() -> None:
+    """Its own example: trace 1 ends at trace 2, in a row (1, 2) with y = 1; of few ends among many crossings none."""
+    pandas = pytest.importorskip("pandas")
+    row = {"name": "title", "sets": ("1", "2"), "x": 0, "y": 1, "y-reverse": 0, "error-count": 0}
+    assert abutting_sets(pandas.DataFrame([row])) == {"1": ("2",)}
+    rows = [{"sets": "('A', 'B')", "x": "10", "y": "2", "y-reverse": "1"}]
+    rows += [
+        {"sets": "('A', 'C')", "x": "1", "y": "0", "y-reverse": "9"},
+        {"sets": ("B", "C"), "x": 0, "y": 0, "y-reverse": 0},
+    ]
+    assert abutting_sets(rows) == {"C": ("A",)}
+    assert abutting_sets(rows, least=0.1) == {"A": ("B",), "C": ("A",)}
+    with pytest.raises(GeometryError, match=r"row 1 needs sets \(two names\) and the counts x, y, y-reverse: 'y'"):
+        abutting_sets([{"sets": ("A", "B"), "x": 1}])
+
+
+def test_a_trace_ends_at_the_nearest_on_both_sides_of_its_middle() -> None:
+    trace = np.array([[(0.0, 0.0), (10.0, 0.0)], [(0.0, 5.0), (10.0, 5.0)]])
+    others = np.array([[(x, -1.0), (x, 1.0)] for x in (1, 4, 7, 9)])
+    np.testing.assert_allclose(end_at(trace, others), [[(4, 0), (7, 0)], [(0, 5), (10, 5)]])
+
+
+def test_a_set_that_abuts_crosses_no_joint_of_the_other() -> None:
+    region = [Region(outline=box(0, 0, 20, 20), rock="r")]
+    through = JointSet(name="J1", dip=0, spacing=4, start=(0, 2))
+    for abuts in ((), ("J1",)):
+        short = JointSet(name="J2", dip=85, density=0.6, length=9.0, scatter=3, abuts=abuts)
+        cut = cut_blocks(RockMass(regions=region, joints=[through, short], seed=3))
+        degree = np.zeros(len(cut.points), dtype=int)
+        edges = {name: np.concatenate([g[name] for g in (cut.joints, cut.dead) if name in g]) for name in ("J1", "J2")}
+        np.add.at(degree, edges["J2"].ravel(), 1)
+        on_first = np.unique(edges["J1"])
+        assert (degree[on_first].max() == 1) == bool(abuts)  # it ends there, and goes on without
+    with pytest.raises(GeometryError, match="joint set 'J2': abuts on 'J9', which is no set of this rock"):
+        cut_blocks(RockMass(regions=region, joints=[JointSet(name="J2", dip=0, density=1, length=2, abuts=["J9"])]))
+    with pytest.raises(GeometryError, match=r"abuts goes with a length: give names of other sets"):
+        JointSet(name="J2", dip=0, spacing=1, abuts=["J1"])
