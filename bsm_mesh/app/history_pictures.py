@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH, scaled
-from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.figures import paper
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.results.histories import HistorySeries
 from bsm_mesh.results.results import Results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
 HEIGHT = 2.6  # inches a chart
@@ -19,12 +21,14 @@ MOST_NAMED = 8  # stages; the names of more would touch
 WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at strength", "open_share": "share open"}
 
 
-def draw_histories(results: Results, title: str, path: Path) -> Path:
-    """Draw every history over the steps of the run."""
+def draw_histories(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
+    """Return a chart of every history over the steps of the run; None where there is none."""
     series = list(results.histories.values())
+    if not series:
+        return None
     columns = min(2, len(series))
     rows = -(-len(series) // columns)
-    figure = paper((WIDTH / 100, HEIGHT * rows + 0.6))
+    figure = figure or paper((WIDTH / 100, HEIGHT * rows + 0.6))
     axes = figure.subplots(rows, columns, squeeze=False)
     for place in axes.reshape(-1)[len(series) :]:
         place.axis("off")
@@ -32,7 +36,7 @@ def draw_histories(results: Results, title: str, path: Path) -> Path:
     for place, one in zip(axes.reshape(-1), series, strict=False):
         _draw_one(place, one, names)
     figure.suptitle(title, parse_math=False)  # a $ is a $
-    return save(figure, path)
+    return figure
 
 
 def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
