@@ -181,6 +181,11 @@ class Results:
 
         It has the arrays of the VTU file, and names as text arrays besides: ``joint_name``, ``status_name``,
         ``rock_name``, ``bolt_name``.
+
+        Raises
+        ------
+        ModelError
+            As `to_meshio`, or if PyVista is not installed.
         """
         from bsm_mesh.app.result_objects import to_pyvista
 

@@ -16,7 +16,9 @@ from bsm_mesh.app.headings import heading
 from bsm_mesh.app.pictures import PICTURES, figure_of
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.scene import Scene
+from bsm_mesh.app.tables import engineering
 from bsm_mesh.errors import ModelError
+from bsm_mesh.results.stress import extreme_stresses, principal_stresses
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
 
@@ -114,6 +116,28 @@ def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Re
         "displacement, mm" in figure.axes[1].get_ylabel()
     )  # of the scale: the block that rests moves by 25 micrometres
     assert figure.axes[1].get_ylim()[1] == pytest.approx(1e3 * moved[1], rel=1e-6)
+
+
+def test_the_extreme_stress_is_that_of_the_run() -> None:
+    """Of a block between a held plate and a load; what the supports hold has no stress that is known."""
+    shapes = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)]
+    joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
+    load = bsm.PointLoad(block=0, point=(0.9, 0.5), force=(0.0, -1e7))  # on the held block
+    results = bsm.run(
+        bsm.Model(
+            blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+            rocks=[bsm.Rock("rock", unit_weight=25e3)],
+            joints=[joint],
+            default_joint="J",
+            supports=[bsm.Fixed(blocks=[0])],
+            loads=[load],
+        )
+    )
+    least, _, unknown = extreme_stresses(results.blocks, results.stages[0])
+    assert unknown == 1
+    assert least > principal_stresses(results.stages[0].stress)[0].min()
+    told = texts(figure_of(results, "sigma_1")).replace("\n", " ")
+    assert f"{engineering(least, 'Pa')} at most; without 1 block that supports hold" in told
 
 
 def test_a_window_shows_its_part(flake: bsm.results.Results) -> None:
