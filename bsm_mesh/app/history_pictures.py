@@ -1,7 +1,8 @@
-"""The picture of the histories: a chart each, over the steps, with the ends of the stages."""
+"""Pictures of the histories: over the steps, with the ends of the stages; and along extensometers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from bsm_mesh.app.figures import paper
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.results.histories import HistorySeries
 from bsm_mesh.results.results import Results
+
+Draw = Callable[[Any, HistorySeries, list[str]], None]  # into axes, a series, with the names of the stages
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +26,19 @@ WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at streng
 
 def draw_histories(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
     """Return a chart of every history over the steps of the run; None where there is none."""
-    series = list(results.histories.values())
+    return _charts(results, list(results.histories.values()), _draw_one, title, figure)
+
+
+def draw_extensometers(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
+    """Return a chart of every line: its extensions over the distance, at the end of every stage; None: no line."""
+    lines = [series for series in results.histories.values() if series.recorded.kind == "line"]
+    return _charts(results, lines, _draw_line, title, figure)
+
+
+def _charts(
+    results: Results, series: list[HistorySeries], draw: Draw, title: str, figure: Figure | None
+) -> Figure | None:
+    """Return a chart of each series, or None where there is none."""
     if not series:
         return None
     columns = min(2, len(series))
@@ -34,9 +49,29 @@ def draw_histories(results: Results, title: str, figure: Figure | None = None) -
         place.axis("off")
     names = [stage.name for stage in results.stages]
     for place, one in zip(axes.reshape(-1), series, strict=False):
-        _draw_one(place, one, names)
+        draw(place, one, names)
     figure.suptitle(title, parse_math=False)  # a $ is a $
     return figure
+
+
+def _draw_line(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
+    """Draw by how much the distances along a line have grown at the end of every stage (as Wang Fig. 8.10)."""
+    recorded = series.recorded
+    distance = np.concatenate([[0.0], recorded.distances])
+    values, unit = _shown(series.values, "m")
+    order = np.argsort(distance, kind="stable")
+    for number, stage in enumerate(np.unique(series.stage).tolist()):
+        last = np.flatnonzero(series.stage == stage)[-1]
+        along = np.concatenate([[0.0], values[last]])[order]
+        if np.isfinite(along[1:]).any():
+            axes.plot(distance[order], along, color=COLOURS[number % len(COLOURS)], marker="o", markersize=2.5,
+                      linewidth=1.3, label=stage_names[stage].replace("$", r"\$"))  # fmt: skip
+    axes.set_title(f"{recorded.name} (line)", fontsize=10, loc="left", parse_math=False)
+    axes.set_xlabel("distance from the first point, m", fontsize=9)
+    axes.set_ylabel(f"extension, {unit}", fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    axes.legend(fontsize=8, frameon=False, title="end of stage", title_fontsize=8)
 
 
 def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:

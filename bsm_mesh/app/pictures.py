@@ -32,7 +32,7 @@ from bsm_mesh.app.bolt_pictures import draw_bolt_forces
 from bsm_mesh.app.canvas import Sheet, finish, new_sheet
 from bsm_mesh.app.figures import save
 from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading, stage_number
-from bsm_mesh.app.history_pictures import draw_histories
+from bsm_mesh.app.history_pictures import draw_extensometers, draw_histories
 from bsm_mesh.app.joint_pictures import (
     draw_opening,
     draw_pressure,
@@ -70,8 +70,9 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
     "bolts_utilisation": draw_bolt_utilisation,
 }
 FOLLOWING = ("final_position",)  # shows what has left the model's box
-OF_A_STAGE, OF_THE_RUN = "bolt_forces", "histories"
-CHARTS = (OF_A_STAGE, OF_THE_RUN)  # of no place in the model
+OF_A_STAGE = "bolt_forces"
+OF_THE_RUN = {"histories": draw_histories, "extensometers": draw_extensometers}
+CHARTS = (OF_A_STAGE, *OF_THE_RUN)  # of no place in the model
 NAMES = (*PICTURES, *CHARTS)
 
 
@@ -85,7 +86,8 @@ def figure_of(
     results : Results
         What came out.
     name : str
-        One of `NAMES`, or ``joints`` for their state. ``histories`` are those of the whole run.
+        One of `NAMES`, or ``joints`` for their state. ``histories`` and ``extensometers`` are
+        of the whole run.
     stage : int or str
         Number of the stage, negative: from the last one; or its name.
     window : (x0, y0, x1, y1), optional [m]
@@ -119,7 +121,7 @@ def _chart(results: Results, number: int, name: str, figure: Figure | None = Non
     """Return a chart: of a stage, or of the whole run."""
     if name == OF_A_STAGE:
         return draw_bolt_forces(results.stages[number].bolts, stage_heading(results, number), figure)
-    return draw_histories(results, stage_heading(results, len(results.stages) - 1), figure)
+    return OF_THE_RUN[name](results, stage_heading(results, len(results.stages) - 1), figure)
 
 
 def chosen_pictures(only: str | None) -> list[str]:
@@ -157,9 +159,10 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
             figure = _figure(scene, name) if name in PICTURES else _chart(results, number, name)
             if figure is not None:
                 drawn.append(add_picture(added, f"{name}{suffix}.png", partial(save, figure)))
-    curves = _chart(results, -1, OF_THE_RUN) if OF_THE_RUN in names and choice.window is None else None
-    if curves is not None:
-        drawn.append(add_picture(added, f"{OF_THE_RUN}.png", partial(save, curves)))
+    for name in [name for name in names if name in OF_THE_RUN and choice.window is None]:
+        figure = _chart(results, -1, name)
+        if figure is not None:
+            drawn.append(add_picture(added, f"{name}.png", partial(save, figure)))
     return drawn
 
 

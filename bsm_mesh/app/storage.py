@@ -279,7 +279,8 @@ def _load(saved: SavedResults) -> Results:
 
 
 def _recorded(told: dict[str, Any]) -> Recorded:
-    return Recorded(**{**told, "quantities": tuple(told["quantities"]), "units": tuple(told["units"])})
+    lists = {key: tuple(told.get(key, ())) for key in ("quantities", "units", "distances")}
+    return Recorded(**{**told, **lists})
 
 
 def _route_end(told: dict[str, Any]) -> RouteEnd:

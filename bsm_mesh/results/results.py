@@ -102,12 +102,12 @@ class Results:
         ----------
         picture : str
             Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
-            ``joints_slip``, ``thrust``, ``bolts``, ``bolt_forces``, ``histories`` (of the whole run), ...; an unknown
-            one is answered with all.
+            ``joints_slip``, ``thrust``, ``bolts``, ``bolt_forces``, ``histories`` and
+            ``extensometers`` (of the whole run), ...; an unknown one is answered with all.
         stage : int or str
             Number or name; negative numbers count from the last stage.
         window : (x0, y0, x1, y1), optional [m]
-            What is seen; not of the charts ``bolt_forces`` and ``histories``, which show no place.
+            What is seen; not of charts, as ``bolt_forces`` and ``histories``, which show no place.
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
 

@@ -228,6 +228,19 @@ def test_the_picture(recorded: Results) -> None:
     assert all(axes.lines for axes in figure.axes if axes.get_title(loc="left"))
 
 
+def test_extensometers_over_their_length(recorded: Results) -> None:
+    """At the end of a stage each anchor's extension stands at its distance; the first point has none."""
+    (line,) = [series for series in recorded.histories.values() if series.recorded.kind == "line"]
+    np.testing.assert_allclose(line.recorded.distances, np.hypot([1.0, 2.3], [0.8, 0.7]))
+    (axes,) = recorded.plot("extensometers").axes
+    assert {curve.get_label() for curve in axes.lines} <= {stage.name for stage in recorded.stages}
+    distance, extension = axes.lines[0].get_data()
+    last = np.flatnonzero(line.stage == 0)[-1]
+    np.testing.assert_allclose(distance, [0.0, *line.recorded.distances])
+    shown = {"um": 1e-6, "mm": 1e-3, "m": 1.0}[axes.get_ylabel().removeprefix("extension, ")]
+    np.testing.assert_allclose(extension * shown, [0.0, *line.values[last]])
+
+
 def test_the_command(case: Case) -> None:
     """A model file with a history: its file is there, told, listed, and drawn; a wrong point ends with code 2."""
     case.write("model.toml", MODEL + '\n[[history]]\nname = "middle"\npoint = ["1 m", 1]\n')
