@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
 HEIGHT = 2.6  # inches a chart
+MOVEMENTS = ("point", "line", "block")  # histories of displacements
 MOST_NAMED = 8  # stages; the names of more would touch
 WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at strength", "open_share": "share open"}
 
@@ -41,6 +43,7 @@ def _charts(
     """Return a chart of each series, or None where there is none."""
     if not series:
         return None
+    series = [_counted(results, one) for one in series]
     columns = min(2, len(series))
     rows = -(-len(series) // columns)
     figure = figure or paper((WIDTH / 100, HEIGHT * rows + 0.6))
@@ -52,6 +55,17 @@ def _charts(
         draw(place, one, names)
     figure.suptitle(title, parse_math=False)  # a $ is a $
     return figure
+
+
+def _counted(results: Results, series: HistorySeries) -> HistorySeries:
+    """Return a series from where its displacements count: after an in-situ state that moved the blocks.
+
+    During it they are those since the blocks were given, and would stand beside the others as a jump.
+    """
+    if series.recorded.kind not in MOVEMENTS or not any(stage.origin.any() for stage in results.stages):
+        return series
+    counts = series.stage > 0
+    return replace(series, stage=series.stage[counts], step=series.step[counts], values=series.values[counts])
 
 
 def _draw_line(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
@@ -86,6 +100,8 @@ def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
         values, shown = _shown(series.values[:, chosen], unit)
         for k, column in zip(chosen, values.T, strict=True):
             label = WORDS.get(recorded.quantities[k], recorded.quantities[k].replace("_", " "))
+            if recorded.distances:
+                label = f"over {recorded.distances[k]:.3g} m"
             (line,) = side.plot(
                 number,
                 column,
@@ -102,7 +118,9 @@ def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
             side.set_ylim(-0.03, 1.03)
     _mark_stages(axes, series, stage_names)
     axes.set_title(f"{recorded.name} ({recorded.kind})", fontsize=10, loc="left", parse_math=False)
-    axes.set_xlabel("step", fontsize=9)
+    axes.set_xlabel(
+        "step" if not series.stage.size or series.stage[0] == 0 else "step after the in-situ state", fontsize=9
+    )
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     handles, labels = zip(*lines, strict=True)

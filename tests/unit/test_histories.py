@@ -241,6 +241,19 @@ def test_extensometers_over_their_length(recorded: Results) -> None:
     np.testing.assert_allclose(extension * shown, [0.0, *line.values[last]])
 
 
+def test_what_gravity_moved_before_the_stages_is_no_jump_in_the_picture() -> None:
+    """Displacements count from the end of the in-situ state: the picture begins there, the series has all."""
+    model = staged().replace(
+        histories=[bsm.History(name="top", point=(1.5, 1.0))], in_situ=bsm.InSitu(method="gravity")
+    )
+    results = bsm.run(model, bsm.Options(scheme="continuation"))
+    series = results.histories["top"]
+    assert abs(series["v"][series.stage == 0]).max() > 1e-6
+    (axes,) = results.plot("histories").axes
+    assert len(axes.lines[0].get_xdata()) == (series.stage > 0).sum() > 0
+    assert axes.get_xlabel() == "step after the in-situ state"
+
+
 def test_the_command(case: Case) -> None:
     """A model file with a history: its file is there, told, listed, and drawn; a wrong point ends with code 2."""
     case.write("model.toml", MODEL + '\n[[history]]\nname = "middle"\npoint = ["1 m", 1]\n')
