@@ -118,9 +118,8 @@ def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
             side.set_ylim(-0.03, 1.03)
     _mark_stages(axes, series, stage_names)
     axes.set_title(f"{recorded.name} ({recorded.kind})", fontsize=10, loc="left", parse_math=False)
-    axes.set_xlabel(
-        "step" if not series.stage.size or series.stage[0] == 0 else "step after the in-situ state", fontsize=9
-    )
+    begins = "step" if not series.stage.size or series.stage[0] == 0 else "step after the in-situ state"
+    axes.set_xlabel(begins, fontsize=9, loc="right")
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     handles, labels = zip(*lines, strict=True)

@@ -16,6 +16,8 @@ from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.results import Results
 from tests.campaigns.scenes import content, put_model
 from tests.scenes.interrupted import copies_of, interrupted
+from tests.scenes.models import model_of
+from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case
 from tests.unit.test_run_writer import staged
 from tests.unit.test_snapshots import MOVING, pushed
@@ -243,10 +245,13 @@ def test_extensometers_over_their_length(recorded: Results) -> None:
 
 def test_what_gravity_moved_before_the_stages_is_no_jump_in_the_picture() -> None:
     """Displacements count from the end of the in-situ state: the picture begins there, the series has all."""
-    model = staged().replace(
-        histories=[bsm.History(name="top", point=(1.5, 1.0))], in_situ=bsm.InSitu(method="gravity")
+    model = model_of(
+        grid(1, 3),
+        stages=[bsm.Stage(name="dig", excavate=[2])],
+        in_situ=bsm.InSitu(method="gravity"),
+        histories=[bsm.History(name="top", block=1)],
     )
-    results = bsm.run(model, bsm.Options(scheme="continuation"))
+    results = bsm.run(model)
     series = results.histories["top"]
     assert abs(series["v"][series.stage == 0]).max() > 1e-6
     (axes,) = results.plot("histories").axes
