@@ -31,7 +31,7 @@ TRUE = 1.0  # joints are drawn where the blocks are, to scale
 
 
 def draw_state(sheet: Sheet) -> str | None:
-    """Draw the joints by their state: sticking, slipping, open."""
+    """Draw the joints by their state: sticking, slipping, open; the shares are those of the tables."""
     scene = sheet.scene
     chosen = _joints(scene)
     if not chosen.any():
@@ -39,14 +39,14 @@ def draw_state(sheet: Sheet) -> str | None:
     add_paper(sheet, TRUE)
     status, lines, length = scene.faces.status, scene.face_lines(TRUE), scene.faces.length
     total = float(length[chosen].sum())
-    for kind, colour, width in (
-        (ContactStatus.STICKING, HOLDS, 1.0),
-        (ContactStatus.OPEN, OPENS, 2.6),
-        (ContactStatus.SLIPPING, SLIPS, 2.6),
+    slipping, is_open = scene.faces.slipping, scene.faces.open
+    for kind, colour, width, part in (
+        (ContactStatus.STICKING, HOLDS, 1.0, 1.0 - slipping - is_open),
+        (ContactStatus.OPEN, OPENS, 2.6, is_open),
+        (ContactStatus.SLIPPING, SLIPS, 2.6, slipping),
     ):
-        mine = chosen & (status == kind)
-        sheet.lines(lines[mine], colors=colour, linewidths=width, zorder=2.5)
-        share = percent(float(length[mine].sum()) / total) if total else "0 %"
+        sheet.lines(lines[chosen & (status == kind)], colors=colour, linewidths=width, zorder=2.5)
+        share = percent(float((length * part)[chosen].sum()) / total) if total else "0 %"
         sheet.explain(f"{kind.name.lower()}, {share} of the length", color=colour, linewidth=width)
     return f"state of the joints, {engineering(total, 'm')} of them{_over(sheet)}"
 

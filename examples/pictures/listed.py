@@ -113,12 +113,12 @@ PICTURES = (
     ),
     Drawn(
         target=f"{EX}/cassiar_slope/section.png",
-        elsewhere=f"{EX}/cassiar_slope/conditions.py",
+        elsewhere=f"{EX}/cassiar_slope/figures.py",
         shows="The section, its water tables, the movement under high water",
     ),
     Drawn(
         target=f"{EX}/cassiar_slope/groundwater.png",
-        elsewhere=f"{EX}/cassiar_slope/conditions.py",
+        elsewhere=f"{EX}/cassiar_slope/figures.py",
         shows="Displacement of seven points against the groundwater",
     ),
     *(

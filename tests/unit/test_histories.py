@@ -254,7 +254,7 @@ def test_what_gravity_moved_before_the_stages_is_no_jump_in_the_picture() -> Non
     results = bsm.run(model)
     series = results.histories["top"]
     assert abs(series["v"][series.stage == 0]).max() > 1e-6
-    (axes,) = results.plot("histories").axes
+    axes, *_ = results.plot("histories").axes  # and that of the rotation
     assert len(axes.lines[0].get_xdata()) == (series.stage > 0).sum() > 0
     assert axes.get_xlabel() == "step after the in-situ state"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,10 @@ from bsm_mesh.app.headings import heading
 from bsm_mesh.app.pictures import PICTURES, figure_of
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.scene import Scene
-from bsm_mesh.app.tables import engineering
+from bsm_mesh.app.tables import engineering, percent
 from bsm_mesh.errors import ModelError
+from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.results.stress import extreme_stresses, principal_stresses
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
@@ -138,6 +141,18 @@ def test_the_extreme_stress_is_that_of_the_run() -> None:
     assert least > principal_stresses(results.stages[0].stress)[0].min()
     told = texts(figure_of(results, "sigma_1")).replace("\n", " ")
     assert f"{engineering(least, 'Pa')} at most; without 1 block that supports hold" in told
+
+
+def test_the_shares_of_the_joints_are_those_of_the_table(flake: bsm.results.Results) -> None:
+    """Of the length, a face that slips at one end by half: not of the faces that slip as a whole."""
+    last = flake.stages[-1]
+    contacts = last.contacts
+    status = contacts.status.copy()
+    status[np.flatnonzero(contacts.block_a != 3)[0]] = ContactStatus.SLIPPING
+    mixed = replace(flake, stages=(replace(last, contacts=replace(contacts, status=status)),))
+    (joint,) = [one for one in joint_sets(mixed, mixed.stages[-1]) if one.name == "J"]
+    assert joint.slipping > 0
+    assert f"slipping, {percent(joint.slipping)} of the length" in texts(figure_of(mixed, "joints"))
 
 
 def test_a_window_shows_its_part(flake: bsm.results.Results) -> None:
