@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
 HEIGHT = 2.6  # inches a chart
 MOVEMENTS = ("point", "line", "block")  # histories of displacements
+ROOM = 0.14  # of the height of the curves, above them for the names of stages
 MOST_NAMED = 8  # stages; the names of more would touch
 WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at strength", "open_share": "share open"}
 
@@ -136,10 +137,15 @@ def _shown(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
 
 
 def _mark_stages(axes: Any, series: HistorySeries, names: list[str]) -> None:
-    """Draw a line where a stage begins, with its name as far as there is room."""
+    """Draw a line where a stage begins, and above the curves the names of the stages as far as there is room."""
     begins = np.flatnonzero(np.diff(series.stage)) + 1
-    for first in begins.tolist():
-        axes.axvline(first + 0.5, color="#888888", linewidth=0.8, linestyle="--")
+    if not len(begins):
+        return
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + ROOM * (high - low))
+    for first in [0, *begins.tolist()]:
+        if first:
+            axes.axvline(first + 0.5, color="#888888", linewidth=0.8, linestyle="--")
         if len(begins) < MOST_NAMED:
             axes.text(first + 0.5, 0.97, f" {names[series.stage[first]]}", fontsize=7, va="top", color="#555555",
-                      transform=axes.get_xaxis_transform(), parse_math=False)  # fmt: skip
+                      transform=axes.get_xaxis_transform(), clip_on=True, parse_math=False)  # fmt: skip

@@ -163,6 +163,8 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
         figure = _chart(results, -1, name)
         if figure is not None:
             drawn.append(add_picture(added, f"{name}.png", partial(save, figure)))
+    if not drawn and choice.only is not None:
+        raise ModelError(f"plot: there is nothing to show in '{choice.only}'")
     return drawn
 
 

@@ -227,6 +227,10 @@ def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
         "plot", "out/model", "--stage", "dog", says=["no stage 'dog'", "did you mean 'dug'? (known: dug, initial)"]
     )
     case.refuses("plot", "out/model", "--only", "blots", says=["no picture 'blots'", "bolts"])
+    case.refuses("plot", "out/model", "--only", "bolt_forces", says=["there is nothing to show in 'bolt_forces'"])
+    case.refuses(
+        "plot", "out/model", "--only", "hist", "--window", *"0011", says=["histories show no part of the model"]
+    )
     for window in (("1", "0", "1", "1"), ("0", "0", "nan", "1")):
         case.refuses("plot", "out/model", "--window", *window, says=["--window", "x0 below x1"])
 
