@@ -3,7 +3,7 @@
 #
 #     sh bootstrap.sh demo                      the whole chain on a built-in case
 #     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
-#     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf, gis, pandas
+#     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf, gis, pandas, pyvista
 #     sh bootstrap.sh test                      formatter, linter, types, doctests, tests, documentation
 #     sh bootstrap.sh docs                      the documentation as a site, in build/docs/html
 #     sh bootstrap.sh matrix [--smoke] [NAME]   tests with the lowest and the newest versions, and with every Python
@@ -369,7 +369,7 @@ shift
 extra=""
 case $command in
     test) [ $# = 0 ] || usage; extra=$(test_extras) ;;
-    pardiso | mpi | dask | dxf | gis | pandas | meshlane | docs) [ $# = 0 ] || usage; extra=$command ;;
+    pardiso | mpi | dask | dxf | gis | pandas | pyvista | meshlane | docs) [ $# = 0 ] || usage; extra=$command ;;
     view) extra=view ;; # what the command draws with
     -*) usage ;;
 esac
@@ -387,7 +387,7 @@ choose_numba_cache
 case $command in
     test) test_all ;;
     docs) cd "$root" && exec "$python" -m docs.build ;;
-    pardiso | mpi | dask | dxf | gis | pandas | meshlane) say "$command is installed in $(basename "$venv")" ;;
+    pardiso | mpi | dask | dxf | gis | pandas | pyvista | meshlane) say "$command is installed in $(basename "$venv")" ;;
     demo)
         "$venv/bin/bsm-mesh" demo "$@"
         if [ "$(pwd -P)" = "$(cd "$root" && pwd -P)" ]; then say_how_to_go_on .venv; else say_how_to_go_on "$venv"; fi

@@ -9,6 +9,7 @@ UNITS = {
     **dict.fromkeys(("spacing", "plastic_stretch", "shear_point"), "m"),
     **dict.fromkeys(("rotation", "stage_rotation"), "rad"),
     "origin": "m, m, rad",
+    "pressure_gradient": "Pa/m",
     **dict.fromkeys(("stress", "stress_effective", "sigma_1", "sigma_3", "water_pressure"), "Pa"),
     **dict.fromkeys(("pressure", "normal_traction", "shear_traction"), "Pa"),
     **dict.fromkeys(("load", "water"), f"N/m, N/m, N {PER_METRE}"),

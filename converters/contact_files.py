@@ -69,6 +69,7 @@ def joint_grid(results: Results, stage: StageResult) -> Grid:
         "status": faces.status,
         "slipping_share": faces.slipping,
         "open_share": faces.open,
+        "water_pressure": faces.water_pressure,
     }
     moved = np.stack([faces.start_displacement, faces.end_displacement], axis=1).reshape(-1, 2)
     return Grid(
@@ -102,7 +103,7 @@ def water_grid(results: Results, stage: StageResult) -> Grid:
         connectivity=np.arange(2 * count),
         cell_type=LINE,
         point_data={"displacement": np.zeros((2 * count, 3))},
-        cell_data={"piece": np.arange(count, dtype=np.int32)},
+        cell_data={"piece": np.arange(count, dtype=np.int32), "pressure_gradient": stage.water_gradient},
     )
 
 

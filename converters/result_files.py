@@ -23,6 +23,7 @@ from bsm_mesh.results.stress import principal_stresses
 
 SERIES = ("blocks", "contacts", "joints", "supports")
 WATER, BOLTS = "water", "bolts"  # written where there are any
+OF_STEPS = (*SERIES, BOLTS)  # the water stands still during a stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +70,14 @@ def write_stage(results: Results, number: int, folder: Path, compression: Compre
 
 
 def write_snapshot(results: Results, folder: Path, instant: Instant, compression: Compression = "zlib") -> list[str]:
-    """Write a VTU of each kind of `SERIES` at an instant of the run; return their names."""
-    for kind in SERIES:
-        grid = grid_of_stage(kind, results, results.stages[-1], instant.stage)
-        write_vtu(folder / instant.file(kind), grid, compression=compression)
-    return [instant.file(kind) for kind in SERIES]
+    """Write a VTU of each kind of `OF_STEPS` that there is at an instant of the run; return their names."""
+    stage = results.stages[-1]
+    kinds = [kind for kind in OF_STEPS if kind in kinds_of(stage)]
+    for kind in kinds:
+        write_vtu(
+            folder / instant.file(kind), grid_of_stage(kind, results, stage, instant.stage), compression=compression
+        )
+    return [instant.file(kind) for kind in kinds]
 
 
 def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[Instant] | None = None) -> list[str]:
@@ -100,8 +104,11 @@ def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[
             for number, (time, stage) in enumerate(zip(times, stages, strict=True))
             if kind in kinds_of(stage)
         ]
-        if kind in SERIES:
-            listed += [(float(instant.time), instant.file(kind)) for instant in instants or ()]
+        listed += [
+            (float(instant.time), instant.file(kind))
+            for instant in instants or ()
+            if kind in SERIES or (kind in OF_STEPS and (folder / instant.file(kind)).is_file())
+        ]
         if listed:
             write_pvd(folder / f"{kind}.pvd", sorted(listed))
             names.append(f"{kind}.pvd")

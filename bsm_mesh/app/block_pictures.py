@@ -63,16 +63,17 @@ def draw_sigma_1(sheet: Sheet) -> str | None:
     """Draw the blocks by their most compressive principal stress."""
     scene = sheet.scene
     sigma, _ = principal_stresses(scene.stage.stress)
-    stays = scene.shown[~scene.apart[scene.shown]]
+    stays = scene.shown[scene.stressed[scene.shown]]
     if not len(stays) or not sigma[stays].any():
         return None
+    add_paper(sheet)
     values, unit = scaled(sigma[stays], "Pa")
     shown = np.zeros(len(sigma))
     shown[stays] = values
-    remark = add_blocks(sheet, shown, f"sigma_1, {unit} (compression negative)", "cividis")
+    remark = add_blocks(sheet, shown, f"sigma_1, {unit} (compression negative)", "cividis", scene.stressed)
     _over(sheet)
     least = engineering(float(sigma[stays].min()), "Pa")
-    return f"most compressive principal stress, {least} at most{remark}{add_gone(sheet)}"
+    return f"most compressive principal stress, {least} at most{_unknown(sheet)}{remark}{add_gone(sheet)}"
 
 
 def draw_arrows(sheet: Sheet) -> str | None:
@@ -100,7 +101,7 @@ def draw_arrows(sheet: Sheet) -> str | None:
 def draw_principal_stresses(sheet: Sheet) -> str | None:
     """Draw crosses of the principal stresses (as Wang Fig. 3.18)."""
     scene = sheet.scene
-    stays = scene.shown[~scene.apart[scene.shown]]
+    stays = scene.shown[scene.stressed[scene.shown]]
     chosen = stays[scene.spread(middle(scene, stays), MOST_GLYPHS)]
     if not len(chosen) or not scene.stage.stress[chosen].any():
         return None
@@ -122,7 +123,7 @@ def draw_principal_stresses(sheet: Sheet) -> str | None:
         sheet.lines(np.concatenate(bars), colors=colour, linewidths=1.4, zorder=3)
         sheet.explain(name, color=colour, linewidth=1.4)
     _over(sheet)
-    return f"principal stresses, longest bar {engineering(greatest, 'Pa')}{add_gone(sheet)}"
+    return f"principal stresses, longest bar {engineering(greatest, 'Pa')}{_unknown(sheet)}{add_gone(sheet)}"
 
 
 def draw_deformation(sheet: Sheet) -> str | None:
@@ -169,6 +170,13 @@ def _greatest(sheet: Sheet, size: FloatArray) -> float:
     """Return the greatest value of the blocks that stay and are seen."""
     scene = sheet.scene
     return float(size[scene.shown[~scene.apart[scene.shown]]].max(initial=0.0))
+
+
+def _unknown(sheet: Sheet) -> str:
+    """Return what to say of blocks whose mean stress is not known, as ``run`` says it."""
+    scene = sheet.scene
+    left_out = int((~scene.stressed & ~scene.apart)[scene.shown].sum())
+    return f"; without {counted(left_out, 'block')} that supports hold, and slivers" if left_out else ""
 
 
 def _bars(centre: FloatArray, angle: FloatArray, half: FloatArray) -> FloatArray:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH
-from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.figures import paper
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST_CHARTS = 12  # bolts with their own chart: the most utilised
 COLOURS = {
@@ -20,8 +22,10 @@ COLOURS = {
 }
 
 
-def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
-    """Draw axial and bond force along the most utilised bolts, and the support pressures."""
+def draw_bolt_forces(bolts: BoltForces, title: str, figure: Figure | None = None) -> Figure | None:
+    """Return charts of axial and bond force along the most utilised bolts, and the support pressures; None: no bolt."""
+    if not (bolts.status != BoltStatus.ABSENT).any():
+        return None
     used = np.zeros(bolts.count)
     np.maximum.at(
         used, bolts.bolt, np.maximum(bolts.utilisation, bolts.axial_force / max(bolts.axial_force.max(), 1.0))
@@ -30,7 +34,7 @@ def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
     chosen = np.sort(np.argsort(-used, kind="stable")[:MOST_CHARTS])
     chosen = chosen[used[chosen] >= 0]
     rows = max(1, -(-len(chosen) // 3))
-    figure = paper((WIDTH / 100, 2.6 * (rows + 1)))
+    figure = figure or paper((WIDTH / 100, 2.6 * (rows + 1)))
     axes = figure.subplots(rows + 1, 3)
     for place in axes[:rows].reshape(-1)[len(chosen) :]:
         place.axis("off")
@@ -41,7 +45,7 @@ def draw_bolt_forces(bolts: BoltForces, title: str, path: Path) -> Path:
         place.remove()
     _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
     figure.suptitle(title, parse_math=False)  # a $ is a $
-    return save(figure, path)
+    return figure
 
 
 def _draw_along(axes: Any, bolts: BoltForces, bolt: int) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from bsm_mesh.app.figures import paper
 from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -141,13 +141,13 @@ def limits(values: FloatArray) -> tuple[tuple[float, float], str]:
     return (float(low), float(high)), "; colours end at the 1st and 99th percentile"
 
 
-def add_blocks(sheet: Sheet, values: FloatArray, title: str, colours: str, factor: float = 0.0) -> str:
-    """Draw the blocks that stay by a value (n,), and return what to say about the ends of the colours."""
+def add_blocks(sheet: Sheet, values: FloatArray, title: str, colours: str, among: BoolArray | None = None) -> str:
+    """Draw the blocks that stay, or those `among` (n,), by a value (n,); return what to say of the scale's ends."""
     scene = sheet.scene
-    chosen = scene.shown[~scene.apart[scene.shown]]
+    chosen = scene.shown[(~scene.apart if among is None else among)[scene.shown]]
     (low, high), remark = limits(values[chosen])
     drawn = sheet.polygons(
-        scene.polygons(chosen, factor),
+        scene.polygons(chosen),
         array=values[chosen],
         cmap=colours,
         edgecolors=LINE if scene.outlines_seen else "face",

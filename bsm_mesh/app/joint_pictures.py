@@ -1,11 +1,9 @@
-"""Pictures of the joints: state, slip, opening, utilisation, water pressure; and forces as lines of thrust.
+"""Pictures of the joints: state, slip, opening, utilisation, pressure; and forces as lines of thrust.
 
 Each draws on a sheet and returns its caption, or None where there is nothing to show.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from bsm_mesh.app.canvas import (
     middle,
     scaled,
 )
-from bsm_mesh.app.marks import add_bolts, add_gone, add_gravity, add_supports, add_water_forces, add_water_table
+from bsm_mesh.app.marks import add_bolts, add_gone, add_gravity, add_supports, add_water_table
 from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering, percent
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
@@ -33,7 +31,7 @@ TRUE = 1.0  # joints are drawn where the blocks are, to scale
 
 
 def draw_state(sheet: Sheet) -> str | None:
-    """Draw the joints by their state: sticking, slipping, open."""
+    """Draw the joints by their state: sticking, slipping, open; the shares are those of the tables."""
     scene = sheet.scene
     chosen = _joints(scene)
     if not chosen.any():
@@ -41,14 +39,14 @@ def draw_state(sheet: Sheet) -> str | None:
     add_paper(sheet, TRUE)
     status, lines, length = scene.faces.status, scene.face_lines(TRUE), scene.faces.length
     total = float(length[chosen].sum())
-    for kind, colour, width in (
-        (ContactStatus.STICKING, HOLDS, 1.0),
-        (ContactStatus.OPEN, OPENS, 2.6),
-        (ContactStatus.SLIPPING, SLIPS, 2.6),
+    slipping, is_open = scene.faces.slipping, scene.faces.open
+    for kind, colour, width, part in (
+        (ContactStatus.STICKING, HOLDS, 1.0, 1.0 - slipping - is_open),
+        (ContactStatus.OPEN, OPENS, 2.6, is_open),
+        (ContactStatus.SLIPPING, SLIPS, 2.6, slipping),
     ):
-        mine = chosen & (status == kind)
-        sheet.lines(lines[mine], colors=colour, linewidths=width, zorder=2.5)
-        share = percent(float(length[mine].sum()) / total) if total else "0 %"
+        sheet.lines(lines[chosen & (status == kind)], colors=colour, linewidths=width, zorder=2.5)
+        share = percent(float((length * part)[chosen].sum()) / total) if total else "0 %"
         sheet.explain(f"{kind.name.lower()}, {share} of the length", color=colour, linewidth=width)
     return f"state of the joints, {engineering(total, 'm')} of them{_over(sheet)}"
 
@@ -109,42 +107,6 @@ def draw_thrust(sheet: Sheet) -> str | None:
     sheet.scale(drawn, f"force between two blocks, {unit}")
     told = f"lines of thrust, greatest force {engineering(float(size[chosen].max()), 'N/m')}; width by force"
     return f"{told}{remark}{_over(sheet)}"
-
-
-def draw_water(sheet: Sheet) -> str | None:
-    """Draw the pressure of the water in the joints, and its force on every block."""
-    scene = sheet.scene
-    if not scene.stage.water.any():
-        return None
-    pressure, pair = _water_of_faces(scene)
-    wet = (pressure > 0) & _seen(scene, pair)
-    add_paper(sheet, TRUE)
-    greatest = float(pressure[wet].max(initial=0.0))
-    if wet.any():
-        values, unit = scaled(pressure[wet], "Pa")
-        width = np.clip(WIDEST * values / values.max(), NARROWEST, WIDEST)
-        drawn = sheet.lines(scene.face_lines(TRUE)[wet], array=values, cmap="Blues", linewidths=width, zorder=2.5)
-        drawn.set_clim(0, float(values.max()))
-        sheet.scale(drawn, f"water pressure in the joints, {unit}")
-    add_water_forces(sheet)
-    told = f"water pressure in the joints, greatest {engineering(greatest, 'Pa')}; arrows: water on a block"
-    return f"{told}{_over(sheet)}"
-
-
-def _water_of_faces(scene: Scene) -> tuple[FloatArray, IntArray]:
-    """Return the mean water pressure of every face's contacts, (k,) [Pa], and its two blocks, (k, 2)."""
-    faces, contacts, count = scene.faces, scene.stage.contacts, scene.results.blocks.count
-
-    def key(a: IntArray, b: IntArray) -> Any:
-        return np.minimum(a, b).astype(np.int64) * count + np.maximum(a, b)
-
-    keys, number = np.unique(key(contacts.block_a, contacts.block_b), return_inverse=True)
-    length = np.bincount(number, contacts.length)
-    mean = np.bincount(number, contacts.length * contacts.water_pressure) / length
-    wanted = key(faces.block_a, faces.block_b)
-    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    found = np.where(keys[place] == wanted, mean[place], 0.0) if len(keys) else np.zeros(len(wanted))
-    return found, np.column_stack([faces.block_a, faces.block_b])
 
 
 def _by_value(

@@ -21,8 +21,8 @@ LONGEST_LOAD = 0.06  # of what is seen
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
 ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
 ENOUGH = 600  # blocks; the numbers of more are too many
+OF_LOADS = "#8a1c1c"
 GRAVITY = 0.03  # of what is seen: length of its arrow
-OF_WATER = "#0a4f7a"
 
 
 def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
@@ -153,38 +153,25 @@ def add_supports(sheet: Sheet) -> None:
 
 
 def add_loads(sheet: Sheet) -> None:
-    """Draw the loads on the blocks, but weight and water, as arrows that end at the blocks' faces."""
-    stage = sheet.scene.stage
+    """Draw the loads on the blocks, but weight and water, as arrows that end at the blocks' faces.
+
+    They are thinned where they are crowded; the key says how large the greatest is.
+    """
+    scene, stage = sheet.scene, sheet.scene.stage
     if stage.evidence is None:
         return
     applied = stage.loads[:, :2] - stage.water[:, :2] - stage.evidence.weight
-    add_forces(sheet, applied, "#8a1c1c", "loads", outside=True)
-
-
-def add_water_forces(sheet: Sheet) -> None:
-    """Draw the force of the water on every block."""
-    add_forces(sheet, sheet.scene.stage.water[:, :2], OF_WATER, "water on a block", outside=False)
-
-
-def add_forces(sheet: Sheet, forces: FloatArray, colour: str, what: str, *, outside: bool) -> None:
-    """Draw forces (n, 2) on blocks, where they are not too crowded, and say how large the greatest is.
-
-    With `outside` they end where they meet the block, else they begin at its centroid.
-    """
-    scene = sheet.scene
-    size = np.hypot(*forces.T)
+    size = np.hypot(*applied.T)
     greatest = float(size[scene.shown].max(initial=0.0))
     if greatest <= 0:
         return
     blocks = scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
-    sense = forces[blocks] / size[blocks, None]
-    at = middle(scene, blocks)
-    if outside:
-        at = at - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
+    sense = applied[blocks] / size[blocks, None]
+    at = middle(scene, blocks) - 0.5 * np.sqrt(scene.results.blocks.moments.area[blocks])[:, None] * sense
     chosen = scene.spread(at, MOST_LOADS)
-    at, vector = at[chosen], forces[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
-    arrows(sheet, at - vector if outside else at, vector, colour)
-    sheet.explain(f"{what}, greatest {engineering(greatest, 'N/m')}", color=colour, marker=">", linewidth=1.5)
+    vector = applied[blocks[chosen]] * (LONGEST_LOAD * scene.size / greatest)
+    arrows(sheet, at[chosen] - vector, vector, OF_LOADS)
+    sheet.explain(f"loads, greatest {engineering(greatest, 'N/m')}", color=OF_LOADS, marker=">", linewidth=1.5)
 
 
 def arrows(sheet: Sheet, tail: FloatArray, vector: FloatArray, colour: Any, **style: Any) -> Any:

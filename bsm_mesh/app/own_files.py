@@ -23,7 +23,7 @@ OF_A_RUN = re.compile(
     r"|certificate(\.json|_\d{4,}\.npz)"
 )
 
-OF_A_STEP = re.compile(r"(blocks|contacts|joints|supports)_\d{4,}_\d{5,}\.vtu")
+OF_A_STEP = re.compile(r"(blocks|contacts|joints|supports|bolts)_\d{4,}_\d{5,}\.vtu")
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -28,9 +28,11 @@ from bsm_mesh.app.block_pictures import (
     draw_sigma_1,
 )
 from bsm_mesh.app.bolt_map import draw_bolt_utilisation, draw_bolts
+from bsm_mesh.app.bolt_pictures import draw_bolt_forces
 from bsm_mesh.app.canvas import Sheet, finish, new_sheet
 from bsm_mesh.app.figures import save
 from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading, stage_number
+from bsm_mesh.app.history_pictures import draw_extensometers, draw_histories
 from bsm_mesh.app.joint_pictures import (
     draw_opening,
     draw_pressure,
@@ -38,11 +40,11 @@ from bsm_mesh.app.joint_pictures import (
     draw_state,
     draw_thrust,
     draw_utilisation,
-    draw_water,
 )
 from bsm_mesh.app.plot import BAD_INPUT, PictureChoice
 from bsm_mesh.app.scene import Scene, Window
 from bsm_mesh.app.storage import load_results
+from bsm_mesh.app.water_pictures import draw_water
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.results.results import Results
 
@@ -68,7 +70,10 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
     "bolts_utilisation": draw_bolt_utilisation,
 }
 FOLLOWING = ("final_position",)  # shows what has left the model's box
-CHARTS = ("bolt_forces", "histories")  # of no place in the model
+OF_A_STAGE = "bolt_forces"
+OF_THE_RUN = {"histories": draw_histories, "extensometers": draw_extensometers}
+CHARTS = (OF_A_STAGE, *OF_THE_RUN)  # of no place in the model
+NAMES = (*PICTURES, *CHARTS)
 
 
 def figure_of(
@@ -81,7 +86,8 @@ def figure_of(
     results : Results
         What came out.
     name : str
-        One of `PICTURES`, or ``joints`` for their state.
+        One of `NAMES`, or ``joints`` for their state. ``histories`` and ``extensometers`` are
+        of the whole run.
     stage : int or str
         Number of the stage, negative: from the last one; or its name.
     window : (x0, y0, x1, y1), optional [m]
@@ -92,11 +98,13 @@ def figure_of(
     Raises
     ------
     ModelError
-        If there is no such picture or stage, or the window is none.
+        If there is no such picture or stage, or the window is none, or of a chart.
     """
-    refuse_window(window)
-    (name, *_) = chosen_pictures(name, PICTURES) if name != "joints" else ["joints_state"]
+    (name, *_) = chosen_pictures("joints_state" if name == "joints" else name)
+    refuse_window(window, [name])
     number = stage_number(results, stage)
+    if name in CHARTS:
+        return _chart(results, number, name, figure)
     scene = Scene(results=results, number=number, title=stage_heading(results, number), window=window)
     return _figure(scene, name, figure)
 
@@ -109,15 +117,22 @@ def _figure(scene: Scene, name: str, figure: Figure | None = None) -> Figure | N
     return None if caption is None else finish(sheet, caption)
 
 
-def chosen_pictures(only: str | None, known: Iterable[str] = (*PICTURES, *CHARTS)) -> list[str]:
-    """Return the names of those known that are asked for: all, one, or all that begin with a word.
+def _chart(results: Results, number: int, name: str, figure: Figure | None = None) -> Figure | None:
+    """Return a chart: of a stage, or of the whole run."""
+    if name == OF_A_STAGE:
+        return draw_bolt_forces(results.stages[number].bolts, stage_heading(results, number), figure)
+    return OF_THE_RUN[name](results, stage_heading(results, len(results.stages) - 1), figure)
+
+
+def chosen_pictures(only: str | None) -> list[str]:
+    """Return the names of the pictures that are asked for: all, one, or all that begin with a word.
 
     Raises
     ------
     ModelError
         If there is none.
     """
-    names = list(known)
+    names = list(NAMES)
     if only is None:
         return names
     found = [name for name in names if name == only] or [name for name in names if name.startswith(only)]
@@ -129,7 +144,7 @@ def chosen_pictures(only: str | None, known: Iterable[str] = (*PICTURES, *CHARTS
 def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
     """Draw the pictures of a results folder and return their paths."""
     names = chosen_pictures(choice.only)
-    refuse_window(choice.window)
+    refuse_window(choice.window, names)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
     results = load_results(folder)
     drawn = []
@@ -138,36 +153,30 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
         scene = Scene(results=results, number=number, title=stage_heading(results, number), window=choice.window)
         suffix = "" if number == len(results.stages) - 1 else f"_stage_{number}"
         suffix += "" if choice.window is None else "_window"
-        for name in names:
-            figure = _figure(scene, name) if name in PICTURES else None
+        of_place = [name for name in names if name in PICTURES]
+        charts = [name for name in names if name == OF_A_STAGE and choice.window is None]
+        for name in [*of_place, *charts]:
+            figure = _figure(scene, name) if name in PICTURES else _chart(results, number, name)
             if figure is not None:
                 drawn.append(add_picture(added, f"{name}{suffix}.png", partial(save, figure)))
-    if choice.window is None and len(results.stages) - 1 in stages:
-        for name, draw in _charts(results, names):
-            drawn.append(add_picture(added, f"{name}.png", draw))
+    for name in [name for name in names if name in OF_THE_RUN and choice.window is None]:
+        figure = _chart(results, -1, name)
+        if figure is not None:
+            drawn.append(add_picture(added, f"{name}.png", partial(save, figure)))
+    if not drawn and choice.only is not None:
+        raise ModelError(f"plot: there is nothing to show in '{choice.only}'")
     return drawn
 
 
-def refuse_window(window: Window | None) -> None:
-    """Raise a `ModelError` where a window is none."""
+def refuse_window(window: Window | None, names: Sequence[str]) -> None:
+    """Raise a `ModelError` where a window is none, or all that is asked for are charts, which show no place."""
     if window is None:
         return
+    if set(names) <= set(CHARTS):
+        raise ModelError(f"plot: {' and '.join(names)} show no part of the model; leave the window (--window) away")
     if len(window) != 4 or not (np.isfinite(window).all() and window[0] < window[2] and window[1] < window[3]):
         told = " ".join(f"{each:g}" for each in window)
         raise ModelError(f"plot: window (--window) {told} must be X0 Y0 X1 Y1 with x0 below x1 and y0 below y1")
-
-
-def _charts(results: Results, names: Sequence[str]) -> Iterator[tuple[str, Callable[[Path], object]]]:
-    """Yield the charts that are asked for, and what draws each."""
-    title = stage_heading(results, len(results.stages) - 1)
-    if "bolt_forces" in names and results.stages[-1].bolts.count:
-        from bsm_mesh.app.bolt_pictures import draw_bolt_forces
-
-        yield "bolt_forces", partial(draw_bolt_forces, results.stages[-1].bolts, title)
-    if "histories" in names and results.recorded:
-        from bsm_mesh.app.history_pictures import draw_histories
-
-        yield "histories", partial(draw_histories, results, title)
 
 
 def add_picture(added: AddedFiles, name: str, draw: Callable[[Path], object]) -> Path:

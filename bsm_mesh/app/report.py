@@ -155,6 +155,8 @@ def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
     shown, more = [], 0
     for path in sorted((out / PICTURES_FOLDER).glob("*.png")):
         found = OF_STAGE.fullmatch(path.stem)
+        if found and int(found[2]) >= len(stages):
+            continue  # of a stage that these results do not have: nothing of theirs
         if found and found[1] not in EARLIER:
             more += 1
             continue

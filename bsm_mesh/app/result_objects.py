@@ -37,12 +37,20 @@ def to_meshio(results: Results, kind: str, stage: int | str) -> Any:
 
 
 def to_pyvista(results: Results, kind: str, stage: int | str) -> Any:
-    """Return what ``pyvista.read`` returns of the file of a kind, with names as text arrays besides."""
-    import pyvista
+    """Return what ``pyvista.read`` returns of the file of a kind, with names as text arrays besides.
 
+    Raises
+    ------
+    ModelError
+        As `grid_of`; or if PyVista is not there.
+    """
     from bsm_mesh.converters.vtk_files import texts_of, vtk_of_grid
 
     grid = grid_of(results, kind, stage)
+    try:
+        import pyvista
+    except ImportError:
+        raise ModelError("to_pyvista needs the Python package 'pyvista'; install it: pip install pyvista") from None
     made = pyvista.wrap(vtk_of_grid(grid))
     for name, texts in texts_of(grid).items():
         made.cell_data[name] = texts

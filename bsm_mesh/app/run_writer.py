@@ -265,9 +265,10 @@ class RunWriter:
         self._loose.clear()
 
     def _remove_snapshots(self, gone: Iterable[Instant]) -> None:
-        from bsm_mesh.converters.result_files import SERIES
+        from bsm_mesh.converters.result_files import OF_STEPS
 
-        for name in [instant.file(kind) for instant in gone for kind in SERIES]:
+        names = [instant.file(kind) for instant in gone for kind in OF_STEPS]
+        for name in [name for name in names if name in self._files]:
             self.checkpoints.superseded.append(name)
             self._files.pop(name, None)
             self._loose.discard(name)

@@ -14,6 +14,7 @@ from bsm_mesh.results.joint_faces import JointFaces, joint_faces
 from bsm_mesh.results.movement import displacement_of, moved_far
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
+from bsm_mesh.results.stress import stress_is_known
 
 MARGIN = 0.04  # of the model's size, around it
 BEYOND = 0.3  # of the model's extent: how far beside it what moves is followed
@@ -67,6 +68,13 @@ class Scene:
         apart = self.down.copy()
         apart[moved_far(self.results.blocks, self.stage)] = True
         return apart
+
+    @cached_property
+    def stressed(self) -> BoolArray:
+        """Which blocks have a mean stress that is known (`stress_is_known`), and have not gone, (n,)."""
+        known = stress_is_known(self.results.blocks, self.stage.present, self.stage.supports)
+        chosen: BoolArray = (known if known.any() else self.stage.present) & ~self.apart
+        return chosen
 
     @cached_property
     def shown(self) -> IntArray:

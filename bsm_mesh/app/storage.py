@@ -279,7 +279,8 @@ def _load(saved: SavedResults) -> Results:
 
 
 def _recorded(told: dict[str, Any]) -> Recorded:
-    return Recorded(**{**told, "quantities": tuple(told["quantities"]), "units": tuple(told["units"])})
+    lists = {key: tuple(told.get(key, ())) for key in ("quantities", "units", "distances")}
+    return Recorded(**{**told, **lists})
 
 
 def _route_end(told: dict[str, Any]) -> RouteEnd:
@@ -316,7 +317,7 @@ def _load_stage(
         loads=whole(cells["load"]),
         reactions=whole(cells["reaction"]),
         water=whole(cells["water"]),
-        water_table=saved.water_table(number),
+        **_water_of(saved, number, told),
         contacts=contacts_of_grid(contacts),
         supports=supports_of_grid(supports),
         bolts=bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
@@ -329,6 +330,23 @@ def _load_stage(
         falls=tuple(Fall(**{**fall, "place": tuple(fall["place"])}) for fall in told.get("falls", ())),
         **_evidence(saved, number),
     )
+
+
+def _water_of(saved: SavedResults, number: int, told: dict[str, Any]) -> dict[str, Any]:
+    """Return the water table of a stage, the pressure under it, and that of joints with one of their own."""
+    from bsm_mesh.converters.result_files import WATER, stage_file
+
+    name = stage_file(WATER, number)
+    gradient = (
+        saved.grid(name, needs=("pressure_gradient",)).cell_data["pressure_gradient"] if name in saved else np.zeros(0)
+    )
+    own = told.get("joint_water", {})
+    joints = [own.get(joint, np.nan) for joint in saved.told["joint_names"]]
+    return {
+        "water_table": saved.water_table(number),
+        "water_gradient": gradient,
+        "joint_water": np.array(joints, dtype=np.float64),
+    }
 
 
 def _evidence(saved: SavedResults, number: int) -> dict[str, Any]:

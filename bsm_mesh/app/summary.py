@@ -16,7 +16,6 @@ import numpy as np
 from bsm_mesh import __version__
 from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
@@ -55,7 +54,7 @@ def summary(results: Results) -> dict[str, Any]:
         "blocks": results.blocks.count,
         "joint_names": list(results.joint_names),
         "default_joint": results.default_joint,
-        "stages": [_stage_summary(results.blocks, stage) for stage in results.stages],
+        "stages": [_stage_summary(results, stage) for stage in results.stages],
         **({"histories": [asdict(one) for one in results.recorded]} if results.recorded else {}),
         **({"spread": [asdict(end) for end in results.spread]} if results.spread else {}),
     }
@@ -71,7 +70,9 @@ def _versions() -> tuple[tuple[str, str], ...]:
     return tuple((name, metadata.version(name)) for name in VERSIONED)
 
 
-def _stage_summary(blocks: Blocks, stage: StageResult) -> dict[str, Any]:
+def _stage_summary(results: Results, stage: StageResult) -> dict[str, Any]:
+    blocks, own = results.blocks, stage.joint_water
+    joint_water = {name: float(p) for name, p in zip(results.joint_names, own, strict=True) if not np.isnan(p)}
     most_compressive, most_tensile, unknown = extreme_stresses(blocks, stage)
     return {
         "name": stage.name,
@@ -97,6 +98,7 @@ def _stage_summary(blocks: Blocks, stage: StageResult) -> dict[str, Any]:
         **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),
         "total_load": stage.total_load.tolist(),
         "total_water": stage.water[:, :2].sum(axis=0).tolist(),
+        **({"joint_water": joint_water} if joint_water else {}),
         "uplifted_blocks": stage.uplifted_blocks.tolist(),
         "total_reaction": stage.total_reaction.tolist(),
         "notes": list(stage.notes),

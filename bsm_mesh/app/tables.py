@@ -89,7 +89,7 @@ def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, s
     """Return what ``run`` prints: the verdict and the numbers that a reader asks for first; more where `verbose`."""
     stage = results.stages[-1]
     most_compressive, most_tensile, unknown = extreme_stresses(results.blocks, stage)
-    without = f" (without {unknown} blocks that supports hold, and slivers)" if unknown else ""
+    without = f" (without {counted(unknown, 'block')} that supports hold, and slivers)" if unknown else ""
     rows = [
         ("verdict", verdict_in_words(results.blocks, stage) if results.finished else results.status.value),
         ("why", stage.reason),

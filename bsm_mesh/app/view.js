@@ -38,6 +38,7 @@ function engineering(value, unit) {
 function value_text(kind, name, value) {
   const names = data.names[kind]?.[name]
   if (names !== undefined) { return names[value] }
+  if (!Number.isFinite(value)) { return "not known" }
   const greatest = state[kind].arrays[name].reduce((most, one) => (Math.abs(one) > most ? Math.abs(one) : most), 0)
   return engineering(Math.abs(value) > ROUNDING * greatest ? value : 0, data.units[kind][name])
 }

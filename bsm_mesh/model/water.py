@@ -86,15 +86,18 @@ class WaterSurface:
         found: FloatArray = self.level[piece] + self.slope[piece] * x
         return found
 
-    def between(self, left: float, right: float) -> FloatArray:
-        """Return both ends of the straight pieces over a range of x, (k, 2, 2) [m]; none where there is no water."""
+    def between(self, left: float, right: float) -> tuple[FloatArray, FloatArray]:
+        """Return both ends of the straight pieces over a range of x, (k, 2, 2) [m], and their factors, (k,).
+
+        None where there is no water.
+        """
         inside = self.breaks[(self.breaks > left) & (self.breaks < right)]
         x = np.concatenate([[left], inside, [right]])
         piece = np.searchsorted(self.breaks, (x[1:] + x[:-1]) / 2)
         level, slope = self.level[piece], self.slope[piece]
         ends = np.stack([np.stack([at, level + slope * at], axis=1) for at in (x[:-1], x[1:])], axis=1)
-        wet: FloatArray = ends[np.isfinite(level)]
-        return wet
+        wet = np.isfinite(level)
+        return ends[wet], self.factor[piece][wet]
 
 
 def _tables(value: Any, rules: Rules) -> tuple[Points, ...]:

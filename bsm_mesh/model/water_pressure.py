@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -130,6 +131,15 @@ class WaterLoad:
             for block, start, end, ends in self._pressed(vertices):
                 add_face_forces(block, start, end, centroid, ends, total)
         return total
+
+    def recorded(self) -> dict[str, Any]:
+        """Return what is kept of the water with a stage's result: fields of `StageResult` by their names."""
+        table, factor = self.surface.between(*self.blocks.extent)
+        return {
+            "water_table": table,
+            "water_gradient": self.water.unit_weight * factor,
+            "joint_water": self.of_joint[:-1].copy(),
+        }
 
     def point_forces(self, vertices: FloatArray) -> tuple[tuple[IntArray, FloatArray, FloatArray], ...]:
         """Return block, point and force at the ends of all faces, as average stresses need them; none if dry."""

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.model.joint_laws import BartonBandis, Elastic, JointLaw, LadanyiArchambault, MohrCoulomb, Patton, Weaker
 from bsm_mesh.model.strength import Reduced, law_name
@@ -87,6 +89,25 @@ class Evidence(Portable):
 
     def __post_init__(self) -> None:
         show_only(self)
+
+    @classmethod
+    def as_given(cls, weight: FloatArray, bars: Bars) -> Evidence:
+        """Return that of a model that was not run: weights and supports, no contacts."""
+        none, flags = np.zeros(0), np.zeros(0, dtype=bool)
+        return cls(
+            laws=(),
+            law=np.zeros(0, np.int32),
+            failed=flags,
+            slip_path=none,
+            tension=none,
+            normal_stiffness=none,
+            shear_stiffness=none,
+            near=flags,
+            weight=weight,
+            bolt_pair=np.zeros((0, 2), np.int32),
+            bolt_tangent=np.zeros((0, 3, 3)),
+            **bar_rows(bars, bars.point),
+        )
 
     def in_whole(self, part: SubModel) -> Evidence:
         """Return a part's evidence in the numbers of the whole."""

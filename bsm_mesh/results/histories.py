@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -32,12 +33,15 @@ class Recorded:
         Of the history; ``point``, ``line``, ``block``, ``joint`` or ``bolt``.
     quantities, units : tuple of str
         One of each a column; a share has the unit "".
+    distances : tuple of float [m]
+        Of a line: of each further point from the first one, a column each.
     """
 
     name: str
     kind: str
     quantities: tuple[str, ...]
     units: tuple[str, ...]
+    distances: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -78,7 +82,9 @@ def recorded_of(history: History) -> Recorded:
         "bolt": (("axial_force", "N"),),
     }[history.kind]
     names, units = zip(*columns, strict=True)
-    return Recorded(name=history.name, kind=history.kind, quantities=names, units=units)
+    first, *others = history.points or ((0.0, 0.0),)
+    distances = tuple(math.dist(first, other) for other in others)
+    return Recorded(name=history.name, kind=history.kind, quantities=names, units=units, distances=distances)
 
 
 def series_of(recorded: Sequence[Recorded], stages: Sequence[StageResult]) -> dict[str, HistorySeries]:

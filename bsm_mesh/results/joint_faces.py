@@ -14,6 +14,7 @@ from bsm_mesh.results.contact_shares import Cover, Shares, cover_of, joined_shar
 from bsm_mesh.results.movement import as_given, displacement_of, turned
 from bsm_mesh.results.records import ContactStatus, StageResult
 from bsm_mesh.results.results import Results
+from bsm_mesh.results.water_faces import wet_parts
 
 SHORTEST = 0.01  # of a given face: a shorter part that no contact stands for is rounding
 HELD = 1e-9  # of the face: blocks that move less against each other are both held, and have no contacts
@@ -45,6 +46,8 @@ class JointFaces:
         Shear force over shear strength, the greater one of the contacts.
     slipping, open : (k,) float64
         Share of the length that slips, or is at `AT_STRENGTH`, and that is open.
+    water_pressure : (k,) float64 [Pa]
+        Of the water in the joint, mean over the face where it is.
     """
 
     start: FloatArray
@@ -62,6 +65,7 @@ class JointFaces:
     utilisation: FloatArray
     slipping: FloatArray
     open: FloatArray
+    water_pressure: FloatArray
 
     @property
     def status(self) -> IntArray:
@@ -87,7 +91,7 @@ def joint_faces(results: Results, stage: StageResult) -> JointFaces:
     one, other = joined_shares(contacts, shares, cover.face)
     is_face = (cover.face[one] >= 0) | (contacts.status[one] != ContactStatus.OPEN) | (other >= 0)
     touching = _touching(blocks, stage, moved, shares, (one[is_face], other[is_face]))
-    apart = _apart(results, stage, given, cover)
+    apart = _apart(results, stage, moved, given, cover)
     names = [field.name for field in fields(JointFaces)]
     return JointFaces(**{name: np.concatenate([getattr(part, name) for part in (touching, apart)]) for name in names})
 
@@ -109,6 +113,7 @@ def _touching(
     start, end, block = shares.first[one], shares.last[second], c.block_a[one]
     at = end + displacement_of(blocks, moved, c.block_a[second], end)  # the other corner may be of the other block
     end = as_given(blocks, moved, block, at)
+    here = start + displacement_of(blocks, moved, block, start)
     is_open = c.status == ContactStatus.OPEN
     is_slipping = (c.status == ContactStatus.SLIPPING) | (~is_open & (c.utilisation >= AT_STRENGTH))
     return JointFaces(
@@ -127,11 +132,15 @@ def _touching(
         utilisation=c.utilisation[rows].max(axis=0),
         slipping=mean(is_slipping.astype(float)),
         open=mean(is_open.astype(float)),
+        water_pressure=wet_parts(stage, here, at, c.joint[one]).mean(len(one)),
     )
 
 
-def _apart(results: Results, stage: StageResult, given: Faces, cover: Cover) -> JointFaces:
-    """Return the parts of the given faces between blocks that are there which no contact stands for."""
+def _apart(results: Results, stage: StageResult, at: FloatArray, given: Faces, cover: Cover) -> JointFaces:
+    """Return the parts of the given faces between blocks that are there which no contact stands for.
+
+    `at` (n, 3) is where the water meets the blocks: moved, but in the linear scheme.
+    """
     blocks = results.blocks
     a, b = blocks.owner[given.edge_a], blocks.owner[given.edge_b]
     missing = np.hypot(*(given.end - given.start).T) - cover.length
@@ -151,6 +160,7 @@ def _apart(results: Results, stage: StageResult, given: Faces, cover: Cover) -> 
     stays = np.where(np.hypot(*of_a.T) < np.hypot(*of_b.T), a, b)  # an open joint is drawn with what moved less
     joint = joints_of_faces(blocks, results.joint_names, results.default_joint, given)[chosen]
     none = np.zeros(len(chosen))
+    first, last = (point + displacement_of(blocks, at, stays, point) for point in (start, end))
     moved_apart = np.hypot(*(of_a - of_b).T) > HELD * missing
     return JointFaces(
         start=start,
@@ -168,4 +178,5 @@ def _apart(results: Results, stage: StageResult, given: Faces, cover: Cover) -> 
         utilisation=none,
         slipping=none,
         open=moved_apart.astype(float),
+        water_pressure=wet_parts(stage, first, last, joint).mean(len(chosen)),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
-
-if TYPE_CHECKING:
-    pass
 
 
 class Status(StrEnum):
@@ -95,6 +92,26 @@ class ContactForces(Portable):
     def __post_init__(self) -> None:
         show_only(self)
 
+    @classmethod
+    def none(cls) -> ContactForces:
+        """Return the record of no contact."""
+        numbers, plane, whole = np.zeros(0), np.zeros((0, 2)), np.zeros(0, np.int32)
+        return cls(
+            block_a=whole,
+            block_b=whole,
+            point=plane,
+            normal=plane,
+            length=numbers,
+            normal_force=numbers,
+            shear_force=numbers,
+            opening=numbers,
+            slip=numbers,
+            status=np.zeros(0, np.int8),
+            utilisation=numbers,
+            joint=whole,
+            water_pressure=numbers,
+        )
+
     @property
     def force(self) -> FloatArray:
         """Force on `block_b`, (m, 2) [N/m]."""
@@ -127,6 +144,12 @@ class SupportForces(Portable):
 
     def __post_init__(self) -> None:
         show_only(self)
+
+    @classmethod
+    def none(cls) -> SupportForces:
+        """Return the record of no support."""
+        plane = np.zeros((0, 2))
+        return cls(block=np.zeros(0, np.int32), point=plane, reaction=plane, moment=np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,6 +220,10 @@ class StageResult(Portable):
         The water's part of `loads`.
     water_table : (k, 2, 2) float64 [m]
         Both ends of the straight pieces of the water table over the model; none where there is no water.
+    water_gradient : (k,) float64 [Pa/m]
+        Pressure per metre of depth under each piece.
+    joint_water : (j,) float64 [Pa]
+        Pressure that was given in the faces of every joint of ``Results.joint_names``; NaN where it is the table's.
     contacts : ContactForces
         Forces in the contacts.
     supports : SupportForces
@@ -235,6 +262,8 @@ class StageResult(Portable):
     reactions: FloatArray
     water: FloatArray
     water_table: FloatArray
+    water_gradient: FloatArray
+    joint_water: FloatArray
     contacts: ContactForces
     supports: SupportForces
     bolts: BoltForces
@@ -250,6 +279,34 @@ class StageResult(Portable):
 
     def __post_init__(self) -> None:
         show_only(self)
+
+    @classmethod
+    def as_given(cls, **known: Any) -> StageResult:
+        """Return what is `known` of a model that was not run: nothing has moved, and no contact or support bears.
+
+        `known` are fields by their names: ``present``, ``loads``, ``water`` and its table, ``bolts``, ``evidence``.
+        """
+        still = np.zeros((len(known["present"]), 3))
+        tensors = np.zeros((len(still), 2, 2))
+        return cls(
+            name="as given",
+            status=Status.UNFINISHED,
+            reason="it was not run",
+            displacement=still,
+            stage_displacement=still,
+            origin=still,
+            stress=tensors,
+            stress_effective=tensors,
+            reactions=still,
+            contacts=ContactForces.none(),
+            supports=SupportForces.none(),
+            unstable_blocks=np.zeros(0, np.int32),
+            start_residual=0.0,
+            residual=0.0,
+            reference_weight=0.0,
+            steps=(),
+            **known,
+        )
 
     @property
     def seconds(self) -> float:

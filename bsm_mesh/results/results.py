@@ -102,19 +102,19 @@ class Results:
         ----------
         picture : str
             Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
-            ``joints_slip``, ``thrust``, ``bolts``, ...; an unknown one is answered with all. Not the charts
-            ``bolt_forces`` and ``histories``, which show no part of the model.
+            ``joints_slip``, ``thrust``, ``bolts``, ``bolt_forces``, ``histories`` and
+            ``extensometers`` (of the whole run), ...; an unknown one is answered with all.
         stage : int or str
             Number or name; negative numbers count from the last stage.
         window : (x0, y0, x1, y1), optional [m]
-            What is seen.
+            What is seen; not of charts, as ``bolt_forces`` and ``histories``, which show no place.
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
 
         Raises
         ------
         ModelError
-            If there is no such picture or stage, nothing to show in it, or the window is none.
+            If there is no such picture or stage, nothing to show in it, or the window is none, or of a chart.
         """
         from bsm_mesh.app.plotting import plot_results
 
@@ -181,6 +181,11 @@ class Results:
 
         It has the arrays of the VTU file, and names as text arrays besides: ``joint_name``, ``status_name``,
         ``rock_name``, ``bolt_name``.
+
+        Raises
+        ------
+        ModelError
+            As `to_meshio`, or if PyVista is not installed.
         """
         from bsm_mesh.app.result_objects import to_pyvista
 

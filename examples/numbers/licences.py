@@ -23,6 +23,7 @@ EXTRAS = (
     "gis",
     "view",
     "pandas",
+    "pyvista",
 )  # of those who use the program; other extras are tools of its developers, and meshlane takes meshio's place
 LONG = 40  # letters: a longer "License" is the text itself
 INSTALL = "sh bootstrap.sh test"

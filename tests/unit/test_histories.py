@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.history_pictures import draw_histories
 from bsm_mesh.arrays import content_hash
 from bsm_mesh.converters.result_files import corner_displacement
 from bsm_mesh.results import Results
 from tests.campaigns.scenes import content, put_model
 from tests.scenes.interrupted import copies_of, interrupted
+from tests.scenes.models import model_of
+from tests.scenes.shapes import grid
 from tests.scenes.small_case import MODEL, Case
 from tests.unit.test_run_writer import staged
 from tests.unit.test_snapshots import MOVING, pushed
@@ -220,13 +221,42 @@ def test_what_is_no_history(given: dict[str, object], told: str) -> None:
     assert told in str(caught.value)
 
 
-def test_the_picture(recorded: Results, tmp_path: Path) -> None:
-    results = replace(recorded, title="what $x$ did")
-    from matplotlib.image import imread
+def test_the_picture(recorded: Results) -> None:
+    """A chart for each history; what is written is no formula."""
+    figure = replace(recorded, title="what $x$ did").plot("histories")
+    assert "what $x$ did" in figure.get_suptitle()
+    titles = [axes.get_title(loc="left") for axes in figure.axes if axes.get_title(loc="left")]
+    assert titles == [f"{one.name} ({one.kind})" for one in recorded.recorded]
+    assert all(axes.lines for axes in figure.axes if axes.get_title(loc="left"))
 
-    image = imread(draw_histories(results, "what $x$ did", tmp_path / "h.png"))
-    assert image.shape[1] == 1400
-    assert (image[..., :3].min(axis=2) < 0.5).any()
+
+def test_extensometers_over_their_length(recorded: Results) -> None:
+    """At the end of a stage each anchor's extension stands at its distance; the first point has none."""
+    (line,) = [series for series in recorded.histories.values() if series.recorded.kind == "line"]
+    np.testing.assert_allclose(line.recorded.distances, np.hypot([1.0, 2.3], [0.8, 0.7]))
+    (axes,) = recorded.plot("extensometers").axes
+    assert {curve.get_label() for curve in axes.lines} <= {stage.name for stage in recorded.stages}
+    distance, extension = axes.lines[0].get_data()
+    last = np.flatnonzero(line.stage == 0)[-1]
+    np.testing.assert_allclose(distance, [0.0, *line.recorded.distances])
+    shown = {"um": 1e-6, "mm": 1e-3, "m": 1.0}[axes.get_ylabel().removeprefix("extension, ")]
+    np.testing.assert_allclose(extension * shown, [0.0, *line.values[last]])
+
+
+def test_what_gravity_moved_before_the_stages_is_no_jump_in_the_picture() -> None:
+    """Displacements count from the end of the in-situ state: the picture begins there, the series has all."""
+    model = model_of(
+        grid(1, 3),
+        stages=[bsm.Stage(name="dig", excavate=[2])],
+        in_situ=bsm.InSitu(method="gravity"),
+        histories=[bsm.History(name="top", block=1)],
+    )
+    results = bsm.run(model)
+    series = results.histories["top"]
+    assert abs(series["v"][series.stage == 0]).max() > 1e-6
+    axes, *_ = results.plot("histories").axes  # and that of the rotation
+    assert len(axes.lines[0].get_xdata()) == (series.stage > 0).sum() > 0
+    assert axes.get_xlabel() == "step after the in-situ state"
 
 
 def test_the_command(case: Case) -> None:

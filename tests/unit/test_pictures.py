@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,11 @@ from bsm_mesh.app.headings import heading
 from bsm_mesh.app.pictures import PICTURES, figure_of
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.scene import Scene
+from bsm_mesh.app.tables import engineering, percent
 from bsm_mesh.errors import ModelError
+from bsm_mesh.results.joint_sets import joint_sets
+from bsm_mesh.results.records import ContactStatus
+from bsm_mesh.results.stress import extreme_stresses, principal_stresses
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
 
@@ -116,6 +121,40 @@ def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Re
     assert figure.axes[1].get_ylim()[1] == pytest.approx(1e3 * moved[1], rel=1e-6)
 
 
+def test_the_extreme_stress_is_that_of_the_run() -> None:
+    """Of a block between a held plate and a load; what the supports hold has no stress that is known."""
+    shapes = [rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)]
+    joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))
+    load = bsm.PointLoad(block=0, point=(0.9, 0.5), force=(0.0, -1e7))  # on the held block
+    results = bsm.run(
+        bsm.Model(
+            blocks=bsm.Blocks.from_polygons(shapes, rock="rock"),
+            rocks=[bsm.Rock("rock", unit_weight=25e3)],
+            joints=[joint],
+            default_joint="J",
+            supports=[bsm.Fixed(blocks=[0])],
+            loads=[load],
+        )
+    )
+    least, _, unknown = extreme_stresses(results.blocks, results.stages[0])
+    assert unknown == 1
+    assert least > principal_stresses(results.stages[0].stress)[0].min()
+    told = texts(figure_of(results, "sigma_1")).replace("\n", " ")
+    assert f"{engineering(least, 'Pa')} at most; without 1 block that supports hold" in told
+
+
+def test_the_shares_of_the_joints_are_those_of_the_table(flake: bsm.results.Results) -> None:
+    """Of the length, a face that slips at one end by half: not of the faces that slip as a whole."""
+    last = flake.stages[-1]
+    contacts = last.contacts
+    status = contacts.status.copy()
+    status[np.flatnonzero(contacts.block_a != 3)[0]] = ContactStatus.SLIPPING
+    mixed = replace(flake, stages=(replace(last, contacts=replace(contacts, status=status)),))
+    (joint,) = [one for one in joint_sets(mixed, mixed.stages[-1]) if one.name == "J"]
+    assert joint.slipping > 0
+    assert f"slipping, {percent(joint.slipping)} of the length" in texts(figure_of(mixed, "joints"))
+
+
 def test_a_window_shows_its_part(flake: bsm.results.Results) -> None:
     figure = figure_of(flake, "joints", window=(3.0, 0.5, 6.0, 2.5))
     (axes, *_) = figure.axes
@@ -188,6 +227,10 @@ def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
         "plot", "out/model", "--stage", "dog", says=["no stage 'dog'", "did you mean 'dug'? (known: dug, initial)"]
     )
     case.refuses("plot", "out/model", "--only", "blots", says=["no picture 'blots'", "bolts"])
+    case.refuses("plot", "out/model", "--only", "bolt_forces", says=["there is nothing to show in 'bolt_forces'"])
+    case.refuses(
+        "plot", "out/model", "--only", "hist", "--window", *"0011", says=["histories show no part of the model"]
+    )
     for window in (("1", "0", "1", "1"), ("0", "0", "nan", "1")):
         case.refuses("plot", "out/model", "--window", *window, says=["--window", "x0 below x1"])
 

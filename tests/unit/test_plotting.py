@@ -5,6 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import bsm_mesh as bsm
+from bsm_mesh.app.pictures import NAMES
 from bsm_mesh.app.plotting import as_given
 from bsm_mesh.errors import ModelError
 from tests.scenes.openings import OPENED, opening
@@ -46,7 +47,8 @@ def test_a_window(results):
         ("joint", 5, "there is no stage 5; stages are numbered 0 to 1"),
         ("joints", "digg", "there is no stage 'digg'; did you mean 'dig'"),
         ("jonts_slip", 0, "there is no picture 'jonts_slip'; did you mean 'joints_slip'"),
-        ("histories", 0, "there is no picture 'histories'.*water_pressure"),
+        ("histories", 0, "there is nothing to show in 'histories'"),
+        ("history", 0, "there is no picture 'history'; did you mean 'histories'"),
         ("joints", 0.5, "there is no stage 0.5"),
         ("displacement", 0, "there is nothing to show in 'displacement' of that stage"),
     ],
@@ -61,6 +63,15 @@ def test_what_is_not_there(picture, stage, says):
 def test_a_window_that_is_none(results, window):
     with pytest.raises(ModelError, match="must be X0 Y0 X1 Y1"):
         results.plot("model", window=window)
+
+
+def test_every_picture_of_the_command_is_one_of_a_script(results):
+    """One list for both; the charts of the bolts are of a stage, and of no part of the model."""
+    nothing = {"histories", "extensometers", "bolts_utilisation"}  # none recorded; no strength that could be used
+    assert all(results.plot(name).axes for name in NAMES if name not in nothing)
+    assert [axes.get_title() for axes in results.plot("bolt_forces").axes if "B" in axes.get_title()]
+    with pytest.raises(ModelError, match="bolt_forces show no part of the model"):
+        results.plot("bolt_forces", window=(0, 0, 1, 1))
 
 
 def test_a_stage_by_its_number_as_text(results):

@@ -69,6 +69,17 @@ def test_pictures_are_in_the_page(slope):
     assert f"{len(drawn) - len(captions)} more pictures" in page
 
 
+def test_a_picture_of_a_stage_that_there_is_none(slope, tmp_path):
+    """A file that somebody put there is no picture of these results."""
+    results, _, _ = slope
+    results.save(tmp_path / "out")
+    (tmp_path / "out/pictures").mkdir()
+    (tmp_path / "out/pictures/displacement_stage_99.png").write_bytes(b"a picture")
+    outcome, page = report(tmp_path / "out")
+    assert outcome.exit_code == 0
+    assert "None were drawn." in page
+
+
 def test_the_next_run_takes_it_away(slope, tmp_path):
     results, _, _ = slope
     results.save(tmp_path / "out")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,12 @@ def test_what_is_not_there(results: Results) -> None:
         results.to_pandas("beams")
     with pytest.raises(ModelError, match="compression = 'gzip' must be one of 'zlib', 'lz4'"):
         results.save("nowhere", compression="gzip")  # type: ignore[arg-type]
+
+
+def test_without_pyvista(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    with pytest.raises(ModelError, match="needs the Python package 'pyvista'; install it"):
+        results.to_pyvista()
 
 
 def test_tables_are_the_same_as_csv_parquet_and_pandas(results: Results, folder: Path, tmp_path: Path) -> None:

@@ -14,8 +14,10 @@ import bsm_mesh as bsm
 from bsm_mesh.app import view_data
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.own_files import own_files
+from bsm_mesh.app.run_writer import RunWriter
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.view_data import ViewData, read_view
+from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import Results
 from tests.scenes.openings import OPENED, ROOF, opening
@@ -72,6 +74,21 @@ def test_joints_bolts_and_water(bolted: tuple[Results, Path], data: ViewData) ->
     np.testing.assert_allclose(bolts.arrays["axial force"], last.bolts.axial_force, rtol=SINGLE)
     assert data.bolt_names == ("B1", "B2")
     np.testing.assert_allclose(water.ends[0] + [*data.middle, *data.middle], [0.0, 0.6, 6.0, 0.8], atol=SINGLE)
+
+
+def test_bolts_are_there_at_every_step(tmp_path: Path) -> None:
+    """Their forces grow with the steps; at a stage's last step they are those of its end."""
+    with RunWriter(tmp_path, steps=True) as writer:
+        results = bsm.run(opening(bolted=True), snapshot=writer.step, finished=writer.stage)
+        writer.finish(results)
+    states = read_view(SavedResults(tmp_path)).states
+    steps = [state for state in states if not state.frame.is_end]
+    assert steps
+    assert all("bolts" in state.layers for state in states)
+    of_a_stage = [state.layers["bolts"].arrays["axial force"] for state in states if state.frame.stage == 1]
+    np.testing.assert_allclose(of_a_stage[-1], results.stages[1].bolts.axial_force, rtol=SINGLE)
+    assert len({force.max() for force in of_a_stage}) > 1
+    assert [time for time, _ in read_pvd(tmp_path / "bolts.pvd")] == [state.frame.time for state in states]
 
 
 def test_what_is_zero_throughout_is_left_out(data: ViewData) -> None:

@@ -57,9 +57,9 @@ def test_seepage_parallel_to_the_table():
 
 
 def test_straight_pieces_over_the_model():
-    pieces = bsm.Water(table=[(0, 2), (4, 6)]).surface().between(-1.0, 2.0)
+    pieces, _ = bsm.Water(table=[(0, 2), (4, 6)]).surface().between(-1.0, 2.0)
     assert_allclose(pieces, [[(-1, 2), (0, 2)], [(0, 2), (2, 4)]])
-    assert len(bsm.Water().surface().between(0, 1)) == 0
+    assert len(bsm.Water().surface().between(0, 1)[0]) == 0
 
 
 def two_blocks(gap=0.0, **more):

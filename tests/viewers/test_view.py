@@ -137,6 +137,20 @@ def test_a_click_on_a_block_tells_its_numbers(bolted: tuple[Results, Page]) -> N
     assert page.told()["stress yy"] == engineering(float(results.stages[0].stress[block, 1, 1]), "Pa")
 
 
+def test_a_number_that_is_not_known_is_not_told_as_0(driver: Any, bolted: tuple[Results, Page], tmp_path: Path) -> None:
+    results, _ = bolted
+    last = results.stages[-1]
+    stress = last.stress_effective.copy()
+    stress[ROOF[0]] = np.nan
+    page = opened(
+        driver, tmp_path / "out", replace(results, stages=(*results.stages[:1], replace(last, stress_effective=stress)))
+    )
+    page.set("factor", "1")
+    page.click(2.25, 2.3)
+    assert page.told()["stress effective yy"] == "not known"
+    assert page.told()["displacement"] != "not known"
+
+
 def test_a_click_on_a_joint_and_on_a_bolt(bolted: tuple[Results, Page]) -> None:
     results, page = bolted
     page.set("factor", "1")

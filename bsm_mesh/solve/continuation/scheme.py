@@ -237,7 +237,7 @@ def _outcome(engine: Continuation, motion: Motion, bars_before: FloatArray, bolt
         loads=motion.loads,
         reactions=reactions,
         water=engine.system.water_at(motion.position),
-        water_table=engine.system.water.surface.between(*model.blocks.extent),
+        **engine.system.water.recorded(),
         contacts=contacts,
         supports=supports,
         bolts=bolts,

@@ -268,7 +268,7 @@ def _outcome(
         loads=system.loads,
         reactions=reactions,
         water=water.on_blocks(blocks.vertices, centroid),
-        water_table=water.surface.between(*model.blocks.extent),
+        **water.recorded(),
         contacts=contacts,
         supports=supports,
         bolts=bolts,
