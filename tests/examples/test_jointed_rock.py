@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.code_blocks import blocks_of, typed
 from tests.scenes.small_case import Case
 
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
-FILES = re.compile(r"^`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
-COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 def mesh_by_gmsh(folder: Path, geo: str, target: str) -> None:
@@ -47,16 +46,16 @@ def run_line(case: Case, line: str) -> None:
 @pytest.fixture
 def page(case: Case) -> str:
     text = PAGE.read_text(encoding="utf-8")
-    for name, content in FILES.findall(text):
-        case.write(name, content)
+    for block in blocks_of(text):
+        if block.file:
+            case.write(block.file, block.text)
     return text
 
 
 def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
-    for block in COMMANDS.findall(page):
-        for line in block.splitlines():
-            run_line(case, line)
+    for line in typed(page):
+        run_line(case, line)
     for name in ("rock.msh", "quality.png", "net.png", "out/model/summary.json"):
         assert (case.folder / name).is_file()
 
