@@ -6,7 +6,6 @@ Prints blocks, verdict and processor time of each.
 from __future__ import annotations
 
 import json
-import re
 import resource
 import shlex
 import subprocess
@@ -14,9 +13,9 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from docs.code_blocks import files_of, typed
+
 PAGE = Path(__file__).parents[1] / "docs/first_problems.md"
-FILES = re.compile(r"^`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
-COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 def processor_time() -> float:
@@ -29,10 +28,10 @@ def main() -> None:
     """Run every problem in a folder of its own and print its row."""
     for section in PAGE.read_text(encoding="utf-8").split("\n## ")[1:]:
         with TemporaryDirectory() as folder:
-            for name, content in FILES.findall(section):
+            for name, content in files_of(section).items():
                 (Path(folder) / name).write_text(content, encoding="utf-8")
             begun = processor_time()
-            for line in COMMANDS.search(section)[1].splitlines():  # type: ignore[index]
+            for line in typed(section):
                 program, *arguments = shlex.split(line)
                 module = ["-m", "bsm_mesh"] if program == "bsm-mesh" else []
                 subprocess.run([sys.executable, *module, *arguments], cwd=folder, check=True, capture_output=True)

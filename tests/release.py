@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.scenes.readme import python_blocks, typed
+from docs.code_blocks import python_blocks, typed
 
 ROOT = Path(__file__).parents[1]
 SDIST = "import setuptools.build_meta as b, sys; b.build_sdist(sys.argv[1])"

@@ -20,6 +20,7 @@ from bsm_mesh.app.tables import (
     SPREAD_HEADER,
     STAGE_HEADER,
     down_rows,
+    fall_reasons,
     fall_rows,
     joint_rows,
     print_table,
@@ -94,7 +95,10 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
         title = f"{title}: after stage {results.stages[-1].name}"
     if falls := fall_rows(results):
-        print_table("What came down and was taken away", FALL_HEADER, falls, texts=2)
+        header, rows = FALL_HEADER[:-1], [row[:-1] for row in falls]  # reasons are sentences, too long for a column
+        print_table("What came down and was taken away", header, rows, texts=2)
+        for reason in fall_reasons(results):
+            say(reason)
     print_table(title, ("", ""), result_rows(results, verbose=verbose))
     if down := down_rows(results):
         most = f", the largest {len(down)}" if len(down) < results.unstable_blocks.size else ""

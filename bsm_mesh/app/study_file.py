@@ -147,7 +147,7 @@ def load_study(path: Path, *, scripts: bool = True) -> Study:
     content = read_toml(path, "study file")
     for table in ("vary", "scatter"):
         if isinstance(content.get(table), dict):
-            content[table] = dict(_flat(content[table]))
+            content[table] = dict(flat_keys(content[table]))
     try:
         file = StudyFile.model_validate(content)
     except ValidationError as error:
@@ -165,13 +165,13 @@ def load_study(path: Path, *, scripts: bool = True) -> Study:
     return Study(path=path, file=file, text=text, digest=digest, variation=variation, plan=plan, scatters=scatters)
 
 
-def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+def flat_keys(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     """Return the keys of a table as whole ways: ``joint.J1.friction = {..}`` without quotes is three tables."""
     for name, value in table.items():
         part = f'"{name}"' if above and ("." in name) else name
         key = f"{above}.{part}" if above else part
         if isinstance(value, dict) and value and all(isinstance(inner, dict) for inner in value.values()):
-            yield from _flat(value, key)
+            yield from flat_keys(value, key)
         else:
             yield key, value
 

@@ -16,8 +16,9 @@ from bsm_mesh.results.results import Results
 from bsm_mesh.results.spread import RouteEnd
 from bsm_mesh.results.stress import extreme_stresses
 
-PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""), (1e-6, 1e-3, "m"), (0.0, 1e-6, "u"))
-
+PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
+SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
+MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
 SQUARED = ("m2",)  # bear no prefix: a mm2 is no thousandth of a m2
 
 
@@ -32,12 +33,13 @@ def engineering(value: float, unit: str) -> str:
     '0 m'
     >>> engineering(0.7189, "m2")
     '0.7189 m2'
+    >>> engineering(0.00025, "m"), engineering(0.00025, "Pa")
+    ('0.25 mm', '0.00025 Pa')
     """
     if value == 0 or not math.isfinite(value):
         return f"{value:g} {unit}"
-    if unit in SQUARED:
-        return f"{value:.4g} {unit}"
-    factor, prefix = next((f, p) for least, f, p in PREFIXES if abs(value) >= least)
+    prefixes = () if unit in SQUARED else SMALL_PREFIXES if unit in MEASURED_SMALL else PREFIXES
+    factor, prefix = next(((f, p) for least, f, p in prefixes if abs(value) >= least), (1.0, ""))
     return f"{value / factor:.4g} {prefix}{unit}"
 
 
@@ -186,7 +188,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
     ]
 
 
-FALL_HEADER = ("block", "stage", "step", "moved", "area", "weight", "at", "why")
+FALL_HEADER = ("block", "stage", "at", "area", "weight", "moved", "why")
 
 
 def fall_rows(results: Results) -> list[tuple[str, ...]]:
@@ -195,17 +197,26 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
         (
             str(fall.block),
             stage.name,
-            str(fall.step),
-            engineering(fall.moved, "m"),
+            f"({fall.place[0]:.3g}, {fall.place[1]:.3g}) m",
             f"{fall.area:.3g} m2",
             engineering(fall.weight, "N/m"),
-            f"({fall.place[0]:.3g}, {fall.place[1]:.3g}) m",
+            engineering(fall.moved, "m"),
             fall.reason,
         )
         for stage in results.stages
         for fall in stage.falls
         if not fall.ignored
     ]
+
+
+def fall_reasons(results: Results) -> list[str]:
+    """Return why blocks came down that were taken away: a line a stage and reason."""
+    said: dict[tuple[str, str], list[int]] = {}
+    for stage in results.stages:
+        for fall in stage.falls:
+            if not fall.ignored:
+                said.setdefault((stage.name, fall.reason), []).append(fall.block)
+    return [f"stage {name}: block {listing(blocks)}: {reason}" for (name, reason), blocks in said.items()]
 
 
 STAGE_HEADER = ("stage", "verdict", "blocks", "moved", "in all")

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import bsm_mesh as bsm
 from bsm_mesh.app.model_tables import ModelFile
+from docs.code_blocks import files_of, typed
 from tests.scenes.small_case import Case
 
 PAGE = (Path(__file__).parents[2] / "docs/from_udec_and_rs2.md").read_text(encoding="utf-8")
-FILES = re.compile(r"`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 def test_the_problem_runs(case: Case) -> None:
-    names = dict(FILES.findall(PAGE))
-    assert set(names) == {"opening.py", "opening.toml"}
-    for name, content in names.items():
+    files = files_of(PAGE)
+    assert set(files) == {"opening.py", "opening.toml"}
+    for name, content in files.items():
         case.write(name, content)
-    (command,) = re.findall(r"^```sh\nbsm-mesh (.*)\n```", PAGE, re.MULTILINE)
-    outcome = case.run(*command.split())
+    (command,) = typed(PAGE)
+    outcome = case.run(*command.split()[1:])
     assert outcome.code == 0, outcome.err
     results = bsm.Results.load("out/opening")
     assert [stage.status for stage in results.stages] == ["stable", "stable"]

@@ -12,12 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.code_blocks import files_of, typed
 from tests.scenes.small_case import Case
 
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
 FIRST = PAGE.with_name("first_problems.md")
-FILES = re.compile(r"^`([\w.]+)`:\n\n```\w+\n(.*?)^```", re.DOTALL | re.MULTILINE)
-COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 def mesh_by_gmsh(folder: Path, geo: str, target: str) -> None:
@@ -49,16 +48,15 @@ def run_line(case: Case, line: str) -> None:
 @pytest.fixture
 def page(case: Case) -> str:
     text = PAGE.read_text(encoding="utf-8")
-    for name, content in FILES.findall(text):
+    for name, content in files_of(text).items():
         case.write(name, content)
     return text
 
 
 def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
-    for block in COMMANDS.findall(page):
-        for line in block.splitlines():
-            run_line(case, line)
+    for line in typed(page):
+        run_line(case, line)
     for name in ("rock.msh", "quality.png", "net.png", "out/model/summary.json"):
         assert (case.folder / name).is_file()
 
@@ -68,9 +66,9 @@ def test_a_first_problem_from_nothing_to_its_verdict(case: Case, number: int, mo
     """As typed; blocks and verdict are those of the page's table."""
     monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
     text, section = FIRST.read_text(encoding="utf-8"), FIRST.read_text(encoding="utf-8").split("\n## ")[number]
-    for name, content in FILES.findall(section):
+    for name, content in files_of(section).items():
         case.write(name, content)
-    (commands,) = COMMANDS.findall(section)
+    commands = "\n".join(typed(section))
     for line in commands.splitlines():
         run_line(case, line)
     (told,) = case.folder.glob("out/*/summary.json")

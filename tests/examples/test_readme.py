@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from tests.scenes.readme import README, TEXT, python_blocks, typed
+from docs.code_blocks import README, TEXT, python_blocks, typed
 from tests.scenes.small_case import Case, environment
 
 

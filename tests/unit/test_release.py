@@ -7,7 +7,7 @@ import tarfile
 from pathlib import Path
 
 from tests.release import settle
-from tests.scenes.readme import python_blocks, typed
+from docs.code_blocks import python_blocks, typed
 
 EPOCH = 1_700_000_000
 

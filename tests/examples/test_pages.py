@@ -1,0 +1,185 @@
+"""Every block of code of README, docs and examples runs as it is printed, or is named here with the reason.
+
+Pages of docs are followed from top to bottom in a folder of their own: files are written, lines are typed, Python is
+run. What takes minutes (``python -m benchmarks ...``) or installs is looked at only: the command and its options exist.
+Model files of examples are run by test_examples; here their pages' lines are looked at.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from pydantic import ValidationError
+
+from bsm_mesh.app.cli import cli
+from bsm_mesh.app.model_tables import ModelFile
+from bsm_mesh.app.study_file import StudyFile, flat_keys
+from docs.code_blocks import ROOT, Block, blocks_of
+from tests.scenes.small_case import Case
+
+SLOPE = ["bsm-mesh new slope ."]
+RUN = [*SLOPE, "bsm-mesh run model.toml"]
+PAGES = {  # pages that are followed, and what their reader has done before
+    "docs/other_programs.md": ["bsm-mesh new arch ."],
+    "docs/pictures.md": RUN,
+    "docs/safety.md": [],
+    "docs/user_guide.md": [  # a mesh, for --no-scripts
+        "bsm-mesh new slope .",
+        "bsm-mesh mesh slope.py -o dupont.msh",
+        """python -c "from pathlib import Path; p = Path('model.toml'); t = p.read_text();"""
+        """ a, b = t.index('geometry ='), t.index('[rock.'); blocks = 'blocks = \\'regions\\'';"""
+        """ p.write_text(t[:a] + 'file = \\'dupont.msh\\'\\n' + blocks + '\\n' + t[b:])" """,
+        "bsm-mesh run model.toml",
+    ],
+}
+FOLLOWED_ELSEWHERE = {  # more is asserted of them there
+    "README.md": "tests/examples/test_readme.py",
+    "docs/jointed_rock.md": "tests/examples/test_jointed_rock.py",
+    "docs/from_udec_and_rs2.md": "tests/examples/test_from_udec.py",
+    "docs/first_problems.md": "tests/examples/test_jointed_rock.py",
+}
+NOT_RUN = {  # page and first line of a block that is no program by itself: why
+    ("CONTRIBUTING.md", "@dataclass(frozen=True, eq=False, slots=True, kw_only=True)"): "shows a style",
+    ("CONTRIBUTING.md", "# Pardiso dies where the number of threads changes from factorization to solution."): "shows a style",
+    ("CONTRIBUTING.md", "expected = 26e3 * (3 + 2 + 1) / 1e9  # weight above over joint stiffness"): "shows a style",
+    ("docs/architecture.md", '"""Damped Newton\'s method: corrections with the exact tangent, halved until the 2-norm of the residual falls."""'): "tests/unit/test_add_a_method.py",
+    ("docs/architecture.md", "    Phase.NEAR_REST: (DampedNewton(), RegularizedNewton(), ExactNewton(), FollowMotion()),"): "tests/unit/test_add_a_method.py",
+    ("docs/theory.md", "import numpy as np"): "tests/unit/test_own_laws.py",
+    ("docs/performance.md", "from bsm_mesh.solve.cluster import ranks"): "needs MPI: tests/unit/test_cluster.py",
+    ("docs/studies.md", "import pyarrow.parquet as pq"): "tests/unit/test_study.py reads that table",
+}  # fmt: skip
+INSTALLS = ("pip ", ".venv/bin/pip ", "sudo ", "python3 -m venv ", ". ", "dask ", "mpiexec ", "gmsh ")
+MODULES = ("benchmarks", "tests", "examples", "docs", "bsm_mesh")
+
+
+def pages() -> list[str]:
+    """Return the pages of the checkout that show code."""
+    found = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*/README.md")]
+    return sorted(path.relative_to(ROOT).as_posix() for path in found if blocks_of(path.read_text(encoding="utf-8")))
+
+
+def blocks(page: str) -> list[Block]:
+    return blocks_of((ROOT / page).read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_is_followed(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    for name in ("model.toml", "mesh.msh"):
+        (case.folder / name).unlink()
+    names: dict[str, Any] = {}
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for name in set(re.findall(r"^    bsm-mesh .*\b(examples/\w+)/", text, re.MULTILINE)):
+        shutil.copytree(ROOT / name, case.folder / name, ignore=shutil.ignore_patterns("out"))
+    for line in PAGES[page]:
+        type_line(case, line, page)
+    for block in blocks(page):
+        place = f"{page}, line {block.line}"
+        if block.file:
+            case.write(block.file, block.text)
+        elif block.language == "sh":
+            for line in block.lines:
+                type_line(case, line, place)
+        elif block.language == "python" and (page, block.text.splitlines()[0]) not in NOT_RUN:
+            exec(compile(block.text, place, "exec"), names)
+
+
+def type_line(case: Case, line: str, place: str) -> None:
+    """Do what a reader does who types a line."""
+    for part in line.split(" && "):
+        program, *arguments = shlex.split(part)
+        if program == "bsm-mesh":
+            outcome = case.run(*arguments)
+            assert outcome.code == 0, f"{place}: {part}: {outcome.err}"
+        elif program == "python" and arguments[0] != "-m":
+            done = subprocess.run(
+                [sys.executable, *arguments], cwd=case.folder, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, f"{place}: {part}: {done.stderr}"
+        else:
+            look_at(part, place)
+
+
+@pytest.mark.parametrize("page", [page for page in pages() if page not in {*PAGES, *FOLLOWED_ELSEWHERE}])
+def test_a_page_is_looked_at(page: str) -> None:
+    for block in blocks(page):
+        place = f"{page}, line {block.line}"
+        if block.language == "sh":
+            for line in block.lines:
+                look_at(line, place)
+        elif block.language == "python":
+            assert (page, block.text.splitlines()[0]) in NOT_RUN, f"{place}: who runs it?"
+
+
+@pytest.mark.parametrize("page", [page for page in pages() if any(b.language == "toml" for b in blocks(page))])
+def test_parts_of_model_files_have_known_keys(page: str) -> None:
+    for block in blocks(page):
+        if block.language == "toml":
+            table = tomllib.loads(block.text)
+            study = {k: dict(flat_keys(v)) if k in ("vary", "scatter") else v for k, v in table.items()}
+            faults = min(unknown(ModelFile, table), unknown(StudyFile, study), key=len)
+            assert not faults, f"{page}, line {block.line}: {faults}"
+
+
+def unknown(kind: type[ModelFile] | type[StudyFile], table: dict[str, Any]) -> list[str]:
+    """Return the faults of a part of a file, besides that more is needed."""
+    try:
+        kind.model_validate(table)
+    except ValidationError as fault:
+        return [f"{e['loc']}: {e['msg']}" for e in fault.errors() if e["type"] not in ("missing", "value_error")]
+    return []
+
+
+def look_at(line: str, place: str) -> None:
+    """Assert that a command and its options exist."""
+    if line.startswith("sh bootstrap.sh"):
+        script = (ROOT / "bootstrap.sh").read_text(encoding="utf-8")
+        assert re.search(rf"\b{shlex.split(line)[2]}\b", script), f"{place}: {line}"
+        return
+    if line.startswith(INSTALLS):
+        extras = re.findall(r"\[([\w,]+)\]", line)
+        known = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+        assert {name for names in extras for name in names.split(",")} <= set(known), f"{place}: {line}"
+        return
+    program, *arguments = shlex.split(line)
+    if program == "bsm-mesh":
+        command = cli.commands[arguments[0]]
+        command.make_parser(click.Context(command)).parse_args(arguments[1:])
+        missing = [a for a in arguments if a.startswith("examples/") and "/out/" not in a and not (ROOT / a).exists()]
+        assert not missing, f"{place}: {line}"
+        return
+    assert program == "python", f"{place}: {line}"
+    if arguments[0] != "-m":
+        assert (ROOT / arguments[0]).is_file(), f"{place}: {line}"
+    elif arguments[1].split(".")[0] in MODULES:
+        assert find_spec(arguments[1]) is not None, f"{place}: {line}"
+        options = [a for a in arguments[2:] if a.startswith("--")]
+        words = help_of(arguments[1], *(a for a in arguments[2:3] if a.isalpha())) if options else ""
+        for option in options:
+            assert option in words, f"{place}: {option} of {line}"
+
+
+@cache
+def help_of(module: str, *given: str) -> str:
+    """Return what ``--help`` says of a command of the checkout, and of the subcommands that it names or is given."""
+    words = said(module)
+    named = re.search(r"{([\w,]+)}", words)
+    return words + "".join(said(module, name) for name in (named[1].split(",") if named else given))
+
+
+@cache
+def said(module: str, *words: str) -> str:
+    command = [sys.executable, "-m", module, *words, "--help"]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
