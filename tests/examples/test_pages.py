@@ -15,7 +15,6 @@ import sys
 import tomllib
 from functools import cache
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import click
@@ -49,16 +48,17 @@ FOLLOWED_ELSEWHERE = {  # more is asserted of them there
     "docs/from_udec_and_rs2.md": "tests/examples/test_from_udec.py",
     "docs/first_problems.md": "tests/examples/test_jointed_rock.py",
 }
-NOT_RUN = {  # page and first line of a block that is no program by itself: why
-    ("CONTRIBUTING.md", "@dataclass(frozen=True, eq=False, slots=True, kw_only=True)"): "shows a style",
-    ("CONTRIBUTING.md", "# Pardiso dies where the number of threads changes from factorization to solution."): "shows a style",
-    ("CONTRIBUTING.md", "expected = 26e3 * (3 + 2 + 1) / 1e9  # weight above over joint stiffness"): "shows a style",
-    ("docs/architecture.md", '"""Damped Newton\'s method: corrections with the exact tangent, halved until the 2-norm of the residual falls."""'): "tests/unit/test_add_a_method.py",
-    ("docs/architecture.md", "    Phase.NEAR_REST: (DampedNewton(), RegularizedNewton(), ExactNewton(), FollowMotion()),"): "tests/unit/test_add_a_method.py",
+STYLE, A_METHOD = "shows a style", "tests/unit/test_add_a_method.py"
+NOT_RUN = {  # page, and how a block begins that is no program by itself: why
+    ("CONTRIBUTING.md", "@dataclass(frozen=True"): STYLE,
+    ("CONTRIBUTING.md", "# Pardiso dies where"): STYLE,
+    ("CONTRIBUTING.md", "expected = 26e3"): STYLE,
+    ("docs/architecture.md", '"""Damped Newton\'s method'): A_METHOD,
+    ("docs/architecture.md", "    Phase.NEAR_REST: (DampedNewton()"): A_METHOD,
     ("docs/theory.md", "import numpy as np"): "tests/unit/test_own_laws.py",
     ("docs/performance.md", "from bsm_mesh.solve.cluster import ranks"): "needs MPI: tests/unit/test_cluster.py",
     ("docs/studies.md", "import pyarrow.parquet as pq"): "tests/unit/test_study.py reads that table",
-}  # fmt: skip
+}
 INSTALLS = ("pip ", ".venv/bin/pip ", "sudo ", "python3 -m venv ", ". ", "dask ", "mpiexec ", "gmsh ")
 MODULES = ("benchmarks", "tests", "examples", "docs", "bsm_mesh")
 
@@ -71,6 +71,10 @@ def pages() -> list[str]:
 
 def blocks(page: str) -> list[Block]:
     return blocks_of((ROOT / page).read_text(encoding="utf-8"))
+
+
+def is_left_out(page: str, block: Block) -> bool:
+    return any(page == where and block.text.startswith(words) for where, words in NOT_RUN)
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -92,7 +96,7 @@ def test_a_page_is_followed(case: Case, page: str, monkeypatch: pytest.MonkeyPat
         elif block.language == "sh":
             for line in block.lines:
                 type_line(case, line, place)
-        elif block.language == "python" and (page, block.text.splitlines()[0]) not in NOT_RUN:
+        elif block.language == "python" and not is_left_out(page, block):
             exec(compile(block.text, place, "exec"), names)
 
 
@@ -120,7 +124,7 @@ def test_a_page_is_looked_at(page: str) -> None:
             for line in block.lines:
                 look_at(line, place)
         elif block.language == "python":
-            assert (page, block.text.splitlines()[0]) in NOT_RUN, f"{place}: who runs it?"
+            assert is_left_out(page, block), f"{place}: who runs it?"
 
 
 @pytest.mark.parametrize("page", [page for page in pages() if any(b.language == "toml" for b in blocks(page))])

@@ -6,8 +6,8 @@ import io
 import tarfile
 from pathlib import Path
 
-from tests.release import settle
 from docs.code_blocks import python_blocks, typed
+from tests.release import settle
 
 EPOCH = 1_700_000_000
 
