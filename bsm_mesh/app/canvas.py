@@ -41,12 +41,15 @@ class Sheet:
         What is drawn.
     key : list
         What the key below the picture explains.
+    names : list
+        Boxes of names in the picture, which others keep clear of [pixels].
     """
 
     figure: Figure
     axes: Any
     scene: Scene
     key: list[Any] = field(default_factory=list)
+    names: list[Any] = field(default_factory=list)
 
     def polygons(self, outlines: list[FloatArray], **style: Any) -> Any:
         """Add polygons, and return their collection."""
