@@ -158,7 +158,7 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
         if stage.comparison is None:
             say(f"{named}: {stage.sentence}")
             continue
-        print_table(f"{named} ({stage.kind.value})", ERROR_HEADER, _rows(stage.comparison))
+        print_table(f"{named} ({stage.kind.value})", ERROR_HEADER, _rows(stage.comparison), last_wraps=True)
         if stage.comparison.histories:
             print_table("Histories", HISTORY_HEADER, _histories(stage.comparison), texts=2)
         if stage.comparison.refinement is not None:
@@ -174,7 +174,8 @@ def _print(title: str, stages: Sequence[ComparedStage]) -> None:
 
 def _rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Return what is printed of a stage."""
-    rows = [error_row(error, comparison.where(error)) for error in comparison.errors]
+    whole = max((error.rms_fem for error in comparison.errors if error.unit == "Pa"), default=0.0)
+    rows = [error_row(error, comparison.where(error), whole) for error in comparison.errors]
     if comparison.force_error is not None:
         blocks, fem = comparison.slipping
         rows.append(("slip or open", f"{100 * blocks:.1f} %", f"{100 * fem:.1f} %", "", "", "by length"))
@@ -193,12 +194,14 @@ def _histories(comparison: Comparison) -> list[tuple[str, ...]]:
     ]
 
 
-def error_row(error: Difference, where: str) -> tuple[str, ...]:
-    """Return what is printed of a difference, as `ERROR_HEADER` heads it."""
+def error_row(error: Difference, where: str, whole_stress: float = 0.0) -> tuple[str, ...]:
+    """Return what is printed of a difference, as `ERROR_HEADER` heads it; rounding beside the whole stress as 0."""
+    from bsm_mesh.converters.continuum.differences import NEGLIGIBLE
+
+    least = NEGLIGIBLE * whole_stress if error.unit == "Pa" else 0.0
     return (
         error.name,
-        engineering(error.rms_bsm, error.unit),
-        engineering(error.rms_fem, error.unit),
+        *(engineering(rms if rms > least else 0.0, error.unit) for rms in (error.rms_bsm, error.rms_fem)),
         f"{100 * error.l2:.2f} %",
         f"{100 * error.largest:.2f} %",
         where,

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.canvas import BOLTS, FALLS, TEXT, WATER, Sheet, middle
+from bsm_mesh.app.canvas import BOLTS, FALLS, WATER, Sheet, middle
+from bsm_mesh.app.figures import TEXT
 from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
@@ -17,6 +18,15 @@ MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
 MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread over all of it
 LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
 WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
+NAME_PLACES = (
+    (28, 24),
+    (28, 64),
+    (28, -24),
+    (90, 24),
+    (90, 64),
+    (150, 24),
+)  # points from the ring, the first tried first
+NAME_MARGIN = 5  # pixels
 LONGEST_LOAD = 0.06  # of what is seen
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
 ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
@@ -85,8 +95,9 @@ def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
 
 
 def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
-    """Draw a ring of a diameter, and a name beside it within the picture."""
+    """Draw a ring of a diameter, and a name beside it within the picture, where no other name is."""
     from matplotlib.patches import Circle
+    from matplotlib.text import Text
 
     x0, y0, x1, y1 = sheet.scene.view
     part = (at - (x0, y0)) / (x1 - x0, y1 - y0)
@@ -96,20 +107,27 @@ def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
         sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=FALLS, linewidth=2.0, zorder=5))
     side, up = (-1 if part[0] > 0.7 else 1), (-1 if part[1] > 0.75 else 1)
     edge = at + across / 2 * np.array([0.7 * side, 0.7 * up])
-    sheet.axes.annotate(
-        text,
-        xy=tuple(edge),
-        xytext=(28 * side, 24 * up),
-        textcoords="offset points",
-        ha="left" if side > 0 else "right",
-        va="center",
-        fontsize=9,
-        color=TEXT,
-        zorder=6,
-        parse_math=False,
-        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": FALLS, "alpha": 0.92},
-        arrowprops={"arrowstyle": "-", "color": FALLS, "linewidth": 1.2},
-    )
+    for right, above in NAME_PLACES:
+        name = sheet.axes.annotate(
+            text,
+            xy=tuple(edge),
+            xytext=(right * side, above * up),
+            textcoords="offset points",
+            ha="left" if side > 0 else "right",
+            va="center",
+            fontsize=9,
+            color=TEXT,
+            zorder=6,
+            parse_math=False,
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": FALLS, "alpha": 0.92},
+            arrowprops={"arrowstyle": "-", "color": FALLS, "linewidth": 1.2},
+        )
+        name.get_window_extent()  # puts it where it belongs
+        box = Text.get_window_extent(name).padded(NAME_MARGIN)
+        if not any(box.overlaps(other) for other in sheet.names) or (right, above) == NAME_PLACES[-1]:
+            sheet.names.append(box)
+            return
+        name.remove()
 
 
 def _together(centre: FloatArray, radius: FloatArray) -> list[BoolArray]:
@@ -129,6 +147,8 @@ def _weight(scene: Scene) -> FloatArray:
     if evidence is None:
         return np.zeros(scene.results.blocks.count)
     weight: FloatArray = np.hypot(*evidence.weight.T)
+    for fall in scene.stage.falls:  # they are there no more
+        weight[fall.block] = fall.weight
     return weight
 
 

@@ -19,6 +19,7 @@ from bsm_mesh.results.stress import extreme_stresses
 PREFIXES = ((1e9, 1e9, "G"), (1e6, 1e6, "M"), (1e3, 1e3, "k"), (1.0, 1.0, ""))
 SMALL_PREFIXES = (*PREFIXES, (1e-6, 1e-3, "m"), (1e-9, 1e-6, "u"))
 MEASURED_SMALL = ("m", "s")  # mPa and mN are not written in this field, and mPa is read as MPa
+LONGEST_WORD = 13  # letters of a wrapped text that stay together where other columns are wide
 SQUARED = ("m2",)  # bear no prefix: a mm2 is no thousandth of a m2
 
 
@@ -43,7 +44,9 @@ def engineering(value: float, unit: str) -> str:
     return f"{value / factor:.4g} {prefix}{unit}"
 
 
-def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1) -> None:
+def print_table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1, last_wraps: bool = False
+) -> None:
     """Print a table on stdout; the first `texts` columns stand to the left and may wrap, the others to the right."""
     from rich import box
     from rich.console import Console
@@ -54,7 +57,10 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
         is_text = number < texts
         # of a thing and its value the value wraps where both are too wide, and the thing stays
         no_wrap = number == 0 if len(header) == 2 else not is_text or (number == 0 and texts > 1)
-        table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap)
+        no_wrap = no_wrap and not (last_wraps and number == len(header) - 1)
+        words = [] if no_wrap else " ".join([name, *(row[number] for row in rows)]).split()
+        widest = min(max(map(len, words), default=1), LONGEST_WORD)
+        table.add_column(name, justify="left" if is_text else "right", no_wrap=no_wrap, min_width=widest)
     for row in rows:
         table.add_row(*map(one_line, row))
     console = Console(highlight=False, markup=False, emoji=False)

@@ -51,8 +51,8 @@ class Comparison:
     displacement_difference : (n, 3) float64 [m, m, rad]
         From `matched`.
     stress_errors : tuple of Difference
-        Of sigma_xx, sigma_yy, sigma_xy, sigma_1, and of the whole tensor (Frobenius norm). Blocks that are held as a
-        whole do not count: in the continuum they have no strain.
+        Of sigma_xx, sigma_yy, sigma_xy, sigma_1, and of the whole tensor (Frobenius norm). Only blocks of
+        which `stress_is_known` count: statics does not tell where in others the reactions act.
     displacement_errors : tuple of Difference
         Of the displacement vector against `matched`, and against `nominal`; none where nothing moves.
     force_error : Difference or None

@@ -72,14 +72,15 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
     """
     solved, elements = continuum_of(model, results, count, asked)
     small, interfaces, order = results.scheme in MAY_MOVE_FAR, elements.joints, elements.order
-    continuum = Continuum(solved, elements)
+    present = [stage.present for stage in results.stages[:count]]  # chips that came loose are taken away here too
+    continuum = Continuum(solved, elements, present)
     nominal = continuum.solve("nominal", count)
     matched = nominal if is_all_rigid(model) else continuum.solve("matched", count)
     halved, finer = [nominal], nominal[:0]
     for level in range(1, asked.refinements + 1):
-        halved.append(_converged(Continuum(solved, replace(elements, refinements=level)), halved[-1]))
+        halved.append(_converged(Continuum(solved, replace(elements, refinements=level), present), halved[-1]))
     if asked.refine and interfaces and order == 1 and not asked.refinements:
-        finer = _converged(Continuum(solved, replace(elements, order=2)), nominal)
+        finer = _converged(Continuum(solved, replace(elements, order=2), present), nominal)
     return References(
         interfaces=interfaces,
         nominal=nominal,

@@ -16,9 +16,9 @@ from bsm_mesh.converters.continuum.references import References
 from bsm_mesh.converters.continuum.refinement import refinement_of
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Fixed
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
+from bsm_mesh.results.stress import stress_is_known
 
 STILL = 1e-9  # of a block's size: less than this in both methods is no movement
 
@@ -38,7 +38,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
     errors = _displacement_errors(stage, nominal, matched, area)
     levels = [level[number] for level in references.halved if number < len(level)]
     finer = references.finer[number : number + 1] if errors else ()
-    strained = area * ~_held_as_a_whole(model)
+    strained = area * _strained(model, stage)
     counted = (strained > 0)[:, None, None]
     return Comparison(
         present=stage.present,
@@ -72,12 +72,9 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
     )
 
 
-def _held_as_a_whole(model: Model) -> BoolArray:
-    held = np.zeros(model.blocks.count, dtype=bool)
-    for support in model.supports:
-        if isinstance(support, Fixed) and support.blocks is not None:
-            held[list(support.blocks)] = True
-    return held if not held.all() else np.zeros_like(held)
+def _strained(model: Model, stage: StageResult) -> BoolArray:
+    known = stress_is_known(model.blocks, stage.present, stage.supports)
+    return known if known.any() else stage.present
 
 
 def _displacement_errors(

@@ -8,6 +8,7 @@ are small; joints and bolts keep their history.
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -80,15 +81,19 @@ class Continuum:
         What is given.
     discretization : Discretization
         Elements and interfaces.
+    present : sequence of (n,) bool or None
+        Blocks that are there in the first stages, where a run lost some besides those that its stages take away.
     """
 
-    def __init__(self, model: Model, discretization: Discretization) -> None:
+    def __init__(
+        self, model: Model, discretization: Discretization, present: Sequence[BoolArray] | None = None
+    ) -> None:
         import skfem
 
         departures.refuse(model, discretization.joints)
         began = time.perf_counter()
         self.model, self.discretization = model, discretization
-        self.presence = presence(model.stages, model.blocks)
+        self.presence = presence(model.stages, model.blocks) if present is None else tuple(present)
         self.mesh = continuum_mesh(model.blocks, discretization)
         interfaces = None
         if discretization.joints:

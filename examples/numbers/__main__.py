@@ -19,11 +19,12 @@ from examples.numbers import (
     statics,
     thesis,
     tunnel,
+    tutorial,
 )
 from examples.numbers.command import write_or_check
 from examples.numbers.pages import Table
 
-PARTS = (tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, licences, dupont, cassiar)
+PARTS = (tutorial, tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, licences, dupont, cassiar)
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from PIL import Image
 
 from examples.numbers.pages import markdown
+from examples.numbers.tutorial import write_files
 
 ROOT = Path(__file__).parents[2]
 Window = tuple[float, float, float, float]
@@ -26,7 +27,8 @@ class Drawn:
     target : str
         The file, relative to the checkout.
     models : tuple of str
-        Model files, relative to the checkout, or ``demo/NAME`` of the starter cavern; a panel each.
+        Model files, relative to the checkout, ``demo/NAME`` of the starter cavern, or ``tutorial/NAME`` of the files
+        of docs/tutorial.md; a panel each.
     name : str
         The picture, as `bsm-mesh plot --only` knows it; ``movement.gif``, or ``step N``.
     columns : int
@@ -74,6 +76,8 @@ def _results(model: str, folder: Path) -> Path:
     path = ROOT / model
     if model.startswith("demo/"):
         path = _demo(folder) / model.removeprefix("demo/")
+    if model.startswith("tutorial/"):
+        path = _tutorial(folder) / model.removeprefix("tutorial/")
     _command("run", str(path), "-q", "-o", str(out))
     return out
 
@@ -87,6 +91,15 @@ def _demo(folder: Path) -> Path:
     case = folder / "demo"
     write_starter("cavern", case)
     (case / UNBOLTED).write_text(without_bolts((case / MODEL).read_text(encoding="utf-8")), encoding="utf-8")
+    return case
+
+
+@cache
+def _tutorial(folder: Path) -> Path:
+    """Return the folder with the files of the tutorial."""
+    case = folder / "tutorial"
+    case.mkdir()
+    write_files(case)
     return case
 
 

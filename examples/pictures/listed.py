@@ -31,6 +31,22 @@ PICTURES = (
         mended="new",
     ),
     Drawn(
+        target="docs/tutorial_unbolted.png",
+        models=("tutorial/cutting.toml",),
+        name=FINAL,
+        window=(-12.0, -8.0, 32.0, 16.0),
+        shows="The road cutting of the tutorial without bolts: what slides on the bedding",
+        mended="new",
+    ),
+    Drawn(
+        target="docs/tutorial_bolted.png",
+        models=("tutorial/bolted.toml",),
+        name="joints_state",
+        window=(-12.0, -8.0, 32.0, 16.0),
+        shows="The bolted cutting: which joints stick, slip and are open",
+        mended="new",
+    ),
+    Drawn(
         target="docs/safety.png",
         elsewhere="bsm-mesh safety",
         shows="Joints in the last stable state of the slope, blocks that fail in the first unstable one",

@@ -33,6 +33,7 @@ PAGES = {  # pages that are followed, and what their reader has done before
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": RUN,
     "docs/safety.md": [],
+    "docs/tutorial.md": [],
     "docs/user_guide.md": [  # a mesh, for --no-scripts
         "bsm-mesh new slope .",
         "bsm-mesh mesh slope.py -o dupont.msh",

@@ -1,13 +1,16 @@
 """converters.continuum: elasticity matched to the blocks, and blocks beside the continuum."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import compare, solve_continuum
-from bsm_mesh.converters.continuum import affine_stiffness, blocks_on_line, matched_elasticity
+from bsm_mesh.converters.continuum import affine_stiffness, blocks_on_line, compare_stages, matched_elasticity
 from bsm_mesh.converters.continuum.differences import stress_errors
+from bsm_mesh.results.stress import stress_is_known
 from tests.scenes.continuum import EXACT, ROCK, E, slab
 from tests.scenes.models import LINEAR, framed
 from tests.scenes.shapes import grid, rectangle
@@ -53,6 +56,34 @@ class TestCompare:
         strain = np.array([-2e6, -5e6]) / ROCK.contact_moduli[0]
         assert_allclose(comparison.displacement_difference[:, :2], np.tile(-strain / 2, (48, 1)), rtol=1e-6)
         assert comparison.displacement_errors[0].l2 < comparison.displacement_errors[1].l2
+
+    def test_blocks_that_a_run_took_away_are_not_in_the_continuum(self):
+        """A chip in the air comes down and does not count; without it the elements stand as the blocks do."""
+        chip = rectangle(-1.0, 3.0, -0.9, 3.1)
+        model = bsm.Model(
+            blocks=framed(bsm.Blocks.from_polygons([*grid(3, 4), chip], rock="rock"), 3, 4),
+            rocks=[replace(ROCK, unit_weight=25e3)],
+            joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30.0))],
+            default_joint="J",
+            supports=[bsm.Fixed(boundary="bottom")],
+            loads=[bsm.Pressure(boundary="top", pressure=1e5)],
+        )
+        results = bsm.run(model, bsm.Options(falls=bsm.Falls(ignore_below=0.05)))
+        assert [fall.block for fall in results.stages[-1].falls] == [12]
+        (stage,) = compare_stages(model, results)
+        assert stage.comparison is not None, stage.reason
+        assert stage.comparison.force_error.l2 < 0.01
+
+    def test_stress_where_supports_hold_a_block_at_two_points_does_not_count(self):
+        """Statics does not tell where the reactions act: the average stress of such a block means nothing."""
+        model, comparison = self.compared(supports=[bsm.Fixed(boundary="bottom")])
+        known = stress_is_known(model.blocks, comparison.present, bsm.run(model, LINEAR).stages[-1].supports)
+        assert known.sum() == 40
+        area = model.blocks.moments.area * known
+        expected = stress_errors(
+            comparison.stress * known[:, None, None], comparison.nominal.stress * known[:, None, None], area
+        )
+        assert comparison.stress_errors == expected
 
     def test_table(self):
         _, comparison = self.compared()

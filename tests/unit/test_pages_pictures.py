@@ -25,7 +25,7 @@ def test_every_picture_of_the_pages_was_judged() -> None:
         assert (
             picture.elsewhere
             or picture.script
-            or all(model.startswith("demo/") or (ROOT / model).is_file() for model in picture.models)
+            or all(model.startswith(("demo/", "tutorial/")) or (ROOT / model).is_file() for model in picture.models)
         )
 
 

@@ -111,6 +111,24 @@ def test_a_flake_that_comes_down_is_ringed_and_named(flake: bsm.results.Results,
     assert "block 3\n0.01 m2, 250 N/m" in texts(figure)
 
 
+def test_names_of_blocks_keep_clear_of_each_other_and_tell_weights_of_what_was_taken_away() -> None:
+    from matplotlib.text import Annotation, Text
+
+    model = wedge()
+    chips = [rectangle(x, y, x + 0.1, y + 0.1) for x, y in ((6.0, 1.65), (6.5, 1.65), (7.0, 1.65))]
+    shapes = [*(model.blocks.polygon(k) for k in range(3)), *chips]
+    results = bsm.run(
+        model.replace(blocks=bsm.Blocks.from_polygons(shapes, rock="rock")),
+        bsm.Options(displacement_limit=0.2, falls=bsm.Falls(ignore_below=0.05)),
+    )
+    assert str(results.status) == "stable"
+    figure = figure_of(results, "displacement")
+    names = [each for each in figure.findobj(Annotation) if each.get_text().startswith("block ")]
+    assert [each.get_text() for each in names] == [f"block {k}\n0.01 m2, 250 N/m" for k in (3, 4, 5)]
+    boxes = [Text.get_window_extent(each) for each in names]
+    assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
+
+
 def test_blocks_that_come_down_are_out_of_the_colour_scale(flake: bsm.results.Results) -> None:
     figure = figure_of(flake, "displacement")
     moved = np.hypot(*flake.stages[-1].displacement[:, :2].T)

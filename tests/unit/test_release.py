@@ -40,7 +40,7 @@ def test_an_sdist_of_another_user_and_time_has_the_same_bytes(tmp_path: Path) ->
 
 def test_lines_that_are_typed_and_python() -> None:
     text = "# A\n\n    sh bootstrap.sh demo\n    bsm-mesh run m.toml   # runs\n\n```python\nif True:\n    pass\n```\n"
-    assert typed(text) == ["bsm-mesh run m.toml   # runs"]
+    assert typed(text) == ["bsm-mesh run m.toml"]
     assert python_blocks(text) == ["if True:\n    pass\n"]
     assert any(line.startswith("bsm-mesh new ") for line in typed())
     assert python_blocks()

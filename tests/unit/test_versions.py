@@ -67,5 +67,6 @@ def test_extras_are_what_bootstrap_adds() -> None:
         "benchmark",
         "mutation",
         "browser",
+        "coverage",
         "view",
     }

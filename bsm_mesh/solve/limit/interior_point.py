@@ -16,15 +16,7 @@ from bsm_mesh.errors import ModelError
 TOLERANCE = 1e-10  # of feasibility and of the gap, sought
 ENOUGH = 1e-8  # of both, where rounding allows no more: what HiGHS leaves is 1e-7
 ITERATIONS = 200  # 10 to 30 are usual
-SHARES = (
-    1.0,
-    0.1,
-    0.01,
-    1e-3,
-    1e-4,
-    1e-5,
-    1e-6,
-)  # of its slack, that the multiplier of a bound which is met exceeds: clear cut first
+TENTHS = 7  # shares of its slack, 1, 0.1, ..., that the multiplier of a bound which is met exceeds: clear cut first
 PASSES = 4  # of refinement: each leaves what `NEARNESS` is of the squares of the least singular value
 NEARNESS = 1e-10  # weight of the change against what is to be corrected
 ROUNDING = 1e-13  # over the greatest multiplier: corrected
@@ -120,7 +112,7 @@ def _polished(z: FloatArray, slack: FloatArray, columns: csr_array, balances: in
     bounds are met is told by multiplier and slack; where one was missed the columns do not vanish, and more are taken.
     """
     best, error = z, _error(z, columns, balances)
-    for share in SHARES:
+    for share in 10.0 ** -np.arange(TENTHS):
         met = np.concatenate([np.arange(balances), balances + np.flatnonzero((z > share * slack)[balances:])])
         part = csc_array(columns[:, met])
         inverse = splu(
