@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
+from bsm_mesh.app.flow_tables import FlowChangeTable, FlowTable
 from bsm_mesh.app.mesh_tables import Along, Border, BoundaryTable, MeshTable, PathText, Table
 from bsm_mesh.app.units import (
     Force,
@@ -122,6 +123,12 @@ class JointTable(Table):
     )
     crushing_strength: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
         default=None, description="effective normal stress that crushes the walls: notes say where; it limits nothing"
+    )
+    aperture: Annotated[float, In(q.APERTURE)] | None = Field(
+        default=None, description="hydraulic aperture without normal stress, for flow; 0: sealed"
+    )
+    residual_aperture: Annotated[float, In(q.APERTURE)] = Field(
+        default=0.0, description="aperture that no stress closes"
     )
 
 
@@ -317,6 +324,7 @@ class StageTable(Table):
         default=0.0, description="on newly excavated faces, into the blocks"
     )
     water: WaterTable | None = None
+    flow: FlowChangeTable | None = Field(default=None, description="what changes of the flow in the joints")
     load: list[LoadTable] = Field(default_factory=list)
     strength: dict[str, Annotated[float, In(q.STRENGTH_FACTOR)]] = Field(
         default_factory=dict,
@@ -402,6 +410,7 @@ class ModelFile(Table):
     gravity: GravityTable = Field(default_factory=GravityTable)
     in_situ: InSituTable | None = None
     water: WaterTable | None = None
+    flow: FlowTable | None = Field(default=None, description="steady flow in the joints, instead of water")
     stage: list[StageTable] = Field(default_factory=list)
     history: list[HistoryTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)

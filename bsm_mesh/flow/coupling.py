@@ -225,6 +225,9 @@ class _Turn:
         """Return the record of a flow."""
         network, there = self.joints.network, self.boundaries.there
         part, heads = wet
+        edge, ends_of_shore, pressure = reservoir_parts(self.blocks, self.flow, self.present)
+        start = self.blocks.vertices[edge]
+        along = self.blocks.vertices[self.blocks.following[edge]] - start
         return FlowResult(
             point=network.point,
             head=found.head,
@@ -239,6 +242,8 @@ class _Turn:
             discharge=found.discharge[there],
             wet=part[there],
             wet_pressure=self.flow.unit_weight * heads[there],
+            shore=start[:, None] + ends_of_shore[:, :, None] * along[:, None],
+            shore_pressure=pressure,
             imbalance=found.imbalance,
             rounds=rounds,
             change=change,

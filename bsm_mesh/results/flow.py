@@ -41,6 +41,10 @@ class FlowResult(Portable):
         The part of each piece, over its length, in which there is pressure.
     wet_pressure : (m, 2) float64 [Pa]
         At both ends of that, linear between.
+    shore : (s, 2, 2) float64 [m]
+        Both ends of the parts of boundaries under water.
+    shore_pressure : (s, 2) float64 [Pa]
+        At both ends of these.
     imbalance : float
         Greatest imbalance of a node over the greatest discharge.
     rounds : int
@@ -62,6 +66,8 @@ class FlowResult(Portable):
     discharge: FloatArray
     wet: FloatArray
     wet_pressure: FloatArray
+    shore: FloatArray
+    shore_pressure: FloatArray
     imbalance: float
     rounds: int
     change: float
@@ -80,6 +86,19 @@ class FlowResult(Portable):
         at = self.place >= 0
         total = np.bincount(self.place[at], self.outflow[at], minlength=len(self.places))
         return total.astype(np.float64)
+
+    @property
+    def lines(self) -> FloatArray:
+        """Both ends of every piece, (m, 2, 2) [m]."""
+        return np.stack([self.point[self.first], self.point[self.last]], axis=1)
+
+    @property
+    def under_pressure(self) -> tuple[FloatArray, FloatArray]:
+        """Both ends of what joints and boundaries have under pressure, (q, 2, 2) [m], and that, (q, 2) [Pa]."""
+        wet = (self.wet_pressure > 0).any(axis=1)
+        lines = self.lines[wet]
+        parts = lines[:, :1] + self.wet[wet][:, :, None] * np.diff(lines, axis=1)
+        return np.concatenate([parts, self.shore]), np.concatenate([self.wet_pressure[wet], self.shore_pressure])
 
     @property
     def mean_pressure(self) -> FloatArray:
