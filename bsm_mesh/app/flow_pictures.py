@@ -14,7 +14,7 @@ from bsm_mesh.results.flow import FlowResult
 STILL = 1e-9  # of the greatest discharge: what is less is still water
 TRICKLES = "#c58b00"
 WIDEST, NARROWEST = 4.5, 0.6  # points: joints of the greatest and of the least discharge
-MOST_ARROWS = 160
+MOST_ARROWS = 90
 ENTERS, LEAVES = "#0a4f7a", "#a33b00"
 MOST_NAMED = 8  # places where most enters or leaves
 OF_NAMES = ((34, 20), (34, -20), (34, 46), (34, -46), (34, 72), (34, -72))  # points from a place, the first tried first
@@ -68,7 +68,7 @@ def draw_discharge(sheet: Sheet) -> str | None:
     order = np.flatnonzero(flows)[np.argsort(size[flows], kind="stable")]  # the greatest on top
     width = np.clip(WIDEST * np.sqrt(size[order] / greatest), NARROWEST, WIDEST)
     drawn = sheet.lines(
-        lines[order], array=factor * size[order], cmap="YlGnBu", linewidths=width, capstyle="round", zorder=2.5
+        lines[order], array=factor * size[order], cmap="viridis_r", linewidths=width, capstyle="round", zorder=2.5
     )
     drawn.set_clim(0, factor * greatest)
     sheet.scale(drawn, f"discharge, {unit} per m")
@@ -82,24 +82,24 @@ def draw_discharge(sheet: Sheet) -> str | None:
         *unit_vectors.T,
         color=TEXT,
         pivot="mid",
-        width=0.0022,
-        scale=55,
+        width=0.0016,
+        scale=75,
         headwidth=5,
         zorder=3,
     )
     add_outline(sheet)
     add_gravity(sheet)
     return (
-        f"discharge of the joints, greatest {discharge_text(greatest)}; width by its root, arrows where it goes where it "
-        "is more than a fiftieth of that"
+        f"discharge of the joints, greatest {discharge_text(greatest)}; width by its root, arrows where it goes if "
+        "it is more than a fiftieth of that"
     )
 
 
 def _states(flow: FlowResult) -> tuple[BoolArray, BoolArray]:
     """Return which pieces are under pressure, and in which of the others water trickles, (m,) each."""
-    wet = (flow.wet_pressure > 0).any(axis=1)
+    wet: BoolArray = (flow.wet_pressure > 0).any(axis=1)
     greatest = float(np.abs(flow.discharge).max(initial=0.0))
-    trickles = ~wet & (np.abs(flow.discharge) > STILL * greatest)
+    trickles: BoolArray = ~wet & (np.abs(flow.discharge) > STILL * greatest)
     return wet, trickles
 
 

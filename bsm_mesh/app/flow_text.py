@@ -37,7 +37,6 @@ def flow_rows(stage: StageResult) -> list[tuple[str, ...]]:
     rows = [
         (name, discharge_text(value) if value > 0 else "-", discharge_text(-value) if value < 0 else "-")
         for name, value in zip(flow.places, flow.leaving.tolist(), strict=True)
-        if abs(value) > 0 or name in flow.places[:-1]
     ]
     return [*rows, ("all", discharge_text(flow.through), discharge_text(float(-flow.outflow.clip(max=0.0).sum())))]
 

@@ -43,13 +43,7 @@ def boundaries_of(joints: JointNetwork, blocks: Blocks, flow: Flow, present: Boo
     """
     y = joints.network.point[:, 1]
     head, spill, pumped = np.full(len(y), np.nan), np.full(len(y), np.inf), np.zeros(len(y))
-    names = (
-        *flow.head,
-        *_numbered("drain", len(flow.drains)),
-        *flow.seepage,
-        *_numbered("well", len(flow.wells)),
-        BARED,
-    )
+    names = (*flow.head, *_numbered("drain", len(flow.drains)), *flow.seepage, *_numbered("well", len(flow.wells)))
     place = np.full(len(y), -1, dtype=np.int32)
     there, bared = _there(joints, blocks, present)
 
@@ -57,7 +51,9 @@ def boundaries_of(joints: JointNetwork, blocks: Blocks, flow: Flow, present: Boo
         spill[nodes] = np.minimum(spill[nodes], np.maximum(level, y[nodes]))
         place[nodes] = number
 
-    opens(bared, len(names) - 1)
+    if len(bared):
+        names = (*names, BARED)
+        opens(bared, len(names) - 1)
     for k, (node, well) in enumerate(zip(joints.at_well, flow.wells, strict=False)):
         pumped[node] += well.discharge
         place[node] = len(flow.head) + len(flow.drains) + len(flow.seepage) + k

@@ -191,7 +191,9 @@ class Flow:
         if change is None:
             return self
         named = {*change.head, *change.seepage, *change.closed}
-        head = {name: level for name, level in self.head.items() if name not in named} | dict(change.head)
+        stays = {name: change.head.get(name, level) for name, level in self.head.items()}
+        shut = {*change.seepage, *change.closed}
+        head = {name: level for name, level in stays.items() if name not in shut} | dict(change.head)
         if not head and not any(well.discharge < 0 for well in (*self.wells, *change.wells)):
             head = {name: level for name, level in self.head.items() if name in named}
             raise_faults([f"flow: the last boundary with a head ({', '.join(head)}) is closed; nothing lets water in"])
