@@ -97,10 +97,10 @@ def draw_discharge(sheet: Sheet) -> str | None:
 
 def _states(flow: FlowResult) -> tuple[BoolArray, BoolArray]:
     """Return which pieces are under pressure, and in which of the others water trickles, (m,) each."""
-    wet: BoolArray = (flow.wet_pressure > 0).any(axis=1)
+    wet: BoolArray = np.asarray((flow.wet_pressure > 0).any(axis=1))
     greatest = float(np.abs(flow.discharge).max(initial=0.0))
-    trickles: BoolArray = ~wet & (np.abs(flow.discharge) > STILL * greatest)
-    return wet, trickles
+    flows: BoolArray = np.abs(flow.discharge) > STILL * greatest
+    return wet, ~wet & flows
 
 
 def _add_places(sheet: Sheet, flow: FlowResult) -> None:

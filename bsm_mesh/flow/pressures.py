@@ -11,6 +11,8 @@ from bsm_mesh.flow.steady import SteadyFlow
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_water import FaceWater
 
+SHORTEST = 1e-12  # of an edge: a shorter part is rounding
+
 
 def wet_pieces(network: Network, flow: SteadyFlow, conducts: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Return the part of every piece under pressure, (m, 2) over its length, and the pressure heads there, (m, 2) [m].
@@ -87,6 +89,6 @@ def face_water(
         ends.append((((at[:, order] - corner[:, None]) * direction[:, None]).sum(axis=2)) / square)
         pressure.append(unit_weight * heads[chosen][:, order])
         edges.append(edge)
-    return FaceWater(
-        edge=np.concatenate(edges).astype(np.int32), ends=np.concatenate(ends), pressure=np.concatenate(pressure)
-    )
+    edge, end, of_end = np.concatenate(edges), np.concatenate(ends), np.concatenate(pressure)
+    some = np.abs(np.diff(end, axis=1)[:, 0]) > SHORTEST
+    return FaceWater(edge=edge[some].astype(np.int32), ends=end[some], pressure=of_end[some])
