@@ -7,7 +7,7 @@ import numpy as np
 from bsm_mesh.app.canvas import FAINT, WATER, Sheet, add_outline, add_paper, limits
 from bsm_mesh.app.figures import TEXT
 from bsm_mesh.app.flow_text import discharge_text, in_litres
-from bsm_mesh.app.marks import add_gravity
+from bsm_mesh.app.marks import add_gone, add_gravity
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.results.flow import FlowResult
 
@@ -40,6 +40,7 @@ def draw_head(sheet: Sheet) -> str | None:
     add_outline(sheet)
     _add_places(sheet, flow)
     add_gravity(sheet)
+    told = add_gone(sheet).replace(", in no colour of the scale", "")
     for found, label, style in (
         (dry, "dry", {"color": FAINT, "linewidth": 1.0}),
         (trickles, "water trickles, without pressure", {"color": TRICKLES, "linestyle": (0, (2, 2))}),
@@ -48,7 +49,7 @@ def draw_head(sheet: Sheet) -> str | None:
             sheet.explain(label, **style)
     if len(flow.shore):
         sheet.explain("boundary under water", color=WATER, linewidth=4.0)
-    return f"head of the water in the joints; {discharge_text(flow.through)} flows through them{remark}"
+    return f"head of the water in the joints; {discharge_text(flow.through)} flows through them{remark}{told}"
 
 
 def draw_discharge(sheet: Sheet) -> str | None:
@@ -89,9 +90,10 @@ def draw_discharge(sheet: Sheet) -> str | None:
     )
     add_outline(sheet)
     add_gravity(sheet)
+    told = add_gone(sheet).replace(", in no colour of the scale", "")
     return (
         f"discharge of the joints, greatest {discharge_text(greatest)}; width by its root, arrows where it goes if "
-        "it is more than a fiftieth of that"
+        f"it is more than a fiftieth of that{told}"
     )
 
 
