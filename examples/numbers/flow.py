@@ -19,8 +19,9 @@ def grouted_dam() -> str:
         uplift = stage.water[0, 1]
         share = f"{uplift / straight:.3f}" if uplift > 0 else "-"
         told = (_minutes(flow.through), _minutes(drained), f"{uplift / 1e6:.2f} MN/m", share)
-        rows.append((stage.name, *told, stage.status.value))
+        rows.append(("model.toml", stage.name, *told, stage.status.value))
     header = (
+        "file",
         "stage",
         "seepage",
         "of it to the drains",
@@ -28,7 +29,7 @@ def grouted_dam() -> str:
         "over that of a straight line",
         "verdict",
     )
-    return f"`model.toml`:\n\n{markdown(header, rows)}"
+    return markdown(header, rows)
 
 
 def drained_slope() -> str:
@@ -40,7 +41,7 @@ def drained_slope() -> str:
             assert flow is not None
             leaves = dict(zip(flow.places, flow.leaving.tolist(), strict=True))
             out = [_minutes(leaves.get(name, 0.0)) for name in ("face", "drain 1")]
-            moved = f"{1e3 * stage.max_stage_displacement:.2g} mm" if stage.status.is_stable else "more than 5 mm"
+            moved = f"{1e3 * stage.max_stage_displacement:.2f} mm" if stage.status.is_stable else "more than 5 mm"
             rows.append((f"{file}.toml", stage.name, *out, moved, stage.status.value))
     return markdown(("file", "stage", "out of the face", "out of the drain", "moved in the stage", "verdict"), rows)
 
