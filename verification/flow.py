@@ -67,6 +67,16 @@ def balance() -> Answer:
     return np.zeros(20), np.array(worst)
 
 
+def random_networks() -> Answer:
+    """Count random networks, apertures over powers of ten, whose flow is found and balances to 1e-12, of 2000."""
+    found = 0
+    for seed in range(2000):
+        net, c, given = random_network(seed)
+        flow = solve_steady(net, c, given)
+        found += flow.converged and flow.imbalance <= BALANCE
+    return 2000.0, float(found)
+
+
 def dupuit(spacing: float) -> Answer:
     """Compare discharges through dams of closely spaced joints, over that of the first."""
     exact, found = [], []
@@ -122,6 +132,8 @@ CASES = (
          quantity="discharge, over a rail's conductance", compute=ladder, tolerance=CLOSED),
     Case(name="water-balance", what="every node of random networks with drains and wells", source="resistances",
          quantity="imbalance over the greatest discharge", compute=balance, tolerance=BALANCE),
+    Case(name="random-networks", what="flow found, and balanced to 1e-12", source="resistances",
+         quantity="networks", compute=random_networks, tolerance=0.0, is_slow=True),
     Case(name="dupuit-1m", what="rectangular dams of joints 1 m apart, with seepage faces", source="dupuit",
          quantity="discharge, over the first", compute=partial(dupuit, 1.0), tolerance=0.02),
     Case(name="dupuit-0.25m", what="the same, 0.25 m apart", source="dupuit",
