@@ -108,14 +108,14 @@ PICTURES = (
     ),
     Drawn(
         target=f"{EX}/05_dam_foundation/deformation.png",
-        models=(f"{EX}/05_dam_foundation/model.toml",),
+        models=(f"{EX}/05_dam_foundation/slip.toml",),
         name="deformation",
-        shows="The dam under full reservoir, exaggerated, as Wang Fig. 6.10",
-        mended=f"{NEW_LOOK}; the exaggeration is tied to the free space, and said",
+        shows="The dam under its weight and a full reservoir, exaggerated, as Wang Fig. 6.10",
+        mended=f"{NEW_LOOK}; the exaggeration is tied to the free space, and said; the toe rises",
     ),
     Drawn(
         target=f"{EX}/05_dam_foundation/displacement_arrows.png",
-        models=(f"{EX}/05_dam_foundation/model.toml",),
+        models=(f"{EX}/05_dam_foundation/slip.toml",),
         name="displacement_arrows",
         shows="Displacements, as Wang Fig. 6.9",
         mended=NEW_LOOK,
@@ -170,9 +170,9 @@ PICTURES = (
     ),
     Drawn(
         target=f"{EX}/incline/final_position.png",
-        models=(f"{EX}/incline/slides_and_topples.toml",),
+        models=(f"{EX}/incline/tall_slides.toml",),
         name=FINAL,
-        shows="The block that slides and topples",
+        shows="The tall block that slides, upright",
         mended=NEW_LOOK,
     ),
     Drawn(

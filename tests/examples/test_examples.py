@@ -33,8 +33,8 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "04_bolted_opening/roof_bolt.toml": ("unstable", [10], 1.0, 4.0, False),
     "04_bolted_opening/two_bolts.toml": ("stable", [], 0.0155, 0.0165, True),
     "04_bolted_opening/model.toml": ("stable", [], 0.0155, 0.0165, True),
-    "05_dam_foundation/model.toml": ("no_verdict", [], 1.4e-3, 1.5e-3, True),
-    "05_dam_foundation/slip.toml": ("stable", [], 1.4e-3, 1.5e-3, True),
+    "05_dam_foundation/model.toml": ("no_verdict", [], 0.9e-3, 1.0e-3, True),
+    "05_dam_foundation/slip.toml": ("stable", [], 1.6e-3, 1.7e-3, True),
     "staged_tunnel/model.toml": ("stable", [], 1.1e-3, 1.4e-3, None),
     "staged_tunnel/full_face.toml": ("stable", [], 1.1e-3, 1.4e-3, None),
     "staged_tunnel/weak.toml": ("unstable", None, 0.1, 0.5, None),
@@ -47,7 +47,7 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "incline/model.toml": ("stable", [], 0.039, 0.041, True),
     "incline/slides.toml": ("unstable", [1], 10.0, 20.0, False),
     "incline/topples.toml": ("unstable", [1], 10.0, 20.0, False),
-    "incline/slides_and_topples.toml": ("unstable", [1], 10.0, 20.0, False),
+    "incline/tall_slides.toml": ("unstable", [1], 10.0, 20.0, False),
     "rough_joint/model.toml": ("stable", [], 0.0, 1e-3, True),
     "rough_joint/mohr_coulomb.toml": ("stable", [], 0.0, 1e-3, True),
     "rough_joint/without_cohesion.toml": ("unstable", [1], 5.0, 10.0, False),
@@ -166,15 +166,15 @@ def test_example_1_by_the_homogeneous_route(tmp_path: Path) -> None:
 
 
 def test_the_dam_goes_downstream_and_its_toe_rises(tmp_path: Path) -> None:
-    """Wang 6.4: pushed downstream, parted from the upstream rock at the heel, the block at the toe pushed up."""
-    for name in ("model", "slip"):
-        told("run", EXAMPLES / f"05_dam_foundation/{name}.toml", "-o", tmp_path / name)
-        moved = bsm.Results.load(tmp_path / name).stages[-1].displacement
-        upstream, heel, toe = moved[33], moved[34], moved[37]
-        assert moved[0, 0] > 1e-3
-        assert moved[0, 2] < 0
-        assert heel[0] > upstream[0] + 5e-5
-        assert toe[1] > 1e-5
+    """Wang 6.4: pushed downstream, parted from the upstream rock block, the block at the toe pushed up, visibly."""
+    told("run", EXAMPLES / "05_dam_foundation/slip.toml", "-o", tmp_path)
+    moved = bsm.Results.load(tmp_path).stages[-1].displacement
+    dam, heel, toe = moved[0], moved[33], moved[34]
+    assert dam[0] > 1e-3
+    assert dam[1] < 0  # under its own weight
+    assert dam[0] - heel[0] > dam[0] / 2
+    assert toe[1] > dam[0] / 4
+    assert toe[1] == moved[1:, 1].max()
 
 
 def test_factor_of_safety_of_the_slope() -> None:
