@@ -22,6 +22,8 @@ EXAMPLES = (  # file, the thesis's verdict
     ("04_bolted_opening/roof_bolt", "unstable: left wall block"),
     ("04_bolted_opening/two_bolts", "stable"),
     ("04_bolted_opening/model", "stable"),
+    ("04_bolted_opening/thick_two_bolts", "stable"),
+    ("04_bolted_opening/thick", "stable"),
     ("05_dam_foundation/slip", "stable"),
 )
 

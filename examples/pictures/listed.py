@@ -101,6 +101,14 @@ PICTURES = (
         mended=f"{NEW_LOOK}; falling blocks ringed and named with area and weight",
     ),
     Drawn(
+        target=f"{EX}/04_bolted_opening/thick_displacement.png",
+        models=tuple(f"{EX}/04_bolted_opening/{name}.toml" for name in ("thick_two_bolts", "thick")),
+        name="displacement_arrows",
+        columns=2,
+        shows="A filling of 3 mm: the corner block comes into the opening, and does not with a bolt of its own",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/04_bolted_opening/bolt_forces.png",
         models=(f"{EX}/04_bolted_opening/model.toml",),
         name="bolt_forces",

@@ -33,6 +33,8 @@ EXPECTED: dict[str, tuple[str, list[int] | None, float, float, bool | None]] = {
     "04_bolted_opening/roof_bolt.toml": ("unstable", [10], 1.0, 4.0, False),
     "04_bolted_opening/two_bolts.toml": ("stable", [], 0.0155, 0.0165, True),
     "04_bolted_opening/model.toml": ("stable", [], 0.0155, 0.0165, True),
+    "04_bolted_opening/thick_two_bolts.toml": ("stable", [], 0.22, 0.26, True),
+    "04_bolted_opening/thick.toml": ("stable", [], 0.22, 0.26, True),
     "05_dam_foundation/model.toml": ("no_verdict", [], 0.9e-3, 1.0e-3, True),
     "05_dam_foundation/slip.toml": ("stable", [], 1.6e-3, 1.7e-3, True),
     "staged_tunnel/model.toml": ("stable", [], 1.1e-3, 1.4e-3, None),
@@ -143,6 +145,16 @@ def test_roof_bolt_carries_the_weight_of_the_wedge(name: str, tmp_path: Path) ->
     weight = 26e3 * (upper + lower) / 2 * height
     assert isinstance(bolts, list)
     assert bolts[0]["greatest_force"] == pytest.approx(weight, rel=5e-3)
+
+
+def test_the_third_bolt_keeps_the_corner_block_out_of_the_opening(tmp_path: Path) -> None:
+    """Wang 5.6: "displaced towards the opening"; with a filling of 3 mm that shows, and the bolt prevents it."""
+    inwards = {}
+    for name in ("thick_two_bolts", "thick"):
+        told("run", EXAMPLES / f"04_bolted_opening/{name}.toml", "-o", tmp_path / name)
+        inwards[name] = bsm.Results.load(tmp_path / name).stages[-1].displacement[6, 0]
+    assert inwards["thick_two_bolts"] > 10e-3
+    assert abs(inwards["thick"]) < inwards["thick_two_bolts"] / 5
 
 
 def stages_of(answer: dict[str, object]) -> list[dict[str, object]]:
