@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.canvas import TEXT, Sheet, add_joints, add_outline, add_paper, scaled
+from bsm_mesh.app.canvas import Sheet, add_joints, add_outline, add_paper, scaled
+from bsm_mesh.app.figures import TEXT
 from bsm_mesh.app.marks import add_gone, add_gravity, add_heads, bolt_lines
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray

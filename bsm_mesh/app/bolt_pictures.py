@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH
-from bsm_mesh.app.figures import paper
+from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def draw_bolt_forces(bolts: BoltForces, title: str, figure: Figure | None = None
     for place in axes[rows]:
         place.remove()
     _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
-    figure.suptitle(title, parse_math=False)  # a $ is a $
+    entitle(figure, title)
     return figure
 
 

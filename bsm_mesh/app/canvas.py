@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.figures import paper
+from bsm_mesh.app.figures import TEXT, entitle, paper
 from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
@@ -26,7 +26,7 @@ LETTERS = 11.0  # of the title in an inch
 FALLS, SLIPS, OPENS, HOLDS, WATER, BOLTS = "#d55e00", "#e69f00", "#0072b2", "#9a9a9a", "#56b4e9", "#006d4e"
 SETS = ("#222222", "#0072b2", "#cc79a7", "#009e73", "#8a5a00", "#56b4e9")
 ROCKS = ("#f4f1ea", "#dcd3bf", "#dfe7ee", "#ece0ea", "#dcebdf", "#cfcfcf")
-LINE, FAINT, TEXT = "#555555", "#c9c3b4", "#222222"
+LINE, FAINT = "#555555", "#c9c3b4"
 
 
 @dataclass(eq=False, kw_only=True)
@@ -98,8 +98,6 @@ def new_sheet(scene: Scene, figure: Figure | None = None) -> Sheet:
     axes.set_ylabel("y, m", fontsize=9)
     axes.tick_params(labelsize=9, color="#999999")
     axes.set_axisbelow(True)
-    for side in axes.spines.values():
-        side.set_color("#bbbbbb")
     return Sheet(figure=figure, axes=axes, scene=scene)
 
 
@@ -108,7 +106,7 @@ def finish(sheet: Sheet, caption: str) -> Figure:
     width = int(LETTERS * (sheet.figure.get_figwidth() - BESIDE))
     title = "\n".join(textwrap.wrap(sheet.scene.title, width))
     told = "\n".join(textwrap.wrap(caption, int(1.25 * width)))
-    sheet.figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
+    entitle(sheet.figure, title)
     sheet.axes.set_title(told, loc="left", fontsize=10, color=TEXT, parse_math=False)
     if sheet.key:
         columns = min(len(sheet.key), max(2, int(sheet.figure.get_figwidth() / 2.3)))

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.canvas import LINE, TEXT, scaled
-from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.canvas import LINE, scaled
+from bsm_mesh.app.figures import TEXT, entitle, paper, save
 from bsm_mesh.app.pictures import add_picture
 from bsm_mesh.app.plot import BAD_INPUT
 from bsm_mesh.app.scene import MOST_EDGES
@@ -69,7 +69,7 @@ def _figure(grid: Grid, quantity: Quantity, title: str, other: str) -> Figure:
     rows, columns = (3, 1) if aspect < WIDE else (1, 3)
     figure = paper((PANEL * columns + 0.5, (PANEL * aspect + FURNITURE) * rows))
     heading = "\n".join([*wrap(title, 30 * columns + 40), quantity.text])
-    figure.suptitle(heading, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
+    entitle(figure, heading)
     both = float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max()))
     greatest = float(np.abs(difference).max())
     signed = bool(difference.min() < 0)

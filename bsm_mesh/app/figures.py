@@ -11,6 +11,8 @@ from bsm_mesh.files import whole_file
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+TEXT, FRAME = "#222222", "#bbbbbb"
+
 
 def paper(size: tuple[float, float], dpi: float = 100.0) -> Figure:
     """Return an empty figure of a size in inches, whose parts make room for each other."""
@@ -21,6 +23,14 @@ def paper(size: tuple[float, float], dpi: float = 100.0) -> Figure:
     figure = Figure(figsize=size, dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def entitle(figure: Figure, title: str) -> None:
+    """Write the title as every picture has it, and pale frames round its axes."""
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
+    for axes in figure.axes:
+        for side in axes.spines.values():
+            side.set_color(FRAME)
 
 
 def save(figure: Figure, path: Path) -> Path:

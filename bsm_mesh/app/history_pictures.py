@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH, scaled
-from bsm_mesh.app.figures import paper
+from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.results.histories import HistorySeries
 from bsm_mesh.results.results import Results
@@ -54,7 +54,7 @@ def _charts(
     names = [stage.name for stage in results.stages]
     for place, one in zip(axes.reshape(-1), series, strict=False):
         draw(place, one, names)
-    figure.suptitle(title, parse_math=False)  # a $ is a $
+    entitle(figure, title)
     return figure
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.canvas import BOLTS, FALLS, TEXT, WATER, Sheet, middle
+from bsm_mesh.app.canvas import BOLTS, FALLS, WATER, Sheet, middle
+from bsm_mesh.app.figures import TEXT
 from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.figures import entitle, paper, save
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.movement import displacement_of
@@ -46,8 +46,8 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
     axes.set_yscale("log")
     axes.set_xlabel(safety.quantity, parse_math=False)
     axes.set_ylabel("greatest movement of a block over its size")
-    axes.set_title(title, parse_math=False, fontsize=11)
     axes.legend(fontsize=8, frameon=False)
+    entitle(figure, title)
     save(figure, path)
 
 
@@ -66,7 +66,7 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
         factor = _draw_failure(right, safety.states[bad], fails)
         shown = f", {factor:.2g} times as far" if factor > 1.05 else ""
         right.set_title(f"first unstable, {bad:.4g}: blocks that fail (red), and where they go{shown}", fontsize=10)
-    figure.suptitle(title, parse_math=False, fontsize=11)
+    entitle(figure, title)
     save(figure, path)
 
 

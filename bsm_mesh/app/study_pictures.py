@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.app.canvas import WIDTH
-from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.figures import entitle, paper, save
 from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.study_tables import NAMES, failure_in_words
 from bsm_mesh.arrays import BoolArray, FloatArray
@@ -32,7 +32,7 @@ def draw_study(table: StudyTable, title: str, folder: Path) -> list[Path]:
     for name, draw in _drawers(table, answer).items():
         figure = paper((WIDTH / 140, 5.5))
         draw(figure, table, answer)
-        figure.suptitle(f"{title}: {failure_in_words(table)}", fontsize=12, parse_math=False)  # a $ is a $
+        entitle(figure, f"{title}: {failure_in_words(table)}")
         drawn.append(save(figure, folder / PICTURES_FOLDER / f"{name}.png"))
     return drawn
 
