@@ -64,12 +64,13 @@ def stratified_slope() -> str:
         ("dip_25_5", "Patton"),
         ("model", "Patton"),
         ("mohr_coulomb", "Mohr-Coulomb"),
+        ("floor", "Patton"),
     ):
         name = f"{SLOPE}/{file}"
         model, results = load(name), run(name)
         lower, upper = (moved(results, rows).mean() for rows in layers(model))
         far = f"{lower:.3f}, {upper:.3f} m" if upper > 0.1 else f"{1e3 * upper:.3f} mm"
-        place = ", at the toe" if upper > 0.1 else ""
+        place = (", on the floor" if file == "floor" else ", at the toe") if upper > 0.1 else ""
         found = statics(name)
         answer = admits(name) + (f", weights x {found.factor:.0f}" if 1 < found.factor < 1e6 else "")
         lines.append(
@@ -95,12 +96,13 @@ def stratified_slope() -> str:
     return markdown(header, lines)
 
 
-DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40"}
+DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40", "floor": "40"}
 
 
 def layers(model: bsm.Model) -> tuple[list[int], list[int]]:
     """Return the blocks of the lower and of the upper layer of Example 3."""
-    return list(range(3, 9)), list(range(9, 15))
+    still = model.blocks.count - 12  # the rock, then two toes or the floor
+    return list(range(still, still + 6)), list(range(still + 6, still + 12))
 
 
 def on_its_way() -> str:

@@ -93,6 +93,13 @@ PICTURES = (
         mended=f"{NEW_LOOK}; says that they rest after moving far",
     ),
     Drawn(
+        target=f"{EX}/03_stratified_slope/floor.png",
+        models=(f"{EX}/03_stratified_slope/floor.toml",),
+        name=FINAL,
+        shows="The layers at rest on a floor",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/04_bolted_opening/final_position.png",
         models=tuple(f"{EX}/04_bolted_opening/{name}.toml" for name in ("unbolted", "roof_bolt", "two_bolts", "model")),
         name=FINAL,

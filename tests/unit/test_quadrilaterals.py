@@ -107,6 +107,16 @@ def test_stratified_slope(tmp_path):
     assert set(groups) >= {"joint:set1", "joint:set2", "boundary:base", "boundary:left"}
 
 
+def test_stratified_slope_down_to_a_floor(tmp_path):
+    corners, groups = read(stratified_slope.build(tmp_path / "slope.msh", dip=30.0, gap=2.0, floor=10.0))
+    assert len(corners) == 2 + 12
+    foot = [2.0 * math.cos(math.pi / 6), -1.0]  # 2 m down the face
+    np.testing.assert_allclose(corners[0, 2], foot)
+    np.testing.assert_allclose(corners[1, 2:], [[foot[0] + 10.0, -1.0], foot])
+    np.testing.assert_allclose(areas(corners)[2:], 2.0)
+    assert groups["boundary:base"] == 2
+
+
 def test_dam_foundation(tmp_path):
     path = dam_foundation.build(
         tmp_path / "dam.msh", upstream=2, downstream=3, under=2, beds=2, thickness=5.0, dip=60.0
@@ -136,6 +146,7 @@ def test_dam_foundation(tmp_path):
         (brick_wall, {"bricks": 2.5, "colour": 1}, "no parameter 'colour'"),
         (voussoir_arch, {"thickness": 3.0}, "twice radius"),
         (stratified_slope, {"step": -1.0}, "step = -1.0"),
+        (stratified_slope, {"dip": 90.0, "floor": 5.0}, "below 90 degrees"),
         (dam_foundation, {"dip": 10.0, "beds": 0}, "beds = 0"),
     ],
 )
