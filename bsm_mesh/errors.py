@@ -135,6 +135,18 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
+def numbered(noun: str, ids: Iterable[int], most: int = 8) -> str:
+    """Return a noun with the numbers of what it names.
+
+    Examples
+    --------
+    >>> numbered("block", [3]), numbered("block", [3, 4, 17], most=2)
+    ('block 3', 'blocks 3, 4, ... (3 in all)')
+    """
+    numbers = list(ids)
+    return f"{noun}{'s' * (len(numbers) > 1)} {listing(numbers, most)}"
+
+
 def place(point: Iterable[float]) -> str:
     """Return ``"(x, y)"`` in six digits, or to the millimetre where that takes more (on a national grid), up to 15."""
     return "(" + ", ".join(f"{x:.{min(15, max(6, len(f'{abs(x):.0f}') + 3))}g}" for x in point) + ")"

@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, counted, listing, nearest, place
+from bsm_mesh.errors import ModelError, counted, nearest, numbered, place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.bolt_layout import BoltLayout
 from bsm_mesh.model.model import Model
@@ -298,7 +298,7 @@ def _meanings(limits: dict[str, float]) -> dict[str, str]:
 
 def _blocks(ids: Sequence[int]) -> str:
     """Return the numbers of the first blocks of a list."""
-    return f"block{'s' * (len(ids) > 1)} {listing(ids, 5)}" if ids else "none"
+    return numbered("block", ids, 5) if ids else "none"
 
 
 def _place(point: Sequence[float] | None) -> str:
