@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import numbered, place
+from bsm_mesh.errors import listing, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.algebra.constraints import REPEATS, Constraints, rounding
@@ -52,7 +52,7 @@ def free_parts(
         if motion:
             whole = all_there and count == 1 and len(members) == blocks.count
             where = place(blocks.moments.centroid[members[0]])
-            part_name = "the model" if whole else f"{numbered('block', names[members])} at {where}"
+            part_name = "the model" if whole else f"block {listing(names[members])} at {where}"
             held = "no support holds it" if not with_bars[p] else "its supports do not hold it"
             cure = (
                 "hold a boundary, a block or a point of it" if not with_bars[p] else "add a support across that motion"
