@@ -77,21 +77,18 @@ def ended(joints: Sequence[Any], traces: Sequence[FloatArray]) -> list[FloatArra
     on: dict[str, set[str]] = {}
     for joint in joints:
         on.setdefault(joint.name, set()).update(getattr(joint, "abuts", ()))
-    for name, others in on.items():
-        if unknown := others - on.keys():
+    for name, those in on.items():
+        if unknown := those - on.keys():
             raise GeometryError(f"joint set '{name}': abuts on '{min(unknown)}', which is no set of this rock")
     try:
         order = tuple(TopologicalSorter(on).static_order())
     except CycleError as fault:
         circle = " on ".join(f"'{name}'" for name in reversed(fault.args[1]))
         raise GeometryError(f"joint sets abut on each other in a circle: {circle}; leave one of these out") from None
-    found = list(traces)
+    found: list[FloatArray] = list(traces)
     for number in sorted(range(len(joints)), key=lambda k: order.index(joints[k].name)):
-        others = [
-            trace
-            for joint, trace in zip(joints, found, strict=True)
-            if joint.name in getattr(joints[number], "abuts", ())
-        ]
+        abuts = getattr(joints[number], "abuts", ())
+        others = [trace for joint, trace in zip(joints, found, strict=True) if joint.name in abuts]
         if others:
             found[number] = end_at(found[number], np.concatenate(others))
     return found
