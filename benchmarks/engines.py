@@ -32,7 +32,7 @@ from bsm_mesh.geometries import (
     rectangle,
 )
 from bsm_mesh.geometries.cases import find_case
-from bsm_mesh.geometries.cutting.cut import choose_engine
+from bsm_mesh.geometries.cutting.cut import count_meetings
 from bsm_mesh.geometries.cutting.pieces import gather_pieces
 from tests.scenes.networks import areas, lengths
 
@@ -181,7 +181,7 @@ def main() -> None:
     if asked.sizes:
         print("| pattern | lines meet at | blocks, cutter and gmsh | cutter s | gmsh s |", "|---" * 5 + "|", sep="\n")
         for name, mass in patterns():
-            met = choose_engine(gather_pieces(mass)[0], "auto").reason.split()[3]
+            met = count_meetings(gather_pieces(mass)[0])
             one = compared(name, mass)
             blocks, seconds = (" and ".join(map(str, one.blocks)), " | ".join(f"{s:.2f}" for s in one.seconds))
             print(f"| {name} | {met} | {blocks} | {seconds} |", flush=True)
