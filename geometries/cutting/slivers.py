@@ -12,7 +12,7 @@ from bsm_mesh.geometries.cutting.pieces import BoolArray, IntArray, Pieces
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.rock_mass import RockMass
 
-# Tolerances: mean width of a sliver, by which two lines that each may move by one touch; docs/performance.md measures it.
+# Tolerances: mean width of a sliver, by which two lines that each may move by one touch. Measured in performance.md.
 THINNEST = 2.0
 
 
