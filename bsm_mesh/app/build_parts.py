@@ -8,14 +8,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from bsm_mesh.app.material_tables import JointTable, RockTable
 from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import (
     FallsTable,
     HistoryTable,
     InSituTable,
-    JointTable,
     LoadTable,
-    RockTable,
     SolverTable,
     StageTable,
     SupportTable,

@@ -6,7 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from bsm_mesh.app.mesh_tables import Along, Border, BoundaryTable, MeshTable, PathText, Table
+from bsm_mesh.app.bolt_tables import BoltTable
+from bsm_mesh.app.material_tables import JointTable, RockTable
+from bsm_mesh.app.mesh_tables import BoundaryTable, MeshTable, PathText, Table
 from bsm_mesh.app.units import (
     Force,
     In,
@@ -20,9 +22,7 @@ from bsm_mesh.app.units import (
     schema_of,
 )
 from bsm_mesh.model import quantities as q
-from bsm_mesh.model.bolts import BoltKind
 from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
-from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.water import WATER, Head
 from bsm_mesh.solve.options import LinearSolverName, Scheme
 from bsm_mesh.solve.stages.falls import OnFall
@@ -38,91 +38,6 @@ Fix = Annotated[
     Literal["normal", "all"] | list[Literal["x", "y"]],
     PlainValidator(_fix, json_schema_input_type=Literal["normal", "all"] | list[Literal["x", "y"]]),
 ]
-
-
-class RockTable(Table):
-    """A rock."""
-
-    unit_weight: Annotated[float, In(q.UNIT_WEIGHT)]
-    young: Annotated[float, In(q.YOUNG)] | None = None
-    poisson: Annotated[float, In(q.POISSON)] | None = None
-    cohesion: Annotated[float, In(q.COHESION)] | None = None
-    friction: Annotated[float, In(q.FRICTION)] | None = None
-    tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = None
-    stiffness: RockStiffness = "wang"
-    residual_friction: Annotated[float, In(q.FRICTION)] | None = None
-    residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
-        default=None, description="with it, or with residual_friction, faces fall to both at their first slip"
-    )
-    softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
-        default=None, description="slip over which strength falls to the residual values"
-    )
-    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
-        default=0.0, description="tension that faces still bear once they have failed by slip"
-    )
-
-
-class FillingTable(Table):
-    """A joint's filling."""
-
-    thickness: Annotated[float, In(q.THICKNESS)]
-    young: Annotated[float, In(q.YOUNG)]
-    poisson: Annotated[float, In(q.POISSON)]
-
-
-class JointTable(Table):
-    """A joint or joint set."""
-
-    along: Along | None = Field(default=None, description="lines over the mesh, or a file of them: elements are cut")
-    between: str | Border | None = Field(
-        default=None, description='two rocks or groups of the mesh; "rocks": any two; or an array of whole numbers'
-    )
-
-    normal_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
-    shear_stiffness: Annotated[float, In(q.STIFFNESS)] | None = None
-    filling: FillingTable | None = None
-    law: Literal["patton", "mohr_coulomb", "barton_bandis", "ladanyi_archambault"] | None = Field(
-        default=None, description="patton where friction is given without it"
-    )
-    friction: Annotated[float, In(q.FRICTION)] | None = None
-    dilation: Annotated[float, In(q.DILATION)] | None = None
-    cohesion: Annotated[float, In(q.COHESION)] | None = None
-    residual_friction: Annotated[float, In(q.FRICTION)] | None = None
-    residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
-        default=None, description="mohr_coulomb: with it, or with residual_friction, joints fall to both at first slip"
-    )
-    softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
-        default=None, description="mohr_coulomb: slip over which strength falls to the residual values"
-    )
-    jrc: Annotated[float, In(q.JRC)] | None = Field(
-        default=None, description="barton_bandis: joint roughness coefficient of a sample 0.1 m long"
-    )
-    jcs: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
-        default=None, description="joint wall compressive strength; barton_bandis: of such a sample"
-    )
-    joint_length: Annotated[float, In(q.JOINT_LENGTH)] | None = Field(
-        default=None, description="barton_bandis: length of the joint, or of the blocks along it; default: 0.1 m"
-    )
-    roughness_wears: bool | None = Field(
-        default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
-    )
-    tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
-    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
-        default=0.0, description="tension that it still bears once it has failed by slip"
-    )
-    max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(
-        default=None,
-        description="greatest closure: joints close by a hyperbola; normal_stiffness is that without stress",
-    )
-    dilation_angle: Annotated[float, In(q.DILATION)] = Field(
-        default=0.0, description="angle by which the walls part as they slide; strength is the law's own"
-    )
-    dilation_slip: Annotated[float, In(q.SLIP)] | None = Field(
-        default=None, description="slip after which dilation_angle has worn off"
-    )
-    crushing_strength: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
-        default=None, description="effective normal stress that crushes the walls: notes say where; it limits nothing"
-    )
 
 
 class SupportTable(Table):
@@ -146,76 +61,6 @@ class LoadTable(Table):
     block: Annotated[int, In(q.BLOCK)] | None = None
     point: Point | None = None
     force: Force | None = None
-
-
-class RadialTable(Table):
-    """Bolts that point away from a centre, their heads on a circle."""
-
-    centre: Point
-    radius: Annotated[float, In(q.RADIUS)]
-    length: Annotated[float, In(q.BOLT_LENGTH)]
-    count: Annotated[int, In(q.BOLT_COUNT)]
-    first: Annotated[float, In(q.DIRECTION)] = Field(default=0.0, description="direction of the first bolt")
-    last: Annotated[float, In(q.DIRECTION)] = Field(default=180.0, description="direction of the last bolt")
-
-
-class RowTable(Table):
-    """Bolts in a row along a boundary, into the rock."""
-
-    boundary: str
-    length: Annotated[float, In(q.BOLT_LENGTH)]
-    interval: Annotated[float, In(q.BOLT_INTERVAL)] = Field(description="distance of the heads along the boundary")
-    offset: Annotated[float, In(q.DISTANCE)] | None = Field(
-        default=None, description="of the first head; default: half an interval"
-    )
-    direction: Annotated[float, In(q.DIRECTION)] | None = Field(
-        default=None, description="of all bolts; default: normal to the boundary"
-    )
-
-
-class BoltTable(Table):
-    """A bolt (start and end) or many (one of radial, row, curve, table); forces are those of one bolt."""
-
-    start: Point | None = Field(default=None, description="head")
-    end: Point | None = Field(default=None, description="tip")
-    radial: RadialTable | None = None
-    row: RowTable | None = None
-    curve: str | None = Field(default=None, description='NAME of the mesh group "bolt:NAME"')
-    table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
-    name: str = ""
-    kind: BoltKind = "grouted"
-    diameter: Annotated[float, In(q.BOLT_DIAMETER)] | None = None
-    young: Annotated[float, In(q.BOLT_YOUNG)] = 200e9
-    stiffness: Annotated[float, In(q.BOLT_STIFFNESS)] | None = Field(
-        default=None, description="axial, times length, in N; default: young times the section"
-    )
-    yield_strength: Annotated[float, In(q.YIELD_STRENGTH)] | None = Field(
-        default=None, description="of the steel; default: unlimited"
-    )
-    pretension: Annotated[float, In(q.BOLT_FORCE)] = 0.0
-    anchor_capacity: Annotated[float, In(q.BOLT_CAPACITY)] | None = Field(
-        default=None, description="end_anchored only; default: unlimited"
-    )
-    spacing: Annotated[float, In(q.BOLT_SPACING)] = Field(default=1.0, description="out of the plane")
-    stage: str | None = Field(default=None, description="stage that installs it; default: there from the start")
-    bond_strength: Annotated[float, In(q.BOND_STRENGTH)] | None = Field(
-        default=None, description="grouted only; default: unlimited"
-    )
-    hole_diameter: Annotated[float, In(q.HOLE_DIAMETER)] | None = None
-    bond_steel_grout: Annotated[float, In(q.BOND_SHEAR_STRENGTH)] | None = None
-    bond_grout_rock: Annotated[float, In(q.BOND_SHEAR_STRENGTH)] | None = None
-    bond_stiffness: Annotated[float, In(q.BOND_STIFFNESS)] | None = Field(
-        default=None, description="per length of bolt, in N/m2; default: rigid"
-    )
-    bearing_stiffness: Annotated[float, In(q.BOND_STIFFNESS)] | None = Field(
-        default=None, description="dowel action: of the grout, N/m2; default: none"
-    )
-    bearing_strength: Annotated[float, In(q.BEARING_STRENGTH)] | None = Field(
-        default=None, description="of grout or rock; default: unlimited shear"
-    )
-    plate: Annotated[float, In(q.BOLT_FORCE)] = Field(
-        default=0.0, description="capacity of a face plate at the head; grouted only"
-    )
 
 
 class GravityTable(Table):

@@ -19,7 +19,17 @@ from bsm_mesh.model.edges import LongArray
 
 SUFFIX = ".csv"
 NAMES = ("{}", "{}coord", "{}coordinate", "coord{}")  # of the columns of x and y, without signs
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
+FOOT, PSF = 0.3048, 4.4482216152605 / 0.3048**2  # m, Pa
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "ft": FOOT, "in": FOOT / 12, "pa": 1.0, "kpa": 1e3, "mpa": 1e6, "gpa": 1e9}
+UNITS |= {
+    "kn/m2": 1e3,
+    "kn/m^2": 1e3,
+    "psf": PSF,
+    "ksf": 1e3 * PSF,
+    "tsf": 2e3 * PSF,
+    "psi": 144 * PSF,
+    "ksi": 144e3 * PSF,
+}
 TRIANGLE = 5  # VTK's number
 SAME = 1e-9  # of the greatest extent: nodes nearer than this are one, with the mean of their values
 FLAT = 1e-12  # of the square of the extent: a triangle of the hull that is no more than an edge
@@ -34,13 +44,16 @@ def read_table(path: Path) -> ForeignResult:
     Raises
     ------
     ModelError
-        If there is no column of x or y, a row is not complete, or the nodes lie on one line.
+        If there is no column of x or y, they differ in unit, two columns have one name, a row is not complete, or the
+        nodes lie on one line.
     """
     header, rows = _rows(path)
     columns = {name: _numbers([row[k] for row in rows]) for k, name in enumerate(header)}
     numbers = {name: values for name, values in columns.items() if values is not None}
     x, y = (_coordinate(path, axis, header, numbers) for axis in "xy")
-    units = {name: UNITS[unit] for name in numbers if (unit := unit_of(name)) in UNITS}
+    units = {name: UNITS[unit] for name in numbers if (unit := unit_of(name).lower()) in UNITS}
+    if units.get(x) != units.get(y):
+        raise ModelError(f"{path}: columns '{x}' and '{y}' differ in unit; give both the same")
     if x in units:
         units["length"] = units[x]
     place = np.stack([numbers.pop(x), numbers.pop(y)], axis=1)
@@ -73,16 +86,20 @@ def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
             f"{path}: no text of UTF-8 ({error.reason} at byte {error.start}); save it as CSV UTF-8"
         ) from None
     parting = next((sign for sign in ";\t" if lines and sign in lines[0]), ",")
+    reader = csv.reader(lines, delimiter=parting)
     try:
-        header, *rows = ([cell.strip() for cell in row] for row in csv.reader(lines, delimiter=parting) if any(row))
-    except (ValueError, csv.Error):
-        header, rows = [], []
-    if not rows:
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
+    except csv.Error:
+        rows = []
+    if len(rows) < 2:
         raise ModelError(f"{path}: holds no table; its first row names the columns, x and y among them, a row a node")
-    for number, row in enumerate(rows, 2):
+    (_, header), *body = rows
+    if twice := [name for name in header if name and header.count(name) > 1]:
+        raise ModelError(f"{path}: two columns are called '{twice[0]}'; name them apart")
+    for number, row in body:
         if len(row) != len(header):
             raise ModelError(f"{path}: row {number} has {len(row)} columns, and the first {len(header)}")
-    return header, [[cell.replace(",", ".") for cell in row] for row in rows] if parting != "," else rows
+    return header, [[cell if parting == "," else cell.replace(",", ".") for cell in row] for _, row in body]
 
 
 def _numbers(cells: list[str]) -> FloatArray | None:

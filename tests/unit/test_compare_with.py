@@ -288,6 +288,20 @@ def test_a_table_of_nodes(tmp_path, parting, point):
     check(block_averages_of(result, plane_fields(result, names), slab("wall in bond"), 1.0), slab("wall in bond"))
 
 
+def test_units_of_columns(tmp_path):
+    """By definition: an inch is 25.4 mm, a pound-force 4.4482216152605 N; a kip is 1000 of these, a ton 2000."""
+    header = ["X (ft)", "Y (FT)", "ux (in)", "uy (mm)", "sxx (psi)", "syy (ksf)", "sxy (mpa)", "other (total)"]
+    (tmp_path / "a.csv").write_text(
+        "\n".join([",".join(header), *("0,0" + 6 * ",1", "1,0" + 6 * ",1", "0,1" + 6 * ",1")])
+    )
+    units = read_foreign(tmp_path / "a.csv").units
+    assert_allclose(units["length"], 12 * 0.0254, rtol=1e-15)
+    pound = 4.4482216152605
+    expected = [0.0254, 1e-3, pound / 0.0254**2, 1e3 * pound / 0.3048**2, 1e6]
+    assert_allclose([units[name] for name in header[2:-1]], expected, rtol=1e-15)
+    assert "other (total)" not in units
+
+
 def test_our_own_elements_as_a_table_of_nodes(tmp_path):
     """Sampled back at the nodes, where no triangle between them matters: the same to rounding."""
     model = load_model_file(TUNNEL, lambda _: None).model
@@ -310,6 +324,9 @@ def test_our_own_elements_as_a_table_of_nodes(tmp_path):
         ("x,y,ux\n0,0,1\n1,1,1\n2,2,1\n", "its 3 nodes span no area"),
         ("\n", "holds no table"),
         ("x,y,ux\n", "holds no table"),
+        ("x,y,ux\n0,0,1\n\n1,0\n", "row 4 has 2 columns"),
+        ("x,y,ux,ux\n0,0,1,2\n1,0,1,2\n0,1,1,2\n", "two columns are called 'ux'"),
+        ("x (mm),y (m),ux\n0,0,1\n1,0,1\n0,1,1\n", r"columns 'x \(mm\)' and 'y \(m\)' differ in unit"),
     ],
 )
 def test_tables_that_cannot_be_read(text, fault, tmp_path):
