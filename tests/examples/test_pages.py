@@ -26,6 +26,7 @@ from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.study_file import StudyFile, flat_keys
 from docs.code_blocks import ROOT, Block, blocks_of
 from tests.scenes.small_case import Case
+from tests.scenes.typed_lines import type_line
 
 SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
@@ -90,32 +91,16 @@ def test_a_page_is_followed(case: Case, page: str, monkeypatch: pytest.MonkeyPat
     for name in set(re.findall(r"^    bsm-mesh .*\b(examples/\w+)/", text, re.MULTILINE)):
         shutil.copytree(ROOT / name, case.folder / name, ignore=shutil.ignore_patterns("out"))
     for line in PAGES[page]:
-        type_line(case, line, page)
+        type_line(case, line, page, look_at)
     for block in blocks(page):
         place = f"{page}, line {block.line}"
         if block.file:
             case.write(block.file, block.text)
         elif block.language == "sh":
             for line in block.lines:
-                type_line(case, line, place)
+                type_line(case, line, place, look_at)
         elif block.language == "python" and not is_left_out(page, block):
             exec(compile(block.text, place, "exec"), names)
-
-
-def type_line(case: Case, line: str, place: str) -> None:
-    """Do what a reader does who types a line."""
-    for part in line.split(" && "):
-        program, *arguments = shlex.split(part)
-        if program == "bsm-mesh":
-            outcome = case.run(*arguments)
-            assert outcome.code == 0, f"{place}: {part}: {outcome.err}"
-        elif program == "python" and arguments[0] != "-m":
-            done = subprocess.run(
-                [sys.executable, *arguments], cwd=case.folder, capture_output=True, text=True, check=False
-            )
-            assert done.returncode == 0, f"{place}: {part}: {done.stderr}"
-        else:
-            look_at(part, place)
 
 
 @pytest.mark.parametrize("page", [page for page in pages() if page not in {*PAGES, *FOLLOWED_ELSEWHERE}])
