@@ -124,6 +124,17 @@ def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
     return f"{hint} (known: {listed})"
 
 
+def named_stage(name: str) -> str:
+    """Return a stage as sentences name it, without the word twice.
+
+    Examples
+    --------
+    >>> named_stage("cut"), named_stage("stage 1")
+    ('stage cut', 'stage 1')
+    """
+    return name if name.lower().startswith("stage") else f"stage {name}"
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun.
 

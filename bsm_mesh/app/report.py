@@ -20,7 +20,7 @@ from bsm_mesh.app.storage import SavedResults, load_results
 from bsm_mesh.app.tables import FALL_HEADER, engineering, fall_rows, falling, vector
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.verify import grounds_in
-from bsm_mesh.errors import counted, numbered, place
+from bsm_mesh.errors import counted, named_stage, numbered, place
 from bsm_mesh.files import write_text
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
@@ -161,7 +161,7 @@ def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
             more += 1
             continue
         name, number = (found[1], int(found[2])) if found else (path.stem, len(stages) - 1)
-        caption = name.replace("_", " ") + (f", stage {stages[number]}" if found else "")
+        caption = name.replace("_", " ") + (f", {named_stage(stages[number])}" if found else "")
         shown.append((number, caption, base64.b64encode(path.read_bytes()).decode("ascii")))
     shown.sort(key=lambda picture: picture[0])  # which leaves those of a stage in the order of their names
     return {"pictures": [picture[1:] for picture in shown], "more_pictures": more}

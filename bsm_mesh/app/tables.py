@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from bsm_mesh.errors import counted, listing, numbered, one_line, place
+from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
@@ -222,7 +222,7 @@ def fall_reasons(results: Results) -> list[str]:
         for fall in stage.falls:
             if not fall.ignored:
                 said.setdefault((stage.name, fall.reason), []).append(fall.block)
-    return [f"stage {name}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
+    return [f"{named_stage(name)}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
 
 
 STAGE_HEADER = ("stage", "verdict", "blocks", "moved", "in all")

@@ -50,6 +50,7 @@ PICTURES = (
         target="docs/safety.png",
         elsewhere="bsm-mesh safety",
         shows="Joints in the last stable state of the slope, blocks that fail in the first unstable one",
+        mended="drawn as every other picture: colours that all eyes tell apart, shares, supports, a key",
     ),
     Drawn(
         target=f"{EX}/01_circular_tunnel/stresses.png",
