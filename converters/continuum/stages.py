@@ -82,7 +82,8 @@ class Continuum:
     discretization : Discretization
         Elements and interfaces.
     present : sequence of (n,) bool or None
-        Blocks that are there in the first stages, where a run lost some besides those that its stages take away.
+        Blocks that are there in the first stages, where a run lost some besides those that its stages take away; on
+        faces that these lay bare the stages' pressures do not act.
     """
 
     def __init__(
@@ -93,7 +94,8 @@ class Continuum:
         departures.refuse(model, discretization.joints)
         began = time.perf_counter()
         self.model, self.discretization = model, discretization
-        self.presence = presence(model.stages, model.blocks) if present is None else tuple(present)
+        self.as_planned = presence(model.stages, model.blocks)
+        self.presence = self.as_planned if present is None else list(present)
         self.mesh = continuum_mesh(model.blocks, discretization)
         interfaces = None
         if discretization.joints:
@@ -157,6 +159,8 @@ class _Run:
     def first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
         self._wet()
+        if self.state.bolts is not None:
+            self.state.bolts = self.state.bolts.without(~present)
         end = self._solved(INITIAL, present, (1.0,))
         if self.of.model.in_situ is not None:
             self.state.origin = self.state.u
@@ -173,14 +177,12 @@ class _Run:
         state.model = model_in_stage(of.model, number)
         if state.joints is not None:
             state.joints = state.joints.with_strength_of(state.model)
-        if state.bolts is not None:
-            state.bolts = state.bolts.without(~stays)
         if (present & ~before).any():
             self._fill(stays, present & ~before)
         if state.bolts is not None:
-            state.bolts = state.bolts.install(number, state.u)
+            state.bolts = state.bolts.install(number, state.u).without(~present)
         if stage.pressure:
-            leaves = before & ~present
+            leaves = before & ~of.as_planned[number]
             state.pressures = state.pressures + pressure_on_new_faces(
                 of.mesh, of.basis, stays, leaves, of.facets, stage.pressure
             )
