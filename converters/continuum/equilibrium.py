@@ -15,7 +15,8 @@ import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, JointState, remember
+from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState, remember
+from bsm_mesh.converters.continuum.joint_points import JointPoints
 from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
 from bsm_mesh.converters.continuum.tangents import Tangents
 from bsm_mesh.errors import ModelError

@@ -30,9 +30,11 @@ from bsm_mesh.converters.continuum.ground import (
     seepage_forces,
 )
 from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, slip_path_after
+from bsm_mesh.converters.continuum.joint_history import JointHistory
+from bsm_mesh.converters.continuum.joint_points import JointPoints, slip_path_after
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
+from bsm_mesh.converters.continuum.placed_points import joint_points
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
 from bsm_mesh.converters.continuum.supports import held_displacements
