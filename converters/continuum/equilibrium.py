@@ -1,12 +1,20 @@
 """Equilibrium of the continuum and its joints: Newton's method with the consistent tangent.
 
-Where many points of joints slip or part at once Newton is helped in two ways. A part of the joints' elastic stiffness
-is added to the tangent while corrections have to be shortened; the residual stays exact. If that leads nowhere,
-friction is frozen at the pressures reached, the convex problem that this leaves is solved, and Newton goes on.
+Where many points of joints slip or part at once Newton is helped in three ways. Corrections are shortened until the
+residual is less than the greatest of the last few, not of the last: a point that goes from stick to slip to open and
+back may have to pass through a greater one. A part of the joints' elastic stiffness is added to the tangent while
+corrections have to be shortened; the residual stays exact. If that leads nowhere, friction is frozen at the pressures
+reached, the convex problem that this leaves is solved, and Newton goes on.
+
+References
+----------
+Grippo, Lampariello & Lucidi (1986), A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal.
+23(4), 707-716.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,6 +38,7 @@ FROZEN_ITERATIONS = 25
 OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block without contacts makes no singular matrix
 SHORTENED = (1.0, 0.5, 0.25, 0.1)  # parts of a correction that are tried
 ENOUGH = 0.1  # of a part of a correction: by how much the residual has to fall for no shorter one to be tried
+RECENT = 3  # residuals below the greatest of which it has to fall
 FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
 MAX_REGULARIZATION = 0.1
 FROZEN_REGULARIZATION = 1e-5
@@ -183,7 +192,7 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
     if equations.are_linear and at.is_balanced and not free.misfit(at.u).any():
         return at, True
     if equations.are_linear:
-        solved = _shortened(equations, at, 0.0, (1.0,))[0]
+        solved = _shortened(equations, at, 0.0, at.norm, (1.0,))[0]
         at = replace(solved, scale=max(at.scale, solved.scale))  # a motion as a whole leaves no force to compare with
     else:
         at = _newton(equations, _tied(equations, at))
@@ -202,14 +211,16 @@ def _tied(equations: Equations, at: Iterate) -> Iterate:
 
 def _newton(equations: Equations, at: Iterate) -> Iterate:
     regularization, frozen = 0.0, 0
+    recent = deque([at.norm], RECENT)
     for _ in range(MAX_ITERATIONS):
         if at.is_balanced:
             break
-        before = at.norm
-        new, part = _shortened(equations, at, regularization)
-        if new.norm < before * (1 - 1e-3):
+        most = max(recent)
+        new, part = _shortened(equations, at, regularization, most)
+        if new.norm < most * (1 - 1e-3):
             regularization = _relieved(regularization, part)
             at = new
+            recent.append(at.norm)
             continue
         regularization = max(10 * regularization, FIRST_REGULARIZATION)
         if regularization > MAX_REGULARIZATION:
@@ -217,6 +228,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
                 break
             frozen, regularization = frozen + 1, 0.0
             at = _with_frozen_friction(equations, at)
+            recent = deque([at.norm], RECENT)
     return at
 
 
@@ -228,17 +240,17 @@ def _relieved(regularization: float, part: float) -> float:
 
 
 def _shortened(
-    equations: Equations, at: Iterate, regularization: float, parts: tuple[float, ...] = SHORTENED
+    equations: Equations, at: Iterate, regularization: float, most: float, parts: tuple[float, ...] = SHORTENED
 ) -> tuple[Iterate, float]:
-    """Return the state after a correction of which the best of some parts is taken, and that part."""
+    """Return the state after a part of a correction: the first with a residual well below `most`, else the best."""
     correction, multipliers = equations.free.solve(equations.tangent(at, regularization), at.residual, at.u)
     best: tuple[Iterate, float] | None = None
     for part in parts:
         new = equations.at(at.u + part * correction, at.multipliers + part * (multipliers - at.multipliers))
         if best is None or new.norm < best[0].norm:
             best = new, part
-        if new.norm < (1 - ENOUGH * part) * at.norm:
-            break
+        if new.norm < (1 - ENOUGH * part) * most:
+            return new, part
     assert best is not None
     return best
 
