@@ -80,9 +80,7 @@ class Refinement:
             return f"with {what} halved the finite elements find no equilibrium"
         first, last = self.levels[0].greatest, self.levels[-1].greatest
         times = {1: "once", 2: "twice"}.get(len(self.levels) - 1, f"{len(self.levels) - 1} times")
-        text = (
-            f"halving elements and interfaces {times} takes the greatest displacement from {first:.3g} to {last:.3g} m"
-        )
+        text = f"halving {what} {times} takes the greatest displacement from {first:.3g} to {last:.3g} m"
         if self.greatest_limit is not None:
             text += f", towards {self.greatest_limit:.3g} m"
         elif len(self.levels) > 2:

@@ -20,6 +20,7 @@ from bsm_mesh.model.edges import LongArray
 
 SUFFIX = ".csv"
 NAMES = ("{}", "{}coord", "{}coordinate", "coord{}")  # of the columns of x and y, without signs
+DECIMAL_COMMAS = "where commas are decimal points part columns by semicolons"
 TRIANGLE = 5  # VTK's number
 SAME = 1e-9  # of the greatest extent: nodes nearer than this are one, with the mean of their values
 FLAT = 1e-12  # of the square of the extent: a triangle of the hull that is no more than an edge
@@ -42,10 +43,9 @@ def read_table(path: Path) -> ForeignResult:
     for name, values in numbers.items():
         if not np.isfinite(values).all():
             worst = int(np.isfinite(values).argmin())
-            raise ModelError(
-                f"{path}: column '{name}' is not all numbers: row {lines[worst]} has "
-                f"'{rows[worst][header.index(name)]}'; leave out that row, or the column"
-            )
+            cell = rows[worst][header.index(name)]
+            cure = DECIMAL_COMMAS if "," in cell else "leave out that row, or the column"
+            raise ModelError(f"{path}: column '{name}' is not all numbers: row {lines[worst]} has '{cell}'; {cure}")
     x, y = (_coordinate(path, axis, header, numbers) for axis in "xy")
     if unit_in(x) != unit_in(y):
         raise ModelError(f"{path}: columns '{x}' and '{y}' name different units")
@@ -84,7 +84,8 @@ def _rows(path: Path) -> tuple[list[str], list[int], list[list[str]]]:
     (_, header), *rest = table
     for line, row in rest:
         if len(row) != len(header):
-            raise ModelError(f"{path}: row {line} has {len(row)} columns, and the first {len(header)}")
+            cure = f"; {DECIMAL_COMMAS}" if parting == "," and len(row) > len(header) else ""
+            raise ModelError(f"{path}: row {line} has {len(row)} columns, and the first {len(header)}{cure}")
     lines, rows = [line for line, _ in rest], [row for _, row in rest]
     return header, lines, rows if parting == "," else [[cell.replace(",", ".") for cell in row] for row in rows]
 

@@ -309,6 +309,11 @@ def test_our_own_elements_as_a_table_of_nodes(tmp_path):
         ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers: row 3 has 'up'"),
         ("x,y\n0,up\n1,down\n", "column 'y' is not all numbers"),
         ("x,y,ux\n\n0,0,1\n1,0,\n", "column 'ux' is not all numbers: row 4 has ''; leave out that row"),
+        (
+            '"x","y"\n"0","0"\n"1","0,5"\n',
+            "row 3 has '0,5'; where commas are decimal points part columns by semicolons",
+        ),
+        ("x,y\n0,0\n1,0,5\n", "row 3 has 3 columns, and the first 2; where commas are decimal points"),
         ("x (m),y (mm),ux\n0,0,1\n1,0,1\n", r"columns 'x \(m\)' and 'y \(mm\)' name different units"),
         ("x,y,ux\n0,0,1\n1,1,1\n2,2,1\n", "its 3 nodes span no area"),
         ("\n", "holds no table"),
