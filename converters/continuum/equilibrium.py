@@ -1,10 +1,15 @@
 """Equilibrium of the continuum and its joints: Newton's method with the consistent tangent.
 
-Where many points of joints slip or part at once Newton is helped in three ways. Corrections are shortened until the
-residual is less than the greatest of the last few, not of the last: a point that goes from stick to slip to open and
-back may have to pass through a greater one. A part of the joints' elastic stiffness is added to the tangent while
-corrections have to be shortened; the residual stays exact. If that leads nowhere, friction is frozen at the pressures
-reached, the convex problem that this leaves is solved, and Newton goes on.
+Where many points of joints slip or part at once Newton is helped in four ways:
+
+* A correction is shortened until the residual is less than the greatest of the last few, not of the last: a point that
+  goes from stick to slip to open and back may have to pass through a greater one (Grippo et al. 1986).
+* None opens or shears joints by more than small displacements allow: where hardly anything holds a block a full one
+  carries it metres away.
+* A part of the joints' elastic stiffness is added to the tangent while corrections have to be shortened; the residual
+  stays exact.
+* If that leads nowhere, friction is frozen at the pressures reached, the convex problem that this leaves is solved, and
+  Newton goes on.
 
 References
 ----------
@@ -39,6 +44,7 @@ OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block witho
 SHORTENED = (1.0, 0.5, 0.25, 0.1)  # parts of a correction that are tried
 ENOUGH = 0.1  # of a part of a correction: by how much the residual has to fall for no shorter one to be tried
 RECENT = 3  # residuals below the greatest of which it has to fall
+FARTHEST = 0.01  # of a block's size: by how much a correction may open or shear joints, as small displacements hold
 FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
 MAX_REGULARIZATION = 0.1
 FROZEN_REGULARIZATION = 1e-5
@@ -64,6 +70,8 @@ class Equations:
         The bolts.
     tangents : Tangents
         Of rock and joints on the free unknowns.
+    size : float [m]
+        Of a block, the median.
     """
 
     stiffness: Any
@@ -73,6 +81,7 @@ class Equations:
     history: JointHistory | None
     bolts: EmbeddedBolts | None
     tangents: Tangents
+    size: float
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return what is out of balance at displacements u (N,)."""
@@ -101,6 +110,14 @@ class Equations:
         if self.joints is not None and self.history is not None and at.state is not None:
             points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
         return self._with_bolts(self.tangents.at(points, 1 + regularization), at)
+
+    def allowed(self, correction: FloatArray) -> float:
+        """Return the part of a correction (N,) that small displacements of the joints' sides allow, at most 1."""
+        if self.joints is None or self.history is None or self.are_linear:
+            return 1.0
+        rows = self.joints.opening_rows, self.joints.slip_rows
+        moved = max(float((np.abs(of @ correction) * self.history.present).max(initial=0.0)) for of in rows)
+        return min(1.0, FARTHEST * self.size / moved) if moved else 1.0
 
     def elastic(self) -> Any:
         """Return the stiffness (free, free) with all joints closed and sticking."""
@@ -245,7 +262,8 @@ def _shortened(
     """Return the state after a part of a correction: the first with a residual well below `most`, else the best."""
     correction, multipliers = equations.free.solve(equations.tangent(at, regularization), at.residual, at.u)
     best: tuple[Iterate, float] | None = None
-    for part in parts:
+    allowed = equations.allowed(correction)
+    for part in (allowed * part for part in parts):
         new = equations.at(at.u + part * correction, at.multipliers + part * (multipliers - at.multipliers))
         if best is None or new.norm < best[0].norm:
             best = new, part

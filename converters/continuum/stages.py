@@ -322,6 +322,7 @@ class _Run:
             history=history,
             bolts=state.bolts,
             tangents=Tangents(stiffness, opening, slip, free),
+            size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
         )
 
 
