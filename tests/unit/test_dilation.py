@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.joint_test.specimen import Specimen, position_of
+from bsm_mesh.model.joint_laws.dilation import slip_of_step
 from bsm_mesh.model.strength import with_strength
 from bsm_mesh.solve.contacts.forces import evaluate
 from tests.scenes.models import model_of
@@ -117,6 +118,20 @@ def test_the_tangent_is_the_derivative_of_minus_the_forces(name, turn):
     found = dense(step.pattern, step.tangent(at))
     expected = -differences(lambda where: step.evaluate(where).forces, position, step=1e-8)
     assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+def test_contacts_without_shear_stiffness_do_not_slip():
+    one, nothing = np.ones(2), np.zeros(2)
+    slip = slip_of_step(
+        1e-4 * one,
+        5.0 * one,
+        np.array([0.0, KS]),
+        T * one,
+        LAST * one,
+        lambda overlap: (KN * overlap, KN * one),
+        lambda pressure: (nothing, nothing),
+    )
+    assert_allclose(slip, [0.0, 5.0 / KS])
 
 
 def test_a_model_without_dilation_asks_for_nothing():

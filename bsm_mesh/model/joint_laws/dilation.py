@@ -104,7 +104,7 @@ def slip_of_step(
     for _ in range(ITERATIONS):
         pressure, by_overlap = pressures(overlap + slope * np.minimum(slip, room))
         found, by_pressure = strength(np.maximum(pressure, 0.0))
-        excess = force - found - np.where(slip > 0, stiffness * slip, 0.0)
+        excess = force - found - np.where(slip > 0, stiffness, 0.0) * slip
         low, high = np.where(excess > 0, slip, low), np.where(excess > 0, high, slip)
         opens = (slip < room) & (pressure > 0)
         correction = excess / (stiffness + np.where(opens, by_pressure * by_overlap * slope, 0.0))
