@@ -25,7 +25,7 @@ from bsm_mesh.converters.continuum.rock_faces import (
     interface_tensions,
 )
 from bsm_mesh.converters.continuum.tangents import PointStiffness
-from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.model import Model
 
@@ -36,7 +36,6 @@ ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
 GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
 SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
 TIED = 1e4  # of the rock's stiffness over the length of a point: stands for rock that is whole
-BEYOND = 1e300  # N/m: more than any strength
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
 LINEAR = np.array([(2.0, 1.0), (1.0, 2.0)]) / 3  # forces at two ends, over half the length, of tractions given there
 
@@ -305,7 +304,9 @@ class JointPoints:
             return pressure[rows], stiffness[rows]
 
         def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
-            _, by_pressure, found, *_ = self._respond(everywhere(pressure), np.full(len(opening), BEYOND), history)
+            _, by_pressure, found, *_ = self._respond(
+                everywhere(pressure), np.full(len(opening), BEYOND_STRENGTH), history
+            )
             return found[rows], by_pressure[rows]
 
         overlap, springs = lift[rows] - opening[rows], self.shear_stiffness[rows]
