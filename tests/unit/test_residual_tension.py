@@ -64,6 +64,21 @@ def test_a_block_that_slid_hangs_by_what_is_left(residual, holds):
     assert bool(motion.residual.position[1, 1] > -1e-3) is holds
 
 
+def test_a_bond_that_breaks_in_motion_leaves_nothing_when_it_closes_again():
+    """A block thrown off its base by less than a contact search would tell."""
+    model = model_of([rectangle(-4, -2, 4, 0), rectangle(-2, 0, 2, 0.2)])
+    keys = {"law": LAW, "tensile_strength": 9e3, "residual_tensile_strength": 8e3}
+    settings = MotionSettings(damping=0.0, damps_impacts=False, real_masses=True)
+    step = begun(model.replace(joints=[replace(model.joints[0], **keys)]))
+    motion, heights = ExplicitMotion(step, settings, velocity=still(2, b1=(0, 0.02, 0))), []
+    for _ in range(6):
+        motion.advance(20)
+        heights.append(motion.residual.position[1, 1])
+    assert max(heights) > 1e-4
+    assert min(heights) < 0  # closed again
+    assert not motion.contacts.tension.any()
+
+
 def test_of_two_rocks_the_weaker_governs():
     keys = {"unit_weight": 25e3, "cohesion": 1e6, "residual_cohesion": 0.0, "tensile_strength": 2e5}
     strong, weak = (bsm.Rock(n, **keys, residual_tensile_strength=t) for n, t in (("s", 1e5), ("w", 2e4)))
