@@ -15,11 +15,10 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState
 from bsm_mesh.converters.continuum.rock_faces import interface_dilations, interface_laws, interface_tensions
 from bsm_mesh.converters.continuum.tangents import PointStiffness
-from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.model import Model
 
-BEYOND = 1e300  # N/m: more than any strength
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
 LINEAR = np.array([(2.0, 1.0), (1.0, 2.0)]) / 3  # forces at two ends, over half the length, of tractions given there
 
@@ -214,7 +213,9 @@ class JointPoints:
             return pressure[rows], stiffness[rows]
 
         def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
-            _, by_pressure, found, *_ = self._respond(everywhere(pressure), np.full(len(opening), BEYOND), history)
+            _, by_pressure, found, *_ = self._respond(
+                everywhere(pressure), np.full(len(opening), BEYOND_STRENGTH), history
+            )
             return found[rows], by_pressure[rows]
 
         overlap, springs = lift[rows] - opening[rows], self.shear_stiffness[rows]
