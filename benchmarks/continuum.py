@@ -53,7 +53,7 @@ def lines_of(model: Path) -> list[Line]:
     lines = [(name, stage.name, stage.kind.value, stage.sentence, "-", "-") for stage in stages]
     if compared:
         cost = cost_of(loaded.model, loaded.options, results, 1 + compared[-1])
-        lines[compared[-1]] = (*lines[compared[-1]][:4], *(f"{1e3 * seconds:.2g}" for seconds in cost))
+        lines[compared[-1]] = (*lines[compared[-1]][:4], *(f"{float(f'{1e3 * seconds:.2g}'):g}" for seconds in cost))
     return lines
 
 

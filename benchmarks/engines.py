@@ -4,6 +4,7 @@ On every geometry of the package that is cut, and on 50 random networks: as many
 block, the length of each joint to 1e-9 m. ``--awkward 1000`` adds networks that Hypothesis draws; where lines of these
 are nearer to each other than the tolerance one engine may take them as one, the other as two with a sliver between.
 ``--sizes`` times patterns of growing size, from which the greatest one for Gmsh is taken (`cut.MOST_MEETINGS`).
+``--slivers`` joins slivers of other widths, from which that of `slivers.THINNEST` is taken.
 """
 
 from __future__ import annotations
@@ -32,9 +33,11 @@ from bsm_mesh.geometries import (
     rectangle,
 )
 from bsm_mesh.geometries.cases import find_case
-from bsm_mesh.geometries.cutting.cut import choose_engine
+from bsm_mesh.geometries.cutting.cut import count_meetings
 from bsm_mesh.geometries.cutting.pieces import gather_pieces
-from tests.scenes.networks import areas, lengths
+from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.rock_mass import TOLERANCE
+from tests.scenes.networks import areas, lengths, rock
 
 CASES = ("jointed_tunnel", "cassiar_slope", "dupont_station")
 NETWORKS = 50
@@ -111,6 +114,7 @@ class Compared:
     areas_apart: float  # of a block's area, the greatest
     joints_apart: float  # m, the greatest
     seconds: tuple[float, float]
+    joined: int = 0  # slivers, by the cutter
 
     @property
     def agree(self) -> bool:
@@ -137,6 +141,7 @@ def compared(name: str, mass: RockMass) -> Compared:
         areas_apart=float((np.abs(mine[:common] - theirs[:common]) / mine[:common]).max()),
         joints_apart=max((abs(joints[0].get(k, 0) - joints[1].get(k, 0)) for k in {*joints[0], *joints[1]}), default=0),
         seconds=(first, second),
+        joined=one.by.slivers,
     )
 
 
@@ -171,21 +176,50 @@ def together(name: str, found: list[Compared]) -> Compared:
     )
 
 
+def print_sizes() -> None:
+    """Print the times of both engines for patterns of growing size."""
+    print("| pattern | lines meet at | blocks, cutter and gmsh | cutter s | gmsh s |", "|---" * 5 + "|", sep="\n")
+    for name, mass in patterns():
+        met = count_meetings(gather_pieces(mass)[0])
+        one = compared(name, mass)
+        blocks, seconds = (" and ".join(map(str, one.blocks)), " | ".join(f"{s:.2f}" for s in one.seconds))
+        print(f"| {name} | {met} | {blocks} | {seconds} |", flush=True)
+
+
+def print_slivers(count: int = 300) -> None:
+    """Print how often the engines make as many blocks of three lines nearly through one point, by what is joined."""
+    print("| slivers joined below | three lines | as many blocks | slivers joined |", "|---" * 4 + "|", sep="\n")
+    generator = np.random.default_rng(4)
+    gaps = TOLERANCE * np.hypot(10, 10) * generator.uniform(-5, 5, count)  # the third from where the others cross
+    triples = [
+        rock(*(through((3.1, 4.2), angle, gap) for angle, gap in zip(angles, (0.0, 0.0, far), strict=True)))
+        for angles, far in zip(generator.uniform(0, 180, (count, 3)), gaps, strict=True)
+    ]
+    for width in (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0):
+        with mock.patch("bsm_mesh.geometries.cutting.slivers.THINNEST", width):
+            found = [compared("three lines", mass) for mass in triples]
+        same, joined = sum(one.blocks[0] == one.blocks[1] for one in found), sum(one.joined for one in found)
+        print(f"| {width:g} tolerances | {count} | {same} | {joined} |", flush=True)
+
+
+def through(point: tuple[float, float], angle: float, offset: float) -> FloatArray:
+    """Return a line (2, 2) past a point, by an offset to its left."""
+    along = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    return np.array(point) + offset * np.array([-along[1], along[0]]) + np.outer([-20, 20], along)
+
+
 def main() -> None:
     """Print the table: every geometry, and the networks in one row."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.engines", description=__doc__)
     parser.add_argument("--awkward", type=int, default=0, metavar="N", help="also N networks that Hypothesis draws")
     parser.add_argument("--sizes", action="store_true", help="time patterns of growing size instead")
+    parser.add_argument("--slivers", action="store_true", help="join slivers of other widths instead")
     asked = parser.parse_args()
-    more = asked.awkward
+    if asked.slivers:
+        return print_slivers()
     if asked.sizes:
-        print("| pattern | lines meet at | blocks, cutter and gmsh | cutter s | gmsh s |", "|---" * 5 + "|", sep="\n")
-        for name, mass in patterns():
-            met = choose_engine(gather_pieces(mass)[0], "auto").reason.split()[3]
-            one = compared(name, mass)
-            blocks, seconds = (" and ".join(map(str, one.blocks)), " | ".join(f"{s:.2f}" for s in one.seconds))
-            print(f"| {name} | {met} | {blocks} | {seconds} |", flush=True)
-        return
+        return print_sizes()
+    more = asked.awkward
     print(HEADER, "|---" * 7 + "|", sep="\n")
     found = [compared(name, mass) for name, mass in masses()]
     networks = [one for one in found if one.name.startswith("network")]

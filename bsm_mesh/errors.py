@@ -124,6 +124,17 @@ def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
     return f"{hint} (known: {listed})"
 
 
+def named_stage(name: str) -> str:
+    """Return a stage as sentences name it, without the word twice.
+
+    Examples
+    --------
+    >>> named_stage("cut"), named_stage("stage 1")
+    ('stage cut', 'stage 1')
+    """
+    return name if name.lower().startswith("stage") else f"stage {name}"
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun.
 
@@ -133,6 +144,18 @@ def counted(number: int, noun: str) -> str:
     ('1 block', '0 blocks')
     """
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def numbered(noun: str, ids: Iterable[int], most: int = 8) -> str:
+    """Return a noun with the numbers of what it names.
+
+    Examples
+    --------
+    >>> numbered("block", [3]), numbered("block", [3, 4, 17], most=2)
+    ('block 3', 'blocks 3, 4, ... (3 in all)')
+    """
+    numbers = list(ids)
+    return f"{noun}{'s' * (len(numbers) > 1)} {listing(numbers, most)}"
 
 
 def place(point: Iterable[float]) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 import numpy as np
 
+from bsm_mesh.errors import one_line
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
 
@@ -28,7 +30,8 @@ def abutting_sets(relations: Any, least: float = 0.5) -> dict[str, tuple[str, ..
     Returns
     -------
     dict of str to tuple of str
-        For ``JointSet(abuts=)``; sets that end at no other are not in it.
+        For ``JointSet(abuts=)``; sets that end at no other are not in it. Of two sets one at most abuts on the other:
+        that which ends there more often.
 
     Raises
     ------
@@ -51,12 +54,43 @@ def abutting_sets(relations: Any, least: float = 0.5) -> dict[str, tuple[str, ..
             crossing, ending, reverse = (int(row[name]) for name in COUNTS)
         except (KeyError, ValueError, TypeError, SyntaxError) as fault:
             raise GeometryError(
-                f"abutting_sets: row {number} needs sets (two names) and the counts {', '.join(COUNTS)}: {fault}"
+                f"abutting_sets: row {number} needs sets (two names) and the counts {', '.join(COUNTS)}; "
+                f"it is {one_line(repr(row))}"
             ) from fault
         meetings = crossing + ending + reverse
-        for count, one, other in ((ending, first, second), (reverse, second, first)):
-            if meetings and count >= least * meetings:
-                found[one] = (*found.get(one, ()), other)
+        count, one, other = max((ending, first, second), (reverse, second, first))
+        if ending != reverse and count >= least * meetings:
+            found[one] = (*found.get(one, ()), other)
+    return found
+
+
+def ended(joints: Sequence[Any], traces: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the traces of all joints, (n, 2, 2) [m] each, ended at the sets that these abut on.
+
+    Sets that others abut on come first: a trace ends at what is left of another, not at what was cut off it.
+
+    Raises
+    ------
+    GeometryError
+        For a set that is not there, and for sets that abut on each other in a circle.
+    """
+    on: dict[str, set[str]] = {}
+    for joint in joints:
+        on.setdefault(joint.name, set()).update(getattr(joint, "abuts", ()))
+    for name, those in on.items():
+        if unknown := those - on.keys():
+            raise GeometryError(f"joint set '{name}': abuts on '{min(unknown)}', which is no set of this rock")
+    try:
+        order = tuple(TopologicalSorter(on).static_order())
+    except CycleError as fault:
+        circle = " on ".join(f"'{name}'" for name in reversed(fault.args[1]))
+        raise GeometryError(f"joint sets abut on each other in a circle: {circle}; leave one of these out") from None
+    found: list[FloatArray] = list(traces)
+    for number in sorted(range(len(joints)), key=lambda k: order.index(joints[k].name)):
+        abuts = getattr(joints[number], "abuts", ())
+        others = [trace for joint, trace in zip(joints, found, strict=True) if joint.name in abuts]
+        if others:
+            found[number] = end_at(found[number], np.concatenate(others))
     return found
 
 

@@ -44,7 +44,7 @@ def read_fractures(
     Parameters
     ----------
     path : path
-        The file, ``.fab`` in ASCII; its x axis points east, z up.
+        The file, ``.fab`` in ASCII; its x axis points east, z up. In metres where it does not say.
     section_azimuth : float
         Direction in which the section's x axis points, clockwise from north [degrees].
     origin : (float, float, float)
@@ -132,32 +132,49 @@ def _parsed(file: Path) -> _File:
             if words[0].upper() in ("BEGIN", "END") and len(words) > 1:
                 section = words[1].upper() if words[0].upper() == "BEGIN" else ""
             elif section == "FRACTURE":
-                size = int(words[1])
-                if size < 3:
-                    raise ValueError(f"a fracture of {size} vertices")
-                found.sizes.append(size)
-                found.sets.append(int(float(words[2])))
-                for _ in range(size):
+                size, of_set = _numbers(text, 1, 3, "a fracture begins with its number, how many vertices, and its set")
+                if not size >= 3:
+                    raise ValueError(f"a fracture has 3 vertices at least, not {size:g}")
+                found.sizes.append(int(size))
+                found.sets.append(int(of_set))
+                for _ in range(int(size)):
                     line, row = next(lines)
-                    x, y, z = (float(word) for word in row.split()[1:4])
+                    x, y, z = _numbers(row, 1, 4, f"a vertex, of {size:g} of this fracture, is a number, x, y and z")
                     found.points.append((x, y, z))
-                next(lines)  # the normal, which the vertices give too
+                line, row = next(lines)  # the normal, which the vertices give too
+                if row.split()[:1] != ["0"]:
+                    raise ValueError(
+                        f"after {size:g} vertices comes the normal, which begins with 0; this is '{row.strip()}'"
+                    )
             elif section in ("FORMAT", "SETS"):
                 _keep(found, section, *(part.strip().strip('"') for part in text.partition("=")[::2]))
             elif section in ("TESSFRACTURE", "ROCKBLOCK"):
                 found.left_out[f"{section} (lines)"] = found.left_out.get(f"{section} (lines)", 0) + 1
     except StopIteration:
         raise GeometryError(f"{file}: ends within a fracture; it is cut off") from None
-    except (ValueError, IndexError, OverflowError) as fault:
-        raise GeometryError(f"{file}, line {line}: is no FracMan file in ASCII: {one_line(str(fault))}") from fault
+    except (ValueError, OverflowError) as fault:
+        raise GeometryError(one_line(f"{file}, line {line}: is no FracMan file in ASCII: {fault}")) from fault
     if not found.sizes:
         raise GeometryError(f"{file}: holds no fractures; it needs a section BEGIN FRACTURE with polygons in ASCII")
     return found
 
 
+def _numbers(row: str, first: int, last: int, rule: str) -> list[float]:
+    """Return some of the numbers of a row."""
+    try:
+        numbers = [float(word) for word in row.split()[first:last]]
+    except ValueError:
+        numbers = []
+    if len(numbers) != last - first:
+        raise ValueError(f"{rule}; this is '{row.strip()}'")
+    return numbers
+
+
 def _keep(found: _File, section: str, key: str, value: str) -> None:
     """Keep a line of the format or of the names of sets."""
     if section == "SETS":
+        if not key[3:].isdecimal():
+            raise ValueError(f"a set has its name as in Set1 = J1; this is '{key}'")
         found.names[int(key[3:])] = value or key
     elif key.lower() == "length_unit":
         if value.lower() not in METRES:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.geometries.abutting import ended
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray, Joints, Points, clip_traces
 from bsm_mesh.geometries.session import load_gmsh
@@ -42,7 +43,7 @@ def fragment_by_joints(
     Raises
     ------
     GeometryError
-        If there are no surfaces or no joints in them.
+        If there are no surfaces or no joints in them, or a set abuts on one that is not given.
     """
     gmsh = load_gmsh()
     occ = gmsh.model.occ
@@ -53,8 +54,9 @@ def fragment_by_joints(
     corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
     lines: list[tuple[int, int]] = []
     names: list[str] = []
-    for one in joints:
-        for start, end in clip_traces(one.traces(low, high, seed), corners):
+    traces = ended(joints, [one.traces(low, high, seed) for one in joints])
+    for one, drawn in zip(joints, traces, strict=True):
+        for start, end in clip_traces(drawn, corners):
             lines.append((1, occ.addLine(occ.addPoint(*start, 0.0), occ.addPoint(*end, 0.0))))
             names.append(f"joint:{one.name}")
     if not lines:

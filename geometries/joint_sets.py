@@ -79,7 +79,8 @@ class JointSet:
     within : (k, 2) array_like, optional
         Polygon that the set keeps to [m].
     abuts : sequence of str
-        With a length: sets at whose joints these end, on both sides of their middle; the density is that before.
+        With a length: sets at whose joints these end, on both sides of their middle; the density is that before. No
+        set may abut on one that in turn abuts on it.
     """
 
     name: str
@@ -121,8 +122,11 @@ class JointSet:
             checks.add("give one of spacing [m] and density [m/m^2]")
         if self.length is not None and (self.density is None or self.bridge is not None or self.start is not None):
             checks.add("length goes with density, and with neither bridge nor start")
-        if self.abuts and (self.length is None or isinstance(self.abuts, str) or self.name in self.abuts):
-            checks.add("abuts goes with a length: give names of other sets, such as abuts=['J1']")
+        on = self.abuts if isinstance(self.abuts, list | tuple) else (None,)
+        if not all(isinstance(name, str) and name != self.name for name in on):
+            checks.add(f"abuts = {self.abuts!r} must be names of other sets, such as ['J1']")
+        elif on and self.length is None:
+            checks.add("abuts goes with a length")
         checks.positive_or_none("m/m^2", density=self.density)
         for name, value in (("spacing", self.spacing), ("length", self.length)):
             if value is not None and not callable(getattr(value, "draw", None)):  # a law of the user's own draws

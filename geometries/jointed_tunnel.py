@@ -58,7 +58,7 @@ def build(
     seed : int
         Of the random numbers: same seed, same blocks.
     engine : {"auto", "gmsh", "shapely"}
-        What cuts the rock, both to the same blocks: Gmsh, the cutter for very many joints, or one of them by size.
+        What cuts the rock, to the same blocks: Gmsh or our own cutter; ``auto`` takes the cutter for very many joints.
     size : float, optional
         Size of the elements [m]; where not given, few elements a block.
     rock : str

@@ -1,17 +1,19 @@
 """A slope of layers parallel to its face that may slide to its toe: Example 3 of Wang (section 4.6).
 
 Block 0 is the rock under the layers, those after it are the toe, one a layer from the lowest up; then come
-the blocks of the layers, from the lowest layer up, each from the crest down. The sizes stand in Figs. 4.20
+the blocks of the layers, from the lowest layer up, each from the crest down. With a floor, block 1 is that and the
+layers follow. The sizes stand in Figs. 4.20
 to 4.22 only; those here are a reconstruction.
 """
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 
 from bsm_mesh.geometries.parameters import ParameterChecks
-from bsm_mesh.geometries.quadrilaterals import rectangle, sides_of, turn, write_quadrilaterals
+from bsm_mesh.geometries.quadrilaterals import Quadrilateral, rectangle, sides_of, turn, write_quadrilaterals
 
 
 def build(
@@ -24,13 +26,15 @@ def build(
     thickness: float = 1.0,
     gap: float = 2.0,
     step: float = 1.0,
+    floor: float = 0.0,
     rock: str = "rock",
     **unknown: object,
 ) -> Path:
     """Write the mesh of a stratified slope and return its path.
 
     Surface ``rock:rock``; curves ``joint:set1`` along the layers, ``joint:set2`` across them, ``boundary:base``
-    under block 0 and the ends of the base and the toe, ``boundary:left`` and ``boundary:right``. The lower end of
+    under block 0 and the ends of the base and the toe, ``boundary:left`` and ``boundary:right``; with a
+    floor the base is level and under the floor too. The lower end of
     the lowest layer is the origin.
 
     Parameters
@@ -51,6 +55,9 @@ def build(
         From the lowest layer to the toe [m].
     step : float
         By how much farther the toe lies for each further layer [m].
+    floor : float
+        Length of a level floor in the toe's stead [m], `gap` below the lowest layer along the face; 0: none. It takes
+        a dip below 90 degrees.
     rock : str
         Name of the rock.
     **unknown
@@ -70,20 +77,41 @@ def build(
     checks.positive(length=length, thickness=thickness, gap=gap)
     checks.count(layers=layers, blocks=blocks)
     checks.within(0.0, 90.0, "degrees", dip=dip)
-    checks.within(0.0, float("inf"), "m", step=step)
+    checks.within(0.0, float("inf"), "m", step=step, floor=floor)
+    if floor and dip == 90.0:
+        checks.add(f"dip = {dip} with a floor: give a dip below 90 degrees")
     checks.group_part(rock=rock)
     checks.raise_faults()
     crest, end = -blocks * length, gap + (layers - 1) * step + length
-    drawn = [rectangle(crest - length, -length, end, 0.0)]
-    for k in range(layers):
-        drawn.append(rectangle(gap + k * step, k * thickness, end, (k + 1) * thickness))
+    if floor:
+        still = _on_a_floor(crest - length, gap, dip, length, floor)
+    else:
+        toes = [rectangle(gap + k * step, k * thickness, end, (k + 1) * thickness) for k in range(layers)]
+        still = turn([rectangle(crest - length, -length, end, 0.0), *toes], dip)
+    drawn = []
     for k in range(layers):
         low, high = k * thickness, (k + 1) * thickness
         drawn += [rectangle(crest + i * length, low, crest + (i + 1) * length, high) for i in range(blocks)]
-    fixed, every = range(layers + 1), range(len(drawn))
+    blocks_of_all = [*still, *turn(drawn, dip)]
+    every = range(len(blocks_of_all))
     return write_quadrilaterals(
-        path, turn(drawn, dip), [rock],
+        path, blocks_of_all, [rock],
         joints={"set1": sides_of(every, (0, 2)), "set2": sides_of(every, (1, 3))},
-        boundaries={"base": [(0, 0)], "left": [(0, 3)], "right": sides_of(fixed, (1,))},
+        boundaries={
+            "base": [(0, 0), (1, 0)] if floor else [(0, 0)],
+            "left": [(0, 3)],
+            "right": [(1, 1)] if floor else sides_of(range(layers + 1), (1,)),
+        },
         name="stratified_slope",
     )  # fmt: skip
+
+
+def _on_a_floor(crest: float, gap: float, dip: float, depth: float, floor: float) -> list[Quadrilateral]:
+    """Return the rock under the face, from `crest` along it down to `gap`, and the floor where it ends."""
+    c, s = math.cos(math.radians(dip)), math.sin(math.radians(dip))
+    left, foot = crest * c, (gap * c, -gap * s)
+    bottom, right = foot[1] - 2.0 * depth, foot[0] + floor
+    return [
+        ((left, bottom), (foot[0], bottom), foot, (left, -crest * s)),
+        ((foot[0], bottom), (right, bottom), (right, foot[1]), foot),
+    ]

@@ -2,7 +2,7 @@
 
 Runs the tests of `bootstrap.sh test` under coverage.py, processes that they start included, and prints each package and
 the files that miss most. What is compiled is left out (``pragma: no cover - compiled``): coverage.py does not see it.
-Exit code 1 below 95 %.
+Exit code 1 below 95 %, or where a test fails.
 """
 
 from __future__ import annotations
@@ -13,6 +13,10 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from coverage import Coverage
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "out" / "coverage"
@@ -36,15 +40,23 @@ def run_tests(arguments: list[str], workers: int) -> int:
     pytest = ["-m", "pytest", "-q", "-n", str(workers), "--dist", "loadfile", "-m", "not slow", *arguments]
     command = [sys.executable, "-m", "coverage", "run", f"--rcfile={settings}", *pytest]
     environment = {**os.environ, "COVERAGE_RCFILE": str(settings)}
-    return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+    failed = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+    measured = _measured()
+    measured.combine()
+    measured.save()
+    return failed
+
+
+def _measured() -> Coverage:
+    from coverage import Coverage
+
+    return Coverage(config_file=str(FOLDER / "settings.ini"))
 
 
 def report() -> int:
     """Print what was reached of each package, and the files that miss most; return the exit code."""
-    from coverage import Coverage
-
-    measured = Coverage(config_file=str(FOLDER / "settings.ini"))
-    measured.combine()
+    measured = _measured()
+    measured.load()
     measured.json_report(outfile=str(FOLDER / "coverage.json"))
     told = json.loads((FOLDER / "coverage.json").read_text(encoding="utf-8"))["files"]
     files = {Path(name): of["summary"] for name, of in told.items()}
@@ -72,11 +84,14 @@ def main() -> int:
     parser.add_argument("--report", action="store_true", help="only print what was measured before")
     parser.add_argument("tests", nargs="*", help="files or folders; by default all")
     given = parser.parse_args()
+    failed = 0
+    if given.report and not (FOLDER / "data").is_file():
+        parser.error("nothing was measured yet; leave --report away")
     if not given.report:
         failed = run_tests(given.tests, given.workers)
         if failed:
             print(f"pytest ended with exit code {failed}: what follows is of the tests that ran", file=sys.stderr)
-    return report()
+    return report() or int(failed != 0)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,6 @@ FORMATS = {  # numbers of libraries, and stand-ins for infinity
         "_POSITIVE_DEFINITE",
         "_STRUCTURALLY_SYMMETRIC",
     },
-    "contacts/forces.py": {"UNLIMITED_SHEAR"},
     "limit/program.py": {"SOLVED", "INFEASIBLE", "UNBOUNDED"},
     "motion/explicit.py": {"UNLIMITED", "HIGH"},
 }

@@ -8,7 +8,7 @@ import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
-from tests.scenes.kirsch import error_near, kirsch, model_of, plate
+from tests.scenes.kirsch import error_near, model_of, plate
 from tests.scenes.models import LINEAR, framed, stress_on_sides
 from tests.scenes.shapes import gmsh_triangles, grid
 from verification.case import Answer, Case
@@ -100,14 +100,6 @@ def kirsch_by_blocks(around: int) -> float:
     return float(error_near(bsm.run(model_of(corners, "homogeneous"), LINEAR).stages[-1].stress, corners))
 
 
-def kirsch_table() -> Answer:
-    """Compare tangential and radial stress at the springline, r = 1, 1.5, 2, 3, 5 a [MPa]: the formula of the tests."""
-    r = np.array([1, 1.5, 2, 3, 5])
-    found = -kirsch(r, 0 * r) / 1e6
-    exact = [[25, 14.8148, 12.3438, 10.9259, 10.312], [0, 4.6296, 5.1563, 5.1852, 5.088]]
-    return np.array(exact).ravel(), np.concatenate([found[:, 1, 1], found[:, 0, 0]])
-
-
 def column_by_elements() -> Answer:
     """Compare settlement of a confined column under its weight, finite elements, with the closed form [mm]."""
     n, gamma = 20, 26e3
@@ -122,21 +114,19 @@ def column_by_elements() -> Answer:
 
 CASES = (
     *(Case(name=f"squares-{name}", what=f"grid of squares, stiffness `{name}`", source="springs",
-           quantity="M / E, lateral strain, G / E", compute=partial(squares, name), tolerance=1e-8)
+           quantity="M / E, lateral strain, G / E", compute=partial(squares, name), tolerance=1e-12)
       for name in ("wang", "homogeneous", "triangle")),
     Case(name="triangles", what="about 2000 triangles, stiffness `triangle`, are the elastic rock", source="elasticity",
-         quantity="strains times E over stress", compute=partial(triangle_strains, 1.25), tolerance=0.02),
+         quantity="strains times E over stress", compute=partial(triangle_strains, 1.25), tolerance=1e-3),
     Case(name="jointed-rock", what="rock with joints 2 m apart, as blocks", source="goodman", quantity="E*, G* [GPa]",
-         compute=partial(jointed_rock, elements=False), tolerance=1e-6),
+         compute=partial(jointed_rock, elements=False), tolerance=1e-9),
     Case(name="jointed-rock-by-elements", what="the same by finite elements with interfaces", source="goodman",
-         quantity="E*, G* [GPa]", compute=partial(jointed_rock, elements=True), tolerance=1e-8),
-    Case(name="kirsch-formula", what="Kirsch's stresses at the springline, 10 MPa, K = 0.5", source="kirsch",
-         quantity="stress [MPa]", compute=kirsch_table, tolerance=1e-5, equations=("3.46",)),
+         quantity="E*, G* [GPa]", compute=partial(jointed_rock, elements=True), tolerance=5e-9),
     Case(name="kirsch-by-elements", what=f"circular hole, quarter of {len(plate(24))} quads, elements: mean error",
          source="kirsch", quantity="L2 error", compute=kirsch_by_elements, tolerance=5e-4, equations=("3.46",)),
     Case(name="kirsch-by-blocks", what=f"circular hole, {len(plate(48))} blocks `homogeneous`: mean error near it",
          source="kirsch", quantity="L2 error", compute=lambda: (0.0, kirsch_by_blocks(48)), tolerance=0.02,
          equations=("3.46",)),
     Case(name="column-by-elements", what="settlement of a column by finite elements, block averages",
-         source="elasticity", quantity="settlement [mm]", compute=column_by_elements, tolerance=1e-8),
+         source="elasticity", quantity="settlement [mm]", compute=column_by_elements, tolerance=1e-11),
 )  # fmt: skip

@@ -71,16 +71,16 @@ def dilation() -> Answer:
 
 CASES = (
     *(Case(name=f"bench-{name.lower().replace(' ', '-').replace(',', '')}", what=f"direct shear, {name}: five peaks",
-           source=SOURCES[name], quantity="strength [Pa]", compute=partial(peaks, name), tolerance=1e-8, page=PAGE)
+           source=SOURCES[name], quantity="strength [Pa]", compute=partial(peaks, name), tolerance=1e-11, page=PAGE)
       for name in bench.LAWS),
     Case(name="closure", what="closure of a joint by a hyperbola", source="bandis", quantity="closure [um]",
          compute=closures, tolerance=1e-5),
     Case(name="scale-of-roughness", what="JRC and JCS of a longer joint", source="barton", quantity="JRC, JCS [MPa]",
          compute=scale, tolerance=1e-12),
     Case(name="wear-of-roughness", what="roughness that wears off behind the peak", source="barton-bakhtar",
-         quantity="part of JRC", compute=wear, tolerance=1e-9),
+         quantity="part of JRC", compute=wear, tolerance=1e-12),
     Case(name="dilation", what="walls part by tan(dilation angle) of the slip until it has worn off", source="statics",
-         quantity="opening [um]", compute=dilation, tolerance=1e-9),
+         quantity="opening [um]", compute=dilation, tolerance=1e-11),
     Case(name="softening", what="strength that softens with slip, half-way", source="coulomb",
          quantity="shear stress [kPa]", compute=softening, tolerance=0.01),
 )  # fmt: skip

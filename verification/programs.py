@@ -1,4 +1,4 @@
-"""Other programs on the same model, run here: a linear program by HiGHS, finite elements by scikit-fem."""
+"""Other solvers on the same model: dense matrices, a linear program by HiGHS, finite elements by scikit-fem."""
 
 from __future__ import annotations
 
@@ -96,11 +96,11 @@ def rigid_limit() -> Answer:
 
 CASES = (
     Case(name="wall-by-lagrange", what="wall on inclined rollers, one block displaced", source="lagrange",
-         quantity="displacement [mm], forces of faces [26 kN]", compute=wall_by_lagrange, tolerance=1e-6),
+         quantity="displacement [mm], forces of faces [26 kN]", compute=wall_by_lagrange, tolerance=1e-11),
     Case(name="slopes-by-highs", what="four random slopes: forces within strength at 0.999 and 1.001 of our factor",
          source="highs", quantity="do forces exist", compute=slopes_by_highs, tolerance=0.0),
     Case(name="rest-by-highs", what="Example 2: forces within friction", source="highs", quantity="do forces exist",
          compute=rest_by_highs, tolerance=0.0),
     Case(name="rigid-limit", what="a leaning column by finite elements with interfaces, nearly rigid", source="skfem",
-         quantity="displacement [mm]", compute=rigid_limit, tolerance=5e-3),
+         quantity="displacement [mm]", compute=rigid_limit, tolerance=1e-3),
 )  # fmt: skip

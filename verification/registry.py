@@ -50,6 +50,6 @@ TOPICS: tuple[Topic, ...] = (
     Topic("continuum", "Elastic rock", continuum.CASES),
     Topic("laws", "Laws of joints on the bench", joint_laws.CASES),
     Topic("rockbolts", "Bolts in models", rockbolts.CASES),
-    Topic("programs", "Other programs, run here", programs.CASES),
+    Topic("programs", "Other solvers, run here", programs.CASES),
 )
 CASES: dict[str, Case] = {case.name: case for topic in TOPICS for case in topic.cases}

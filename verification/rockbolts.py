@@ -64,13 +64,17 @@ def _pulled(load: float = PULL, **keys: float) -> bsm.Results:
 
 
 def shear_lag() -> Answer:
-    """Compare tension at 0.25, 0.5 and 1 m from the joint [kN], and how far it opens by either side [um]."""
-    stage = _pulled(bond_stiffness=BOND).stages[-1]
-    bolts = stage.bolts
+    """Compare tension at 0.25, 0.5 and 1 m from the joint [kN]."""
+    bolts = _pulled(bond_stiffness=BOND).stages[-1].bolts
     middle = (bolts.station[:-1] + bolts.station[1:]) / 2 - L
     x = np.array([0.25, 0.5, 1.0])
     found = np.exp(np.interp(x, middle, np.log(bolts.axial_force))) / 1e3
-    return np.array([40.386, 16.310, 2.658, 362.675]), np.append(found, 1e6 * stage.displacement[1, 0] / 2)
+    return np.array([40.386, 16.310, 2.658]), found
+
+
+def opening_of_grouted() -> Answer:
+    """Compare how far the joint opens by either side of it [um]."""
+    return 362.675, 1e6 * float(_pulled(bond_stiffness=BOND).stages[-1].displacement[1, 0]) / 2
 
 
 def ultimate_pull() -> Answer:
@@ -132,21 +136,23 @@ def dowel_strength() -> Answer:
 
 CASES = (
     Case(name="hung-block", what="bolts that hang a block from the roof", source="statics", quantity="tension [kN]",
-         compute=hung_block, tolerance=5e-3),
+         compute=hung_block, tolerance=3e-3),
     Case(name="hung-off-its-centre", what="a block hung off its centre", source="statics", quantity="tension [kN]",
-         compute=hung_off_its_centre, tolerance=5e-3),
+         compute=hung_off_its_centre, tolerance=3e-3),
     Case(name="bolt-that-yields", what="a hung block too heavy for the steel", source="statics",
          quantity="weight over yield force", compute=bolt_that_yields, tolerance=0.011),
     Case(name="shear-lag", what="grouted bolt with elastic bond, pulled by 100 kN", source="farmer",
-         quantity="tension [kN]; opening [um]", compute=shear_lag, tolerance=0.01),
+         quantity="tension [kN]", compute=shear_lag, tolerance=2e-3),
+    Case(name="shear-lag-opening", what="the same: the joint that it crosses", source="farmer", quantity="opening [um]",
+         compute=opening_of_grouted, tolerance=5e-3),
     Case(name="ultimate-pull", what="grouted bolt pulled out", source="farmer", quantity="pull over bond strength",
-         compute=ultimate_pull, tolerance=2e-4),
+         compute=ultimate_pull, tolerance=1.1e-4),
     Case(name="pretension-in-series", what="a tensioned bolt across a joint", source="springs",
-         quantity="tension [kN]", compute=pretension_in_series, tolerance=1e-8),
+         quantity="tension [kN]", compute=pretension_in_series, tolerance=1e-11),
     Case(name="dowel-by-beams", what="dowel stiffness, by 500 beam elements on springs", source="hetenyi",
          quantity="stiffness [MN/m]", compute=dowel_stiffness, tolerance=1e-3),
     Case(name="dowel-in-a-run", what="a block held by a dowel alone", source="hetenyi", quantity="stiffness [MN/m]",
-         compute=dowel_closed_form, tolerance=0.01),
+         compute=dowel_closed_form, tolerance=1e-5),
     Case(name="dowel-strength", what="dowel strength", source="johansen", quantity="shear [kN]",
-         compute=dowel_strength, tolerance=1e-6),
+         compute=dowel_strength, tolerance=1e-9),
 )  # fmt: skip

@@ -162,19 +162,19 @@ STATED = (
          "say that it slides and topples", source="statics", quantity="what it does",
          compute=lambda: ("slides", how_it_fails(25.0, 20.0, 40.0)), tolerance=0.0),
     Case(name="limit-angle", what="flat block, friction 35, planes of 34.99 and 35.01 degrees", source="statics",
-         quantity="angle [degrees]", compute=limit_angle, tolerance=4e-4),
+         quantity="angle [degrees]", compute=limit_angle, tolerance=3e-4),
     Case(name="book-factors", what="plane failure with a tension crack", source="hoek-bray",
-         quantity="factor of safety", compute=book_factors, tolerance=1e-3),
+         quantity="factor of safety", compute=book_factors, tolerance=3.3e-4),
     Case(name="full-crack", what="the same, the crack full of water", source="hoek-bray", quantity="factor of safety",
-         compute=full_crack, tolerance=2e-3),
+         compute=full_crack, tolerance=1e-3),
     Case(name="bolted-factors", what="the same with bolts at yield", source="hoek-bray", quantity="factor of safety",
-         compute=bolted_factors, tolerance=1e-3),
+         compute=bolted_factors, tolerance=3.3e-4),
     Case(name="brittle-cohesion", what="the same with cohesion that is lost at the first slip", source="given",
-         quantity="factor of safety", compute=brittle_cohesion, tolerance=0.01),
+         quantity="factor of safety", compute=brittle_cohesion, tolerance=2.7e-3),
     Case(name="tutorial-of-udec", what="slope of UDEC's tutorial, its left block excavated, friction 20 and 11",
          source="udec", quantity="before; what slides", compute=tutorial_of_udec, tolerance=0.0),
     Case(name="earthquake", what="block on a plane of 20 degrees under 0.15 g", source="statics",
-         quantity="friction over the closed form", compute=earthquake, tolerance=2e-3),
+         quantity="friction over the closed form", compute=earthquake, tolerance=1.1e-3),
 )  # fmt: skip
 
 
@@ -185,7 +185,7 @@ def _slug(case: Known) -> str:
 
 BOUNDS = tuple(
     Case(name=f"bound-{_slug(case)}", what=f"{case.name}: limit analysis", source=case.source,
-         quantity="factor of strength", compute=partial(bound, case), tolerance=1e-3, page=PAGE)
+         quantity="factor of strength", compute=partial(bound, case), tolerance=2e-4, page=PAGE)
     for case in known() if case.at_bound
 )  # fmt: skip
 BRACKETS = tuple(

@@ -8,6 +8,7 @@ KINDS = {
     "thesis": "the thesis",
     "book": "book or paper",
     "program": "another program",
+    "library": "another library on equations written here",
     "closed form": "closed form",
     "given": "worked out before the program was written",
 }
@@ -36,6 +37,10 @@ def _book(short: str, text: str) -> Source:
 
 def _program(short: str, text: str) -> Source:
     return Source("program", short, text)
+
+
+def _library(short: str, text: str) -> Source:
+    return Source("library", short, text)
 
 
 def _closed(short: str, text: str) -> Source:
@@ -106,17 +111,18 @@ SOURCES: dict[str, Source] = {
     "3dec": _program(
         "3DEC", "Itasca, 3DEC: the block on a plane of its verification problems (printed numbers; not run here)"
     ),
-    "udec": _program("UDEC", "Itasca, UDEC: the slope of its tutorial (inputs; not run here), its factors by statics"),
+    "udec": _program("UDEC", "Itasca, UDEC: the slope of its tutorial (inputs; not run here): which block slides"),
     "lagrange": Source(
         "thesis", "Wang, dense", "the thesis's matrices written out anew, dense, with bars or with Lagrange multipliers"
     ),
-    "shapely": _program("Shapely", "Shapely (GEOS): areas and centroids"),
+    "shapely": _library("Shapely", "Shapely (GEOS): areas and centroids"),
     "quadrature": _closed("summation", "pressures summed over 200 000 points of every face"),
-    "skfem": _program(
-        "scikit-fem", "scikit-fem: finite elements of the same section, with interfaces where there are joints"
+    "skfem": _library(
+        "scikit-fem",
+        "scikit-fem: the continuum reference of this project, finite elements with interfaces where there are joints",
     ),
-    "bounded": _program("SciPy", "SciPy: bounded least squares of the energy of a bolt"),
-    "highs": _program("HiGHS", "HiGHS, by SciPy: feasibility of the linear program of limit analysis"),
+    "bounded": _library("SciPy", "SciPy: bounded least squares of the energy of a bolt, written out in the case"),
+    "highs": _library("HiGHS", "HiGHS, by SciPy: feasibility of this program's linear program of limit analysis"),
     "statics": _closed("statics", "equilibrium of forces and moments of rigid blocks, written out in the case"),
     "springs": _closed("springs", "springs in series and side by side, written out in the case"),
     "elasticity": _closed("elasticity", "plane strain under a uniform stress, a bar under its own weight"),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from examples.numbers import runs
-from examples.numbers.thesis import DAM, OPENING, PUSHED, SLOPE, layers
+from examples.numbers.thesis import DAM, HEEL_ROCK, OPENING, PUSHED, SLOPE, TOE_ROCK, layers
 from examples.numbers.tunnel import MESHES, section, solved
 from verification.case import Answer, Case, limit_between
 
@@ -70,29 +70,29 @@ def roof_bolt() -> Answer:
 
 
 def dam_foundation() -> Answer:
-    """Compare Example 5: how the dam moves, what the heel does, where the block at the toe goes."""
+    """Compare Example 5: how the dam moves, whether it parts from the rock upstream, whether its toe rises."""
     u = runs.run(f"{DAM}/slip").stages[-1].displacement
-    dam, heel, upstream, toe = u[0], u[34], u[33], u[37]
-    words = ("downstream" if dam[0] > 0 else "upstream", "opens" if heel[0] > upstream[0] else "closes",
-             "up" if toe[1] > 0 else "down")  # fmt: skip
-    return "downstream, opens, up", ", ".join(words)
+    dam, upstream, toe = u[0], u[HEEL_ROCK], u[TOE_ROCK]
+    words = ("downstream" if dam[0] > 0 else "upstream", "parts" if dam[0] - upstream[0] > dam[0] / 2 else "holds",
+             "up" if toe[1] > dam[0] / 4 else "not up")  # fmt: skip
+    return "downstream, parts, up", ", ".join(words)
 
 
 CASES = (
     Case(name="example-1", what="Example 1: triangles, the thesis's stiffness, sigma_v on section I-I beside finite "
          "elements", source="skfem", quantity="L2 error", compute=tunnel, tolerance=0.06, page=PAGES[1], is_slow=True),
     Case(name="example-2", what="Example 2: block 2 comes to rest against block 3", source="wang",
-         quantity="displacement [m]", compute=pushed_block, tolerance=2e-3, page=PAGES[2]),
+         quantity="displacement [m]", compute=pushed_block, tolerance=2e-4, page=PAGES[2]),
     Case(name="example-2-apart", what="Example 2, block 3 away from block 1", source="wang", quantity="unstable",
          compute=block_3_away, tolerance=0.0, page=PAGES[2]),
     Case(name="example-3", what="Example 3: dips of 24.5 and 25.5 degrees", source="wang",
          quantity="dip at which layers slide [degrees]", compute=stratified_slope, tolerance=0.021, page=PAGES[3]),
     Case(name="example-3-toe", what="Example 3: the layers slide to the toe and stop", source="wang",
-         quantity="displacement [m]", compute=layers_at_the_toe, tolerance=0.01, page=PAGES[3]),
+         quantity="displacement [m]", compute=layers_at_the_toe, tolerance=1e-4, page=PAGES[3]),
     Case(name="example-4", what="Example 4: an opening bolted wedge by wedge", source="wang", quantity="comes down",
          compute=bolted_opening, tolerance=0.0, page=PAGES[4]),
     Case(name="example-4-bolt", what="Example 4: the roof bolt takes the weight of its wedge", source="wang",
-         quantity="tension [kN]", compute=roof_bolt, tolerance=5e-3, page=PAGES[4]),
+         quantity="tension [kN]", compute=roof_bolt, tolerance=1e-5, page=PAGES[4]),
     Case(name="example-5", what="Example 5: a dam on jointed rock under water", source="wang",
-         quantity="dam, heel, toe block", compute=dam_foundation, tolerance=0.0, page=PAGES[5]),
+         quantity="dam, upstream joint, toe block", compute=dam_foundation, tolerance=0.0, page=PAGES[5]),
 )  # fmt: skip

@@ -80,6 +80,8 @@ def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
     axes.set_xlim(-0.6, bolts.count - 0.4)
     for place in number[~shown]:
         axes.annotate("?", (place, 0.02), xycoords=("data", "axes fraction"), ha="center", fontsize=10)
+    if not shown.all():
+        axes.set_title("?: no bolt beside it tells how much of the wall it holds", fontsize=8, loc="right")
     axes.set_ylabel(what, fontsize=8)
     axes.tick_params(labelsize=8)
     if bolts.count <= 30:

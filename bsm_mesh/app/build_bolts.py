@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from bsm_mesh.app.model_tables import BoltTable
+from bsm_mesh.app.bolt_tables import BoltTable
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.units import convert
 from bsm_mesh.arrays import FloatArray

@@ -83,14 +83,14 @@ class Sheet:
         bar.outline.set_visible(False)
 
 
-def new_sheet(scene: Scene, figure: Figure | None = None) -> Sheet:
-    """Return an empty sheet for a scene, on a figure of its own where none is given."""
+def new_sheet(scene: Scene, figure: Figure | None = None, place: tuple[int, int, int] = (1, 1, 1)) -> Sheet:
+    """Return an empty sheet for a scene, on a figure of its own where none is given, at a place as of a subplot."""
     x0, y0, x1, y1 = scene.view
     if figure is None:
         figure = paper(_paper_size((y1 - y0) / (x1 - x0)), DPI)
         room: Any = figure.get_layout_engine()
         room.set(h_pad=0.08)  # inches: title and caption do not touch
-    axes = figure.add_subplot()
+    axes = figure.add_subplot(*place)
     axes.set_aspect("equal")
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
@@ -108,10 +108,15 @@ def finish(sheet: Sheet, caption: str) -> Figure:
     told = "\n".join(textwrap.wrap(caption, int(1.25 * width)))
     entitle(sheet.figure, title)
     sheet.axes.set_title(told, loc="left", fontsize=10, color=TEXT, parse_math=False)
-    if sheet.key:
-        columns = min(len(sheet.key), max(2, int(sheet.figure.get_figwidth() / 2.3)))
-        sheet.figure.legend(handles=sheet.key, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+    add_key(sheet.figure, sheet.key)
     return sheet.figure
+
+
+def add_key(figure: Figure, key: list[Any]) -> None:
+    """Write a key below the picture, where anything is to be explained."""
+    if key:
+        columns = min(len(key), max(2, int(figure.get_figwidth() / 2.3)))
+        figure.legend(handles=key, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
 
 
 def _paper_size(aspect: float) -> tuple[float, float]:

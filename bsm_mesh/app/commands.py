@@ -30,7 +30,7 @@ from bsm_mesh.app.tables import (
     stage_rows,
 )
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, named_stage
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Status
@@ -94,7 +94,7 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     title = results.title or "Results"
     if len(results.stages) > 1:
         print_table(f"{title}: stages", STAGE_HEADER, stage_rows(results), texts=2)
-        title = f"{title}: after stage {results.stages[-1].name}"
+        title = f"{title}: after {named_stage(results.stages[-1].name)}"
     if falls := fall_rows(results):
         header, rows = FALL_HEADER[:-1], [row[:-1] for row in falls]  # reasons are sentences, too long for a column
         print_table("What came down and was taken away", header, rows, texts=2)
@@ -110,7 +110,7 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table("Flow", FLOW_HEADER, water)
     for stage in results.stages:
         for remark in stage.notes:
-            say(f"stage {stage.name}: {remark}")
+            say(f"{named_stage(stage.name)}: {remark}")
     if results.spread:
         print_table("Other routes", SPREAD_HEADER, spread_rows(results.spread), texts=2)
         say(f"spread: {spread_text(results.spread)}")

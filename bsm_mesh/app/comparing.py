@@ -15,7 +15,7 @@ from bsm_mesh.app.build_mesh import geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.errors import one_line, placed
+from bsm_mesh.errors import named_stage, one_line, placed
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.run import run
 
@@ -75,7 +75,9 @@ def compare_model(
         files = _written(stages, loaded.model.blocks, added)
         if asked.pictures:
             progress.report("pictures")
-            titles = [f"{loaded.model.title or path.stem}, stage {stage.name}" for stage in stages if stage.comparison]
+            titles = [
+                f"{loaded.model.title or path.stem}, {named_stage(stage.name)}" for stage in stages if stage.comparison
+            ]
             of_blocks = re.compile(r"compare(_\d+)?\.vtu")
             vtus = [file for file in files if of_blocks.fullmatch(Path(file).name)]
             files += drawn(added, dict(zip(vtus, titles, strict=True)))
@@ -154,7 +156,7 @@ def _told(stage: ComparedStage) -> dict[str, object]:
 
 def _print(title: str, stages: Sequence[ComparedStage]) -> None:
     for stage in stages:
-        named = f"{title}: stage {stage.name}" if len(stages) > 1 else title
+        named = f"{title}: {named_stage(stage.name)}" if len(stages) > 1 else title
         if stage.comparison is None:
             say(f"{named}: {stage.sentence}")
             continue

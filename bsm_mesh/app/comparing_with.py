@@ -14,7 +14,7 @@ from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.units import in_unit
-from bsm_mesh.errors import ModelError, placed
+from bsm_mesh.errors import ModelError, named_stage, placed
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import COORDINATE, STRESS, Quantity
 from bsm_mesh.run import run
@@ -72,7 +72,7 @@ def compare_with_files(
             progress.report("pictures")
             title = loaded.model.title or path.stem
             compared = [one for one in found if not one.reason]
-            titles = [f"{title}, stage {one.stage}, beside {Path(one.source).name}" for one in compared]
+            titles = [f"{title}, {named_stage(one.stage)}, beside {Path(one.source).name}" for one in compared]
             vtus = [file for file in files if file.endswith(".vtu")]
             files += drawn(added, dict(zip(vtus, titles, strict=True)))
     if as_json:
@@ -124,7 +124,7 @@ def _written(found: Sequence[OutsideComparison], model: Model, added: AddedFiles
 def _print(title: str, found: Sequence[OutsideComparison], files: Sequence[str]) -> None:
     header = (*ERROR_HEADER[:2], "other", *ERROR_HEADER[3:])
     for one in found:
-        named = f"{title}: stage {one.stage} beside {Path(one.source).name}"
+        named = f"{title}: {named_stage(one.stage)} beside {Path(one.source).name}"
         if one.errors:
             print_table(named, header, [error_row(error, f"block {error.worst_block}") for error in one.errors])
         say(one.sentence if one.errors else f"{named}: {one.sentence}")

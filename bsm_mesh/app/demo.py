@@ -14,6 +14,7 @@ from bsm_mesh.app.plot import PictureChoice, draw_in_subprocess
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.summary import read_summary
 from bsm_mesh.app.terminal import say
+from bsm_mesh.errors import named_stage
 from bsm_mesh.files import write_text
 
 CASE, LAST = "cavern", "-1"
@@ -39,7 +40,7 @@ def run_demo(folder: Path) -> None:
         out = folder / "out" / Path(name).stem
         draw_in_subprocess(out, PictureChoice(stage=LAST))
         stage = read_summary(out)["stages"][-1]
-        say(f"{name}, stage {stage['name']}: {stage['verdict']}. Pictures: {out / PICTURES_FOLDER}")
+        say(f"{name}, {named_stage(stage['name'])}: {stage['verdict']}. Pictures: {out / PICTURES_FOLDER}")
 
 
 def without_bolts(text: str) -> str:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.errors import named_stage
+
 if TYPE_CHECKING:
     from bsm_mesh.app.storage import SavedResults
 
@@ -47,7 +49,7 @@ class Frame:
     @property
     def label(self) -> str:
         """What a person calls it: the stage, and the step or the verdict."""
-        stage = f"stage {self.stage_name or self.stage}"
+        stage = named_stage(self.stage_name or str(self.stage))
         return f"{stage}: {self.verdict}" if self.step is None else f"{stage}, step {self.step + 1}"
 
     def file(self, kind: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, named_stage, nearest
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import Status
 from bsm_mesh.results.results import Results
@@ -19,7 +19,7 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
     """Return the model's title with the stage, where there are several, and a state, by default the verdict."""
     stage = told["stages"][-1]
     unfinished = told["status"] == Status.UNFINISHED
-    at = f"stage {stage['name']}, " if len(told["stages"]) > 1 or unfinished else ""
+    at = f"{named_stage(stage['name'])}, " if len(told["stages"]) > 1 or unfinished else ""
     rest = ", of an unfinished run" if unfinished else ""
     verdict = stage.get("verdict") or stage["status"]  # the latter in folders of before
     return f"{told['title'] or 'bsm-mesh'}: {at}{state or verdict.replace('_', ' ')}{rest}"
@@ -28,7 +28,7 @@ def heading(told: Mapping[str, Any], state: str = "") -> str:
 def stage_heading(results: Results, number: int, state: str = "") -> str:
     """Return the model's title with a stage, where there are several, and a state, by default the stage's verdict."""
     stage = results.stages[number]
-    at = f"stage {stage.name}, " if len(results.stages) > 1 or not results.finished else ""
+    at = f"{named_stage(stage.name)}, " if len(results.stages) > 1 or not results.finished else ""
     rest = "" if results.finished else ", of an unfinished run"
     return f"{results.title or 'bsm-mesh'}: {at}{state or verdict_in_words(results.blocks, stage)}{rest}"
 

@@ -11,21 +11,15 @@ from bsm_mesh.app.figures import TEXT
 from bsm_mesh.app.scene import Scene
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import counted, listing
+from bsm_mesh.errors import counted, numbered
 from bsm_mesh.results.bolts import BoltStatus
 
 MOST_RINGS = 6  # groups of blocks that are ringed and named: the largest
 MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread over all of it
 LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
 WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
-NAME_PLACES = (
-    (28, 24),
-    (28, 64),
-    (28, -24),
-    (90, 24),
-    (90, 64),
-    (150, 24),
-)  # points from the ring, the first tried first
+# Of a name from its ring, in points: the first at which it meets no other.
+NAME_PLACES = ((28, 24), (28, 64), (28, -24), (90, 24), (90, 64), (150, 24))
 NAME_MARGIN = 5  # pixels
 LONGEST_LOAD = 0.06  # of what is seen
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
@@ -66,12 +60,8 @@ def add_gone(sheet: Sheet, factor: float = 0.0) -> str:
                 _ring(sheet, those, drawn)
         sheet.explain_patch(what, facecolor=colour, edgecolor="black", linestyle=style, hatch=hatch)
         beyond = ", beyond the picture, drawn where given" if factor and (out & mask & ~taken).any() else ""
-        told.append(f"{_named(blocks)} {what}{beyond}")
+        told.append(f"{numbered('block', blocks, 6)} {what}{beyond}")
     return f"; {'; '.join(told)}, in no colour of the scale" if told else ""
-
-
-def _named(blocks: IntArray) -> str:
-    return f"block{'s' * (len(blocks) > 1)} {listing(blocks, 6)}"
 
 
 def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
@@ -89,7 +79,7 @@ def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
         if across > WIDEST_RING * scene.size:  # so many are seen without a ring; the largest of them is pointed at
             at, across = centre[group[area[blocks[group]].argmax()]], 0.0
         total = area[blocks[group]].sum()
-        text = f"{_named(blocks[group])}\n{total:.3g} m2"
+        text = f"{numbered('block', blocks[group], 6)}\n{total:.3g} m2"
         text += f", {engineering(float(weight[blocks[group]].sum()), 'N/m')}" if weight.any() else ""
         _name(sheet, at, across, text)
 

@@ -6,8 +6,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
+<<<<<<< HEAD
 from bsm_mesh.app.flow_tables import FlowChangeTable, FlowTable
 from bsm_mesh.app.mesh_tables import Along, Border, BoundaryTable, MeshTable, PathText, Table
+=======
+from bsm_mesh.app.bolt_tables import BoltTable
+from bsm_mesh.app.material_tables import JointTable, RockTable
+from bsm_mesh.app.mesh_tables import BoundaryTable, MeshTable, PathText, Table
+>>>>>>> main
 from bsm_mesh.app.units import (
     Force,
     In,
@@ -21,9 +27,7 @@ from bsm_mesh.app.units import (
     schema_of,
 )
 from bsm_mesh.model import quantities as q
-from bsm_mesh.model.bolts import BoltKind
 from bsm_mesh.model.in_situ import PARTS_OF_RATIO, STRESS_RATIOS, InSituMethod
-from bsm_mesh.model.materials import RockStiffness
 from bsm_mesh.model.water import WATER, Head
 from bsm_mesh.solve.options import LinearSolverName, Scheme
 from bsm_mesh.solve.stages.falls import OnFall
@@ -41,6 +45,7 @@ Fix = Annotated[
 ]
 
 
+<<<<<<< HEAD
 class RockTable(Table):
     """A rock."""
 
@@ -132,6 +137,8 @@ class JointTable(Table):
     )
 
 
+=======
+>>>>>>> main
 class SupportTable(Table):
     """A support: where (one of boundary, blocks, point) and what it holds (fix, or direction)."""
 
@@ -153,76 +160,6 @@ class LoadTable(Table):
     block: Annotated[int, In(q.BLOCK)] | None = None
     point: Point | None = None
     force: Force | None = None
-
-
-class RadialTable(Table):
-    """Bolts that point away from a centre, their heads on a circle."""
-
-    centre: Point
-    radius: Annotated[float, In(q.RADIUS)]
-    length: Annotated[float, In(q.BOLT_LENGTH)]
-    count: Annotated[int, In(q.BOLT_COUNT)]
-    first: Annotated[float, In(q.DIRECTION)] = Field(default=0.0, description="direction of the first bolt")
-    last: Annotated[float, In(q.DIRECTION)] = Field(default=180.0, description="direction of the last bolt")
-
-
-class RowTable(Table):
-    """Bolts in a row along a boundary, into the rock."""
-
-    boundary: str
-    length: Annotated[float, In(q.BOLT_LENGTH)]
-    interval: Annotated[float, In(q.BOLT_INTERVAL)] = Field(description="distance of the heads along the boundary")
-    offset: Annotated[float, In(q.DISTANCE)] | None = Field(
-        default=None, description="of the first head; default: half an interval"
-    )
-    direction: Annotated[float, In(q.DIRECTION)] | None = Field(
-        default=None, description="of all bolts; default: normal to the boundary"
-    )
-
-
-class BoltTable(Table):
-    """A bolt (start and end) or many (one of radial, row, curve, table); forces are those of one bolt."""
-
-    start: Point | None = Field(default=None, description="head")
-    end: Point | None = Field(default=None, description="tip")
-    radial: RadialTable | None = None
-    row: RowTable | None = None
-    curve: str | None = Field(default=None, description='NAME of the mesh group "bolt:NAME"')
-    table: PathText | None = Field(default=None, description="CSV file: start_x, start_y, end_x, end_y and other keys")
-    name: str = ""
-    kind: BoltKind = "grouted"
-    diameter: Annotated[float, In(q.BOLT_DIAMETER)] | None = None
-    young: Annotated[float, In(q.BOLT_YOUNG)] = 200e9
-    stiffness: Annotated[float, In(q.BOLT_STIFFNESS)] | None = Field(
-        default=None, description="axial, times length, in N; default: young times the section"
-    )
-    yield_strength: Annotated[float, In(q.YIELD_STRENGTH)] | None = Field(
-        default=None, description="of the steel; default: unlimited"
-    )
-    pretension: Annotated[float, In(q.BOLT_FORCE)] = 0.0
-    anchor_capacity: Annotated[float, In(q.BOLT_CAPACITY)] | None = Field(
-        default=None, description="end_anchored only; default: unlimited"
-    )
-    spacing: Annotated[float, In(q.BOLT_SPACING)] = Field(default=1.0, description="out of the plane")
-    stage: str | None = Field(default=None, description="stage that installs it; default: there from the start")
-    bond_strength: Annotated[float, In(q.BOND_STRENGTH)] | None = Field(
-        default=None, description="grouted only; default: unlimited"
-    )
-    hole_diameter: Annotated[float, In(q.HOLE_DIAMETER)] | None = None
-    bond_steel_grout: Annotated[float, In(q.BOND_SHEAR_STRENGTH)] | None = None
-    bond_grout_rock: Annotated[float, In(q.BOND_SHEAR_STRENGTH)] | None = None
-    bond_stiffness: Annotated[float, In(q.BOND_STIFFNESS)] | None = Field(
-        default=None, description="per length of bolt, in N/m2; default: rigid"
-    )
-    bearing_stiffness: Annotated[float, In(q.BOND_STIFFNESS)] | None = Field(
-        default=None, description="dowel action: of the grout, N/m2; default: none"
-    )
-    bearing_strength: Annotated[float, In(q.BEARING_STRENGTH)] | None = Field(
-        default=None, description="of grout or rock; default: unlimited shear"
-    )
-    plate: Annotated[float, In(q.BOLT_FORCE)] = Field(
-        default=0.0, description="capacity of a face plate at the head; grouted only"
-    )
 
 
 class GravityTable(Table):

@@ -19,7 +19,7 @@ from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
 from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.stages import Stage
-from bsm_mesh.model.strength import law_name
+from bsm_mesh.model.strength import Reduced, law_name
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
 from bsm_mesh.model.water import Water
 
@@ -159,7 +159,8 @@ def _joint(joint: Joint) -> Content:
         table["filling"] = _fields(joint.filling)
     if joint.law is not None:
         if type(joint.law) not in NAMES:
-            raise NoFormError(f"its law is {law_name(joint.law)}; a model file knows {', '.join(LAWS)}")
+            over = f", its shear forces over {joint.law.factor:g}" if isinstance(joint.law, Reduced) else ""
+            raise NoFormError(f"its law is {law_name(joint.law)}{over}; a model file knows {', '.join(LAWS)}")
         table |= {"law": NAMES[type(joint.law)], **_fields(joint.law), "tensile_strength": joint.tensile_strength}
     return table
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, counted, listing, nearest, place
+from bsm_mesh.errors import ModelError, counted, named_stage, nearest, numbered, place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.bolt_layout import BoltLayout
 from bsm_mesh.model.model import Model
@@ -272,7 +272,7 @@ def quality_rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     rows += [(f"dangling {name}", counted(count, "piece")) for name, count in report["dangling_joints"].items()]
     rows += [(f"boundary {name}", counted(count, "edge")) for name, count in report["boundaries"].items()]
     rows += [(f"excavation {name}", counted(count, "block")) for name, count in report["excavations"].items()]
-    rows += [(f"stage {name}", counted(count, "block")) for name, count in report["stages"].items()]
+    rows += [(named_stage(name), counted(count, "block")) for name, count in report["stages"].items()]
     if report["bolts"]:
         alone = f", {report['bolts_in_one_block']} of them in a single block, bearing nothing"
         rows += [("bolts", f"{report['bolts']}" + (alone if report["bolts_in_one_block"] else ""))]
@@ -298,7 +298,7 @@ def _meanings(limits: dict[str, float]) -> dict[str, str]:
 
 def _blocks(ids: Sequence[int]) -> str:
     """Return the numbers of the first blocks of a list."""
-    return f"block{'s' * (len(ids) > 1)} {listing(ids, 5)}" if ids else "none"
+    return numbered("block", ids, 5) if ids else "none"
 
 
 def _place(point: Sequence[float] | None) -> str:

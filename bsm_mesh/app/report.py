@@ -21,7 +21,7 @@ from bsm_mesh.app.storage import SavedResults, load_results
 from bsm_mesh.app.tables import FALL_HEADER, engineering, fall_rows, falling, vector
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.verify import grounds_in
-from bsm_mesh.errors import counted, listing, place
+from bsm_mesh.errors import counted, named_stage, numbered, place
 from bsm_mesh.files import write_text
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
@@ -115,7 +115,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
     ]
     if stage.unstable_blocks.size:
-        rows.insert(2, ("comes down", f"{falling(results, stage)}: block {listing(stage.unstable_blocks)}"))
+        rows.insert(2, ("comes down", f"{falling(results, stage)}: {numbered('block', stage.unstable_blocks)}"))
     if len(stage.water_table) or stage.water.any():
         rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
     rows += [(f"water: {place}", f"{leaves} out, {enters} in") for place, leaves, enters in flow_rows(stage)]
@@ -163,7 +163,7 @@ def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
             more += 1
             continue
         name, number = (found[1], int(found[2])) if found else (path.stem, len(stages) - 1)
-        caption = name.replace("_", " ") + (f", stage {stages[number]}" if found else "")
+        caption = name.replace("_", " ") + (f", {named_stage(stages[number])}" if found else "")
         shown.append((number, caption, base64.b64encode(path.read_bytes()).decode("ascii")))
     shown.sort(key=lambda picture: picture[0])  # which leaves those of a stage in the order of their names
     return {"pictures": [picture[1:] for picture in shown], "more_pictures": more}
@@ -189,7 +189,7 @@ def _quality(results: Results) -> Rows:
     """Return which blocks are poor, by the thresholds of `bsm-mesh check`."""
     poor = poor_blocks(results.blocks, Thresholds())
     return [
-        (name.replace("_", " "), counted(len(found), "block"), f"block {listing(found)}" if len(found) else "")
+        (name.replace("_", " "), counted(len(found), "block"), numbered("block", found) if len(found) else "")
         for name, found in poor.items()
     ]
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.errors import listing, place
+from bsm_mesh.errors import numbered, place
 from bsm_mesh.safety.answer import Safety
 
 
@@ -25,7 +25,7 @@ def answer_rows(answer: Safety) -> list[tuple[str, str]]:
     fails = answer.mechanism
     if fails is not None:
         at = place(round(x, 2) + 0.0 for x in fails.centre)  # to the centimetre
-        what = f"block {listing(fails.blocks, 6)}: {engineering(fails.area, 'm2')}, {100 * fails.part:.3g} % of all"
+        what = f"{numbered('block', fails.blocks, 6)}: {engineering(fails.area, 'm2')}, {100 * fails.part:.3g} % of all"
         rows.append(("what fails", f"{what}, around {at} m"))
         rows += [
             (f"just before, of {each.name}", f"{100 * each.slipping:.3g} % slips, {100 * each.open:.3g} % open")

@@ -7,8 +7,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+<<<<<<< HEAD
 from bsm_mesh.app.flow_text import discharge_text, how_solved
 from bsm_mesh.errors import counted, listing, one_line, place
+=======
+from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
+>>>>>>> main
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
@@ -226,7 +230,7 @@ def fall_reasons(results: Results) -> list[str]:
         for fall in stage.falls:
             if not fall.ignored:
                 said.setdefault((stage.name, fall.reason), []).append(fall.block)
-    return [f"stage {name}: block {listing(blocks)}: {reason}" for (name, reason), blocks in said.items()]
+    return [f"{named_stage(name)}: {numbered('block', blocks)}: {reason}" for (name, reason), blocks in said.items()]
 
 
 STAGE_HEADER = ("stage", "verdict", "blocks", "moved", "in all")

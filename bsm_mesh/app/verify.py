@@ -15,7 +15,7 @@ from bsm_mesh.app.certificate import CERTIFICATE, certificate, certificate_array
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.verify_certificate import check_stage
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, named_stage
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
 
@@ -55,7 +55,7 @@ def verify(out: Path, *, as_json: bool) -> int:
     else:
         for ground in grounds:
             doubt = "" if ground.holds else "DOES NOT HOLD: "
-            say(f"stage {ground.stage}: {ground.verdict}, {ground.kind}: {doubt}{ground.text}")
+            say(f"{named_stage(ground.stage)}: {ground.verdict}, {ground.kind}: {doubt}{ground.text}")
     return HELD if all(ground.holds for ground in grounds) else FAILED
 
 

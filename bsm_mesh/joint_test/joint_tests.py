@@ -161,4 +161,5 @@ def _opening(
         found = specimen.system.evaluate(contacts, position_of(shear, opening))
         return float(found.forces[1, 1] / specimen.length - normal - normal_stiffness * (opening - first))
 
-    return float(brentq(excess, first, last, xtol=1e-18, rtol=1e-15)) if excess(first) > 0 else first
+    rounding = np.finfo(float).eps * specimen.length  # of the corners' coordinates: no stress is finer
+    return float(brentq(excess, first, last, xtol=rounding, maxiter=200)) if excess(first) > 0 else first

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.joint_laws import JointLaw, JointResponse
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, ask
 
 PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
+DEEPEST = 1e12  # N/m: beyond any wall strength, so that asperities shear off
+FARTHEST = 1e3  # m: slip by which all that wears off has worn off
 
 
 def law_faults(law: Any, *, tension: bool) -> list[str]:
@@ -69,13 +71,20 @@ def dilation_faults(angle: float, slip: float | None, law: JointLaw | None) -> l
         ]
     pressure = np.array(PROBED)
     one, failed = np.ones_like(pressure), np.ones(len(pressure), dtype=bool)
-    least = law.respond(pressure, 1e15 * one, one, failed).strength
+    least = law.respond(pressure, BEYOND_STRENGTH * one, one, failed).strength
     if (least < math.tan(math.radians(angle)) * pressure * (1 - 1e-9)).any():
         return [
             f"dilation_angle = {angle:g} degrees is above the residual friction of its law: a sliding joint would give "
             "energy; give a dilation_angle of at most that friction angle"
         ]
     return []
+
+
+def fails_by_slip(law: JointLaw) -> bool:
+    """Return whether a contact that slides far enough fails by a law, at one of the pressures that are probed."""
+    pressure = np.array([*PROBED, DEEPEST])
+    one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
+    return bool(ask(law, pressure, BEYOND_STRENGTH * one, one, intact, FARTHEST * one).failed.any())
 
 
 def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:

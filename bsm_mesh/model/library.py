@@ -183,8 +183,8 @@ STRENGTHS: tuple[StrengthEntry, ...] = (
     _strength("schistose gneiss, 30 degrees to schistosity", 14.8, 27.6, "0-69 MPa", GOODMAN),
 )
 
-EUROPEAN = "EN 10080, class B500 of EN 1992-1-1 Annex C; E of EN 1992-1-1, 3.2.7"
-AMERICAN = "ASTM A615/A615M, nominal diameters and least yield strength; E of ACI 318, 20.2.2.2"
+EUROPEAN = "nominal diameters of EN 10080, which has no grades; B500 of DIN 488-1 and BS 4449; E of EN 1992-1-1"
+AMERICAN = "ASTM A615/A615M, nominal diameters and least yield strength; E of ACI 318"
 
 BOLTS: tuple[BoltEntry, ...] = (
     *(_bar(f"b500 {diameter} mm", diameter, 500.0, EUROPEAN) for diameter in (12, 16, 20, 25, 28, 32, 40)),

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
-from bsm_mesh.model.law_faults import dilation_faults, law_faults
+from bsm_mesh.model.law_faults import dilation_faults, fails_by_slip, law_faults
 from bsm_mesh.model.quantities import (
     APERTURE,
     CLOSURE,
@@ -310,9 +310,10 @@ def _residual_tension_faults(residual: float, peak: float, law: JointLaw | None)
             f"residual_tensile_strength = {residual:g} Pa is above tensile_strength = {peak:g} Pa: a joint grows no "
             "stronger by failing; exchange them, or leave residual_tensile_strength out"
         ]
-    if residual > 0 and isinstance(law, MohrCoulomb) and not law.is_brittle:
+    if residual > 0 and law is not None and not fails_by_slip(law):
         return [
-            f"residual_tensile_strength = {residual:g} Pa never acts: slip takes nothing away; give residual_cohesion "
-            "or residual_friction (the peak values where slip takes tension alone), or leave it out"
+            f"residual_tensile_strength = {residual:g} Pa never acts: by its law slip takes no tension away; give "
+            "mohr_coulomb residual_cohesion or residual_friction (the peak values where slip takes tension alone), or "
+            "leave residual_tensile_strength out"
         ]
     return []

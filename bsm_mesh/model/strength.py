@@ -18,6 +18,7 @@ from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.bolt_layout import label
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.joint_laws import (
+    BEYOND_STRENGTH,
     JointLaw,
     JointResponse,
     ReducibleLaw,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 ALL_JOINTS = "*"
 OF_ROCK = "rock:"
-ENORMOUS = 1e300  # N/m: beyond any force, and times a factor still a number
 BOLT_CAPACITIES = (
     "yield_strength",
     "anchor_capacity",
@@ -76,7 +76,9 @@ class Reduced:
         slip_path: FloatArray | None = None,
     ) -> JointResponse:
         """Return the response of the other law to a trial shear that is greater by the factor, divided by it."""
-        trial = self.factor * np.clip(trial_shear, -ENORMOUS, ENORMOUS)  # whoever asks for the strength asks with more
+        trial = self.factor * np.clip(
+            trial_shear, -BEYOND_STRENGTH, BEYOND_STRENGTH
+        )  # whoever asks for the strength asks with more
         slid = np.zeros(len(failed)) if slip_path is None else slip_path
         answer = ask(self.law, pressure, trial, length, failed, slid)
         return replace(

@@ -8,7 +8,7 @@ from typing import Annotated, Protocol
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import listing, raise_faults
+from bsm_mesh.errors import numbered, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.quantities import MOVEMENT
 from bsm_mesh.model.values import Rules
@@ -101,8 +101,8 @@ class Failure:
             return Judgement(Verdict.STABLE, ended.reason)
         worst = int(parts.argmax())
         reason = (
-            f"at rest, but block {listing(far, 4)} moved by more than {100 * self.movement:g} % of its size from the "
-            f"reference state (block {worst} by {100 * parts[worst]:.3g} %)"
+            f"at rest, but {numbered('block', far, 4)} moved by more than {100 * self.movement:g} % of its size "
+            f"from the reference state (block {worst} by {100 * parts[worst]:.3g} %)"
         )
         return Judgement(Verdict.UNSTABLE, reason, far)
 

@@ -119,6 +119,11 @@ class Comparison:
         of_joints = (self.force_error, *self.movement_errors, self.bolt_error)
         return (*self.stress_errors, *self.displacement_errors, *(error for error in of_joints if error is not None))
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether all rock is rigid: then refining tells of the contact points alone."""
+        return self.matched is self.nominal
+
     def where(self, error: Difference) -> str:
         """Return where one of the differences is greatest."""
         if error is self.force_error and self.worst_pair is not None:
@@ -171,9 +176,12 @@ class Comparison:
         begin = (
             f"{'' if self.displacement_errors else 'Nothing moves here. '}Blocks and finite elements{what} differ by "
         )
-        refined = f"; refining alone changes the elements' by {percent(self.refined)}" if self.refined else ""
+        refined = (
+            f"; refining alone changes the elements' displacement by {percent(self.refined)}" if self.refined else ""
+        )
         if self.refined is not None and self.refined > COARSE:
-            refined += ": for displacements the contact points of both are too coarse"
+            coarse = "the contact points of both" if self.is_rigid else "the elements, or the contact points of both,"
+            refined += f": {coarse} are too coarse for displacements"
         study = f"; {self.refinement.sentence}" if self.refinement else ""
         return f"{begin}{enumerated(parts)}{refined}{study}."
 

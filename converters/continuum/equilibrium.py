@@ -1,12 +1,25 @@
 """Equilibrium of the continuum and its joints: Newton's method with the consistent tangent.
 
-Where many points of joints slip or part at once Newton is helped in two ways. A part of the joints' elastic stiffness
-is added to the tangent while corrections have to be shortened; the residual stays exact. If that leads nowhere,
-friction is frozen at the pressures reached, the convex problem that this leaves is solved, and Newton goes on.
+Where many points of joints slip or part at once Newton is helped in four ways:
+
+* A correction is shortened until the residual is less than the greatest of the last few, not of the last: a point that
+  goes from stick to slip to open and back may have to pass through a greater one (Grippo et al. 1986).
+* None opens or shears joints by more than small displacements allow: where hardly anything holds a block a full one
+  carries it metres away.
+* A part of the joints' elastic stiffness is added to the tangent while corrections have to be shortened; the residual
+  stays exact.
+* If that leads nowhere, friction is frozen at the pressures reached, the convex problem that this leaves is solved, and
+  Newton goes on.
+
+References
+----------
+Grippo, Lampariello & Lucidi (1986), A nonmonotone line search technique for Newton's method, SIAM J. Numer. Anal.
+23(4), 707-716.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +28,8 @@ import scipy.sparse as sp
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, JointState, remember
+from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState, remember
+from bsm_mesh.converters.continuum.joint_points import JointPoints
 from bsm_mesh.converters.continuum.system import HINGED, FreeUnknowns
 from bsm_mesh.converters.continuum.tangents import Tangents
 from bsm_mesh.errors import ModelError
@@ -29,6 +43,8 @@ FROZEN_ITERATIONS = 25
 OPEN_STIFFNESS = 1e-9  # left to open and slipping points, so that a block without contacts makes no singular matrix
 SHORTENED = (1.0, 0.5, 0.25, 0.1)  # parts of a correction that are tried
 ENOUGH = 0.1  # of a part of a correction: by how much the residual has to fall for no shorter one to be tried
+RECENT = 3  # residuals below the greatest of which it has to fall
+FARTHEST = 0.01  # of a block's size: by how much a correction may open or shear joints, as small displacements hold
 FIRST_REGULARIZATION = 1e-4  # of the joints' elastic stiffness
 MAX_REGULARIZATION = 0.1
 FROZEN_REGULARIZATION = 1e-5
@@ -54,6 +70,8 @@ class Equations:
         The bolts.
     tangents : Tangents
         Of rock and joints on the free unknowns.
+    size : float [m]
+        Of a block, the median.
     """
 
     stiffness: Any
@@ -63,6 +81,7 @@ class Equations:
     history: JointHistory | None
     bolts: EmbeddedBolts | None
     tangents: Tangents
+    size: float
 
     def at(self, u: FloatArray, multipliers: FloatArray, friction_at: FloatArray | None = None) -> Iterate:
         """Return what is out of balance at displacements u (N,)."""
@@ -91,6 +110,14 @@ class Equations:
         if self.joints is not None and self.history is not None and at.state is not None:
             points = self.joints.stiffness(at.state, self.history, OPEN_STIFFNESS, regularization)
         return self._with_bolts(self.tangents.at(points, 1 + regularization), at)
+
+    def allowed(self, correction: FloatArray) -> float:
+        """Return the part of a correction (N,) that small displacements of the joints' sides allow, at most 1."""
+        if self.joints is None or self.history is None or self.are_linear:
+            return 1.0
+        rows = self.joints.opening_rows, self.joints.slip_rows
+        moved = max(float((np.abs(of @ correction) * self.history.present).max(initial=0.0)) for of in rows)
+        return min(1.0, FARTHEST * self.size / moved) if moved else 1.0
 
     def elastic(self) -> Any:
         """Return the stiffness (free, free) with all joints closed and sticking."""
@@ -182,7 +209,7 @@ def find_equilibrium(equations: Equations, u: FloatArray) -> tuple[Iterate, bool
     if equations.are_linear and at.is_balanced and not free.misfit(at.u).any():
         return at, True
     if equations.are_linear:
-        solved = _shortened(equations, at, 0.0, (1.0,))[0]
+        solved = _shortened(equations, at, 0.0, at.norm, (1.0,))[0]
         at = replace(solved, scale=max(at.scale, solved.scale))  # a motion as a whole leaves no force to compare with
     else:
         at = _newton(equations, _tied(equations, at))
@@ -201,14 +228,16 @@ def _tied(equations: Equations, at: Iterate) -> Iterate:
 
 def _newton(equations: Equations, at: Iterate) -> Iterate:
     regularization, frozen = 0.0, 0
+    recent = deque([at.norm], RECENT)
     for _ in range(MAX_ITERATIONS):
         if at.is_balanced:
             break
-        before = at.norm
-        new, part = _shortened(equations, at, regularization)
-        if new.norm < before * (1 - 1e-3):
+        most = max(recent)
+        new, part = _shortened(equations, at, regularization, most)
+        if new.norm < most * (1 - 1e-3):
             regularization = _relieved(regularization, part)
             at = new
+            recent.append(at.norm)
             continue
         regularization = max(10 * regularization, FIRST_REGULARIZATION)
         if regularization > MAX_REGULARIZATION:
@@ -216,6 +245,7 @@ def _newton(equations: Equations, at: Iterate) -> Iterate:
                 break
             frozen, regularization = frozen + 1, 0.0
             at = _with_frozen_friction(equations, at)
+            recent = deque([at.norm], RECENT)
     return at
 
 
@@ -227,17 +257,18 @@ def _relieved(regularization: float, part: float) -> float:
 
 
 def _shortened(
-    equations: Equations, at: Iterate, regularization: float, parts: tuple[float, ...] = SHORTENED
+    equations: Equations, at: Iterate, regularization: float, most: float, parts: tuple[float, ...] = SHORTENED
 ) -> tuple[Iterate, float]:
-    """Return the state after a correction of which the best of some parts is taken, and that part."""
+    """Return the state after a part of a correction: the first with a residual well below `most`, else the best."""
     correction, multipliers = equations.free.solve(equations.tangent(at, regularization), at.residual, at.u)
     best: tuple[Iterate, float] | None = None
-    for part in parts:
+    allowed = equations.allowed(correction)
+    for part in (allowed * part for part in parts):
         new = equations.at(at.u + part * correction, at.multipliers + part * (multipliers - at.multipliers))
         if best is None or new.norm < best[0].norm:
             best = new, part
-        if new.norm < (1 - ENOUGH * part) * at.norm:
-            break
+        if new.norm < (1 - ENOUGH * part) * most:
+            return new, part
     assert best is not None
     return best
 

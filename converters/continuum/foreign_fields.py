@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
+from bsm_mesh.converters.meshes.foreign_units import LENGTHS, STRESSES, factor_of, unit_in
 from bsm_mesh.errors import ModelError
 
 DISPLACEMENT = ("displacement", "displacements", "totaldisplacement", "disp", "depl", "u")
@@ -111,14 +112,33 @@ def plane_fields(result: ForeignResult, names: FieldNames) -> PlaneFields:
         else:
             continue
         for part, (at_points, column) in values.items():
-            factor = names.factors.get(quantity, result.units.get(arrays[part], 1.0))
-            (point if at_points else cell)[part] = sign * factor * column
+            (point if at_points else cell)[part] = sign * _factor(result, names, quantity, arrays[part]) * column
     if not used:
         raise ModelError(
             f"{result.source}: neither a displacement nor a stress is found among its arrays ({_known(result)}); "
             "name them, for example --field displacement=U --field stress=SIG:MPa"
         )
     return PlaneFields(point=point, cell=cell, named=tuple(dict.fromkeys(used)))
+
+
+def length_factor(result: ForeignResult, names: FieldNames) -> float:
+    """Return by what the nodes of a result are to be multiplied to be in metres.
+
+    Raises
+    ------
+    ModelError
+        If the file names a unit that is not known, and the user none.
+    """
+    if "length" in names.factors:
+        return names.factors["length"]
+    return factor_of(result.length_unit, LENGTHS, f"{result.source}: coordinates", "--length m")
+
+
+def _factor(result: ForeignResult, names: FieldNames, quantity: str, array: str) -> float:
+    if quantity in names.factors:
+        return names.factors[quantity]
+    known, key, unit = (STRESSES, "sxx", "kPa") if quantity == "stress" else (LENGTHS, "ux", "mm")
+    return factor_of(unit_in(array), known, f"{result.source}: '{array}'", f'--field {key}="{array}":{unit}')
 
 
 def _spellings(part: str) -> Sequence[str]:

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints
+from bsm_mesh.converters.continuum.joint_history import JointHistory
+from bsm_mesh.converters.continuum.joint_points import JointPoints
 from bsm_mesh.converters.continuum.loads import assemble_load
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.model.model import Model

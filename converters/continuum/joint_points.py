@@ -1,9 +1,7 @@
 """Joints of the continuum at points of their own: opening, slip, and the forces of the model's own joint laws.
 
-An interface is integrated at its nodes. With first-order triangles these are its two ends, which are the blocks' own
-contact points (or the Gauss points, where the model has its contacts there); with second-order ones its middle besides.
 Each point stands for a length; its normal and shear force follow the joint's stiffness, its law and its tensile
-strength as a contact's of the Block-Spring Model do. Integration at the nodes keeps tractions free of oscillations.
+strength as a contact's of the Block-Spring Model do. `placed_points` says where they are.
 """
 
 from __future__ import annotations
@@ -12,107 +10,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
-from bsm_mesh.converters.continuum.interfaces import Interfaces
-from bsm_mesh.converters.continuum.mesh import ContinuumMesh
-from bsm_mesh.converters.continuum.rock_faces import (
-    interface_closures,
-    interface_dilations,
-    interface_laws,
-    interface_tensions,
-)
+from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState
+from bsm_mesh.converters.continuum.rock_faces import interface_dilations, interface_laws, interface_tensions
 from bsm_mesh.converters.continuum.tangents import PointStiffness
-from bsm_mesh.model.joint_laws import JointLaw, ask, closure, wear_length_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.model import Model
 
-Rule = tuple[FloatArray, FloatArray]
-"""Places and weights along a side of length 1."""
-
-ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
-GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
-SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
-TIED = 1e4  # of the rock's stiffness over the length of a point: stands for rock that is whole
-BEYOND = 1e300  # N/m: more than any strength
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
 LINEAR = np.array([(2.0, 1.0), (1.0, 2.0)]) / 3  # forces at two ends, over half the length, of tractions given there
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class JointHistory:
-    """What the points remember, and what acts on them besides the rock.
-
-    Attributes
-    ----------
-    initial_pressure : (q,) float64 [N/m]
-        Normal force at no opening, compression positive.
-    offset : (q,) float64 [m]
-        Relative displacement that counts as no opening: of blocks put back later, that of their neighbours until then.
-    slip, shear : (q,) float64 [m], [N/m]
-        At the end of the last state of equilibrium.
-    slip_path, opened_by : (q,) float64 [m]
-        How far the points have slid so far, elastic part apart; and had at the end of the last state of equilibrium.
-    failed : (q,) bool
-        As the law has it, and where the sides have parted.
-    parted : (q,) bool
-        Whether the sides have come apart: nothing is left of the tensile strength.
-    present : (q,) bool
-        Whether the blocks of both sides are there.
-    water : (q,) float64 [N/m]
-        Pressure of the joint's own water beyond the water table's.
-    """
-
-    initial_pressure: FloatArray
-    offset: FloatArray
-    slip: FloatArray
-    shear: FloatArray
-    slip_path: FloatArray
-    opened_by: FloatArray
-    failed: BoolArray
-    parted: BoolArray
-    present: BoolArray
-    water: FloatArray
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class JointState:
-    """Forces of the points at a displacement, (q,) each; evaluating changes no history.
-
-    Attributes
-    ----------
-    opening, slip : (q,) float64 [m]
-        Displacement of the second side relative to the first, along its outward normal and its tangent.
-    pressure, shear : (q,) float64 [N/m]
-        Normal force, compression positive, and shear force.
-    normal_stiffness : (q,) float64 [Pa]
-        Derivative of the pressure by the closure.
-    by_pressure : (q,) float64
-        Derivative of the shear force by the pressure.
-    by_slip, shear_by_slip : (q,) float64 [Pa]
-        Derivatives of pressure and shear by the slip of points that open as they slide.
-    strength : (q,) float64 [N/m]
-        Greatest shear force.
-    closed, touching, sticking, failed, parted : (q,) bool
-        Whether a point carries force, or would with any pressure at all; whether it does not slip; its new state.
-    """
-
-    opening: FloatArray
-    slip: FloatArray
-    pressure: FloatArray
-    normal_stiffness: FloatArray
-    shear: FloatArray
-    by_pressure: FloatArray
-    by_slip: FloatArray
-    shear_by_slip: FloatArray
-    strength: FloatArray
-    closed: BoolArray
-    touching: BoolArray
-    sticking: BoolArray
-    failed: BoolArray
-    parted: BoolArray
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -305,7 +213,9 @@ class JointPoints:
             return pressure[rows], stiffness[rows]
 
         def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
-            _, by_pressure, found, *_ = self._respond(everywhere(pressure), np.full(len(opening), BEYOND), history)
+            _, by_pressure, found, *_ = self._respond(
+                everywhere(pressure), np.full(len(opening), BEYOND_STRENGTH), history
+            )
             return found[rows], by_pressure[rows]
 
         overlap, springs = lift[rows] - opening[rows], self.shear_stiffness[rows]
@@ -369,81 +279,3 @@ def slip_path_after(points: JointPoints, history: JointHistory, state: JointStat
     path = history.slip_path.copy()
     path[slides] += np.abs((state.slip - history.slip)[slides] - elastic)
     return path
-
-
-def remember(history: JointHistory, state: JointState, path: FloatArray) -> JointHistory:
-    """Return the history after a state of equilibrium, with how far points have slid then, (q,) [m]."""
-    return replace(
-        history,
-        slip=state.slip,
-        shear=state.shear,
-        slip_path=path,
-        opened_by=path,
-        failed=state.failed,
-        parted=state.parted,
-    )
-
-
-def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
-    """Return the points of all interfaces of a mesh that is opened along its joints.
-
-    Parameters
-    ----------
-    model : Model
-        Its joints and their laws.
-    mesh : ContinuumMesh
-        As `open_joints` returns it.
-    interfaces : Interfaces
-        Of that mesh.
-    basis : skfem.CellBasis
-        Of the vector-valued element.
-    order : {1, 2}
-        Of the element.
-    """
-    import skfem
-
-    rule = SIMPSON if order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
-    first, second = (
-        skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
-    )
-    normal = np.broadcast_to(np.asarray(first.normals), (2, *first.dx.shape)).reshape(2, -1)
-    jump = [b - a for a, b in zip(_traces(first), _traces(second), strict=True)]
-    count = first.dx.shape[1]
-    joint = np.repeat(interfaces.joint, count)
-    length = first.dx.ravel()
-    of_joints = [given.contact_stiffness for given in model.joints]
-    tied = joint >= len(of_joints)
-    stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
-    tension, residual_tension = interface_tensions(model)
-    stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
-    return JointPoints(
-        point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
-        normal=normal.T.copy(),
-        length=length,
-        joint=joint,
-        block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
-        normal_stiffness=stiffness[:, 0] * length,
-        shear_stiffness=stiffness[:, 1] * length,
-        tension=tension[joint] * length,
-        residual_tension=residual_tension[joint] * length,
-        closure_limit=interface_closures(model)[joint],
-        dilating=Dilating.among(*interface_dilations(model)[:, joint]),
-        joints=len(model.joints),
-        laws=interface_laws(model),
-        opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),
-        slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
-        at_ends=rule is ENDS,
-    )
-
-
-def _traces(basis: Any) -> tuple[Any, Any]:
-    """Return the sparse matrices (q, N) that give the displacement in x and in y at the integration points."""
-    sides, points = basis.dx.shape
-    rows = np.tile(np.arange(sides * points), basis.Nbfun)
-    columns = np.concatenate([np.repeat(basis.element_dofs[j], points) for j in range(basis.Nbfun)])
-    x, y = (
-        np.concatenate([np.broadcast_to(basis.basis[j][0][axis], (sides, points)).ravel() for j in range(basis.Nbfun)])
-        for axis in (0, 1)
-    )
-    shape = (sides * points, basis.N)
-    return sp.csr_matrix((x, (rows, columns)), shape=shape), sp.csr_matrix((y, (rows, columns)), shape=shape)

@@ -14,7 +14,7 @@ from bsm_mesh.converters.continuum.comparison import enumerated, percent
 from bsm_mesh.converters.continuum.departures import is_all_rigid
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
 from bsm_mesh.converters.continuum.elasticity import matched_stiffness
-from bsm_mesh.converters.continuum.foreign_fields import FieldNames, PlaneFields, plane_fields
+from bsm_mesh.converters.continuum.foreign_fields import FieldNames, PlaneFields, length_factor, plane_fields
 from bsm_mesh.converters.continuum.sampled import BlockAverages, block_averages_of
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.errors import ModelError, counted, nearest
@@ -94,8 +94,7 @@ def compare_with(
     """
     ours, missed = _stage(model, results, stage)
     fields = plane_fields(other, names)
-    length = names.factors.get("length", other.units.get("length", 1.0))
-    averages = block_averages_of(other, fields, model.blocks, length)
+    averages = block_averages_of(other, fields, model.blocks, length_factor(other, names))
     compared = ours.present & (averages.covered >= COVERED)
     reason = missed
     if not reason and not ours.status.is_at_rest:

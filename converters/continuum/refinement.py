@@ -1,5 +1,7 @@
 """What finer elements and interfaces change, and where it leads: whether the blocks' own contact points are enough.
 
+In elastic rock both are halved together, and what changes may come from the elements alone.
+
 With every side halved k times the displacements of a stage are d_k. Where the changes fall by a ratio q from one level
 to the next, the limit is d_k + (d_k - d_(k-1)) q / (1 - q) (Richardson's extrapolation with the order as found).
 """
@@ -60,12 +62,15 @@ class Refinement:
         The displacements to which they tend; None where the changes do not fall, or there are less than two.
     too_coarse : (k,) int
         Blocks that refining moves by more than a tenth of the r.m.s. displacement, the one it moves most first.
+    rigid : bool
+        Whether all rock is rigid, so that the elements change nothing.
     """
 
     levels: tuple[Level, ...]
     asked: int
     limit: FloatArray | None
     too_coarse: IntArray
+    rigid: bool
 
     @property
     def greatest_limit(self) -> float | None:
@@ -80,9 +85,7 @@ class Refinement:
             return f"with {what} halved the finite elements find no equilibrium"
         first, last = self.levels[0].greatest, self.levels[-1].greatest
         times = {1: "once", 2: "twice"}.get(len(self.levels) - 1, f"{len(self.levels) - 1} times")
-        text = (
-            f"halving elements and interfaces {times} takes the greatest displacement from {first:.3g} to {last:.3g} m"
-        )
+        text = f"halving {what} {times} takes the greatest displacement from {first:.3g} to {last:.3g} m"
         if self.greatest_limit is not None:
             text += f", towards {self.greatest_limit:.3g} m"
         elif len(self.levels) > 2:
@@ -92,12 +95,15 @@ class Refinement:
         if not self.levels[0].points:
             return text
         if self.too_coarse.size:
-            return f"{text}; the blocks' own contact points are too coarse for block {listing(self.too_coarse)}"
+            coarse = (
+                "the blocks' own contact points" if self.rigid else "the elements, or the blocks' own contact points,"
+            )
+            return f"{text}; {coarse} are too coarse for block {listing(self.too_coarse)}"
         return f"{text}; the blocks' own contact points are fine enough"
 
 
 def refinement_of(
-    stages: Sequence[ContinuumSolution], asked: int, area: FloatArray, held: BoolArray
+    stages: Sequence[ContinuumSolution], asked: int, area: FloatArray, held: BoolArray, rigid: bool
 ) -> Refinement | None:
     """Return what refining did to a stage; None where nothing moves.
 
@@ -111,6 +117,8 @@ def refinement_of(
         Of the blocks that are there; 0 for others.
     held : (n,) bool
         Blocks with a support.
+    rigid : bool
+        Whether all rock is rigid.
     """
     moved = [stage.displacement[:, :2] for stage in stages]
     scale = _rms(moved[-1], area)
@@ -134,7 +142,7 @@ def refinement_of(
         limit = moved[-1] + (moved[-1] - moved[-2]) * ratio / (1 - ratio)
     off = np.hypot(*((moved[-1] if limit is None else limit) - moved[0]).T) / scale
     order = np.argsort(-off, kind="stable")
-    return Refinement(levels=levels, asked=asked, limit=limit, too_coarse=order[off[order] > COARSE])
+    return Refinement(levels=levels, asked=asked, limit=limit, too_coarse=order[off[order] > COARSE], rigid=rigid)
 
 
 def _rms(vectors: FloatArray, area: FloatArray) -> float:

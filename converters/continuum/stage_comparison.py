@@ -38,6 +38,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
     errors = _displacement_errors(stage, nominal, matched, area)
     levels = [level[number] for level in references.halved if number < len(level)]
     finer = references.finer[number : number + 1] if errors else ()
+    rigid = matched is nominal
     strained = area * _strained(model, stage)
     counted = (strained > 0)[:, None, None]
     return Comparison(
@@ -63,7 +64,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
         ),
         histories=history_values(model, results, number, nominal, matched),
         refined=_change(finer[0], nominal, moments.area) if finer else None,
-        refinement=refinement_of(levels, references.asked, area, held) if references.asked and errors else None,
+        refinement=refinement_of(levels, references.asked, area, held, rigid) if references.asked and errors else None,
         area=moments.area,
         centroid=moments.centroid,
         bsm_seconds=sum(before.seconds for before in results.stages[: number + 1]),

@@ -13,7 +13,8 @@ from bsm_mesh.converters.continuum.equilibrium import Iterate
 from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_cells
 from bsm_mesh.converters.continuum.fills import Fill, gradient_at_fill
 from bsm_mesh.converters.continuum.ground import PoreWater
-from bsm_mesh.converters.continuum.joint_points import JointPoints, JointState
+from bsm_mesh.converters.continuum.joint_history import JointState
+from bsm_mesh.converters.continuum.joint_points import JointPoints
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.supports import nodal_unknowns
 from bsm_mesh.results.bolts import BoltForces

@@ -30,9 +30,11 @@ from bsm_mesh.converters.continuum.ground import (
     seepage_forces,
 )
 from bsm_mesh.converters.continuum.interfaces import open_joints
-from bsm_mesh.converters.continuum.joint_points import JointHistory, JointPoints, joint_points, slip_path_after
+from bsm_mesh.converters.continuum.joint_history import JointHistory
+from bsm_mesh.converters.continuum.joint_points import JointPoints, slip_path_after
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
+from bsm_mesh.converters.continuum.placed_points import joint_points
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
 from bsm_mesh.converters.continuum.supports import held_displacements
@@ -82,7 +84,8 @@ class Continuum:
     discretization : Discretization
         Elements and interfaces.
     present : sequence of (n,) bool or None
-        Blocks that are there in the first stages, where a run lost some besides those that its stages take away.
+        Blocks that are there in the first stages, where a run lost some besides those that its stages take away; on
+        faces that these lay bare the stages' pressures do not act.
     """
 
     def __init__(
@@ -93,7 +96,8 @@ class Continuum:
         departures.refuse(model, discretization.joints)
         began = time.perf_counter()
         self.model, self.discretization = model, discretization
-        self.presence = presence(model.stages, model.blocks) if present is None else tuple(present)
+        self.as_planned = presence(model.stages, model.blocks)
+        self.presence = self.as_planned if present is None else list(present)
         self.mesh = continuum_mesh(model.blocks, discretization)
         interfaces = None
         if discretization.joints:
@@ -157,6 +161,8 @@ class _Run:
     def first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
         self._wet()
+        if self.state.bolts is not None:
+            self.state.bolts = self.state.bolts.without(~present)
         end = self._solved(INITIAL, present, (1.0,))
         if self.of.model.in_situ is not None:
             self.state.origin = self.state.u
@@ -173,14 +179,12 @@ class _Run:
         state.model = model_in_stage(of.model, number)
         if state.joints is not None:
             state.joints = state.joints.with_strength_of(state.model)
-        if state.bolts is not None:
-            state.bolts = state.bolts.without(~stays)
         if (present & ~before).any():
             self._fill(stays, present & ~before)
         if state.bolts is not None:
-            state.bolts = state.bolts.install(number, state.u)
+            state.bolts = state.bolts.install(number, state.u).without(~present)
         if stage.pressure:
-            leaves = before & ~present
+            leaves = before & ~of.as_planned[number]
             state.pressures = state.pressures + pressure_on_new_faces(
                 of.mesh, of.basis, stays, leaves, of.facets, stage.pressure
             )
@@ -318,6 +322,7 @@ class _Run:
             history=history,
             bolts=state.bolts,
             tangents=Tangents(stiffness, opening, slip, free),
+            size=float(np.sqrt(np.median(of.model.blocks.moments.area))),
         )
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.errors import ModelError, counted, one_line
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import Faces, find_faces
@@ -20,6 +21,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Fixed
 
 GRAVITY = 9.81  # m/s^2: what turns a unit weight into a density
+STIFF = 1e11  # Pa/m: faces of rock without a joint, where a program knows contacts only
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -34,6 +36,11 @@ class JointedFaces:
         """Return the faces of a model."""
         faces = find_faces(model.blocks)
         return cls(faces=faces, joint=face_joints(model, faces))
+
+
+def heading(model: Model) -> str:
+    """Return the title of a model in one line, with the units of what is written."""
+    return one_line(f"{model.title or 'a model'} of bsm-mesh, in m, N, Pa, kg/m^3")
 
 
 def unit_weights(model: Model) -> FloatArray:
@@ -52,13 +59,24 @@ def forces_on_blocks(model: Model) -> FloatArray:
     return found
 
 
-def fixed_blocks(model: Model, support: Fixed) -> LongArray:
-    """Return the blocks that a support fixes, whole."""
-    blocks = model.blocks
+def fixed_blocks(model: Model) -> tuple[LongArray, list[str]]:
+    """Return the blocks that supports fix, and what of the supports is left out: programs fix whole blocks."""
+    held, remarks = [np.empty(0, np.int64)], []
+    for number, support in enumerate(model.supports, start=1):
+        if not isinstance(support, Fixed):
+            remarks.append(f"support {number} ({type(support).__name__}): only blocks that are fixed are written")
+            continue
+        if support.blocks is None:
+            remarks.append(f"support {number} holds edges or a point: the whole blocks there are fixed")
+        held.append(_held_by(support, model.blocks))
+    return np.unique(np.concatenate(held)), remarks
+
+
+def _held_by(support: Fixed, blocks: Blocks) -> LongArray:
     if support.blocks is not None:
-        return np.unique(np.asarray(support.blocks, dtype=np.int64))
+        return np.asarray(support.blocks, dtype=np.int64)
     if support.boundary is not None:
-        return np.unique(blocks.owner[blocks.boundary_edges(support.boundary)]).astype(np.int64)
+        return blocks.owner[blocks.boundary_edges(support.boundary)].astype(np.int64)
     assert support.point is not None
     x, y = support.point
     return blocks_at(blocks, (float(x), float(y))).astype(np.int64)

@@ -18,7 +18,6 @@ from bsm_mesh.converters.exports.parts import (
 from bsm_mesh.errors import ModelError, listing
 from bsm_mesh.files import write_text
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Fixed
 
 OF_THEIR_PACKAGES = ("compas", "compas_dem", "compas_cra", "compas_lmgc90")
 UNLIMITED = 10.0  # coefficient of friction where a model gives none: no slip short of 84 degrees
@@ -39,19 +38,13 @@ def write_script(model: Model, path: Path, script: str, *, loads: bool = True) -
     refuse_concave(model)
     remarks = left_out(model, ("laws",))
     blocks = model.blocks
-    held: set[int] = set()
-    for number, support in enumerate(model.supports, start=1):
-        if isinstance(support, Fixed):
-            held |= set(fixed_blocks(model, support).tolist())
-            if support.blocks is None:
-                remarks.append(f"support {number} holds edges or a point: the whole blocks there are fixed")
-        else:
-            remarks.append(f"support {number} ({type(support).__name__}): only blocks that are fixed are written")
+    held, of_supports = fixed_blocks(model)
+    remarks += of_supports
     data = {
         "title": model.title,
         "blocks": [blocks.vertices[a:b].tolist() for a, b in zip(blocks.offsets[:-1], blocks.offsets[1:], strict=True)],
         "density": (unit_weights(model) / GRAVITY).tolist(),
-        "fixed": sorted(held),
+        "fixed": held.tolist(),
         "loads": {str(b): row.tolist() for b, row in enumerate(forces_on_blocks(model)) if row.any()},
         "friction": _friction(model, remarks),
     }

@@ -12,10 +12,12 @@ import numpy as np
 
 from bsm_mesh.converters.exports.parts import (
     GRAVITY,
+    STIFF,
     JointedFaces,
     fixed_blocks,
     forces_on_blocks,
     friction_and_cohesion,
+    heading,
     left_out,
     unit_weights,
 )
@@ -24,9 +26,7 @@ from bsm_mesh.errors import ModelError, one_line
 from bsm_mesh.files import write_text
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Fixed
 
-STIFF = 1e11  # Pa/m: faces of rock without a joint, and joints without a limit of shear
 UNBROKEN = "friction 45 cohesion 1e20 tension 1e20"
 PAIRS = 8  # of blocks in a line
 AROUND = 1e-3  # of the root of a block's area: half the box around its centroid
@@ -68,7 +68,7 @@ def _joint_of_pairs(pairs: np.ndarray, jointed: JointedFaces) -> tuple[dict[int,
 def _grid(model: Model, told: dict[int, np.ndarray]) -> list[str]:
     """Return the grid: x stays x, y becomes z, the thickness lies along y; faces clockwise as seen from outside."""
     blocks = model.blocks
-    lines = [f"* {one_line(model.title or 'a model')} of bsm-mesh, in m", "* GRIDPOINTS"]
+    lines = [f"* {heading(model)}", "* GRIDPOINTS"]
     corners = len(blocks.vertices)
     for depth in (0, 1):
         lines += [f"G {k + depth * corners} {x:.17g} {depth}. {z:.17g}" for k, (x, z) in enumerate(blocks.vertices, 1)]
@@ -97,7 +97,7 @@ def _grid(model: Model, told: dict[int, np.ndarray]) -> list[str]:
 
 
 def _commands(model: Model, grid: str, told: dict[int, np.ndarray], remarks: list[str]) -> list[str]:
-    lines = [f"; {one_line(model.title or 'a model')} of bsm-mesh, in m, N, Pa, kg/m^3, for 3DEC"]
+    lines = [f"; {heading(model)}, for 3DEC"]
     lines += ["model new", "model large-strain on", f"block import '{grid}'"]
     centre, half = model.blocks.moments.centroid, AROUND * np.sqrt(model.blocks.moments.area)
     for block, ((x, z), r) in enumerate(zip(centre, half, strict=True), 1):
@@ -126,13 +126,9 @@ def _commands(model: Model, grid: str, told: dict[int, np.ndarray], remarks: lis
         remarks.append(f"contacts that come about in motion: all are of joint '{first}'")
     horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
     lines.append(f"model gravity {GRAVITY * horizontal:.9g} 0 {-GRAVITY * (1 - vertical):.9g}")
-    for number, support in enumerate(model.supports, start=1):
-        if not isinstance(support, Fixed):
-            remarks.append(f"support {number} ({type(support).__name__}): only blocks that are fixed are written")
-            continue
-        if support.blocks is None:
-            remarks.append(f"support {number} holds edges or a point: the whole blocks there are fixed")
-        lines += [f"block fix range group 'bsm=b{block + 1}'" for block in fixed_blocks(model, support)]
+    held, of_supports = fixed_blocks(model)
+    lines += [f"block fix range group 'bsm=b{block + 1}'" for block in held]
+    remarks += of_supports
     return [*lines, "block mech damp local 0.8", "model solve ratio-local 1e-6", "model save 'solved'"]
 
 

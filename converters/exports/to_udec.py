@@ -13,20 +13,20 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.exports.parts import (
     GRAVITY,
+    STIFF,
     JointedFaces,
     fixed_blocks,
     forces_on_blocks,
     friction_and_cohesion,
+    heading,
     left_out,
 )
 from bsm_mesh.files import write_text
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.supports import Fixed
 
 ROUNDING = 0.01  # of the shortest edge: radius of rounded corners, which UDEC wants
 OFF = 0.5  # degrees: contacts of a face are within it of the face's angle
-STIFF = 1e11  # Pa/m: faces of rock without a joint, and joints without a stiffness of their own
 
 
 def write(model: Model, path: Path) -> tuple[str, ...]:
@@ -34,7 +34,7 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
     blocks = model.blocks
     jointed = JointedFaces.of(model)
     shortest = float(np.hypot(*blocks.edge_vectors.T).min())
-    lines = [f"; {model.title or 'a model'} of bsm-mesh, in m, N, Pa, kg/m^3, for UDEC", "new"]
+    lines = [f"; {heading(model)}, for UDEC", "new"]
     lines += [f"round {ROUNDING * shortest:.6g}", f"edge {2 * ROUNDING * shortest:.6g}"]
     for first, last in zip(blocks.offsets[:-1], blocks.offsets[1:], strict=True):
         lines.append("block " + " ".join(f"{x:.9g},{y:.9g}" for x, y in blocks.vertices[first:last]))
@@ -43,7 +43,10 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
     lines += _joints(model, jointed, remarks)
     horizontal, vertical = model.gravity_horizontal, model.gravity_vertical
     lines += [f"gravity {GRAVITY * horizontal:.9g} {-GRAVITY * (1 - vertical):.9g}"]
-    lines += _supports(model, remarks) + _loads(model)
+    held, of_supports = fixed_blocks(model)
+    inside, reach = _inner_points(model), 1e-3 * np.sqrt(blocks.moments.area)
+    lines += [f"fix {_near(inside[block], reach[block])}" for block in held] + _loads(model)
+    remarks += of_supports
     lines += ["damp auto", "solve ratio 1e-6", "save solved.sav"]
     write_text(path, "\n".join(lines) + "\n")
     return tuple(remarks)
@@ -128,22 +131,7 @@ def _where_joints_meet(
     differ = joint[one] != joint[other]
     one, other = one[differ], other[differ]
     turn = (angles[one] - angles[other] + 90) % 180 - 90
-    order = {face: place for place, face in enumerate(faces.tolist())}
-    met = sorted(np.unique(one).tolist(), key=order.__getitem__)
-    return np.array(met, dtype=np.int64), int((np.abs(turn) <= 2 * OFF).sum()) // 2
-
-
-def _supports(model: Model, remarks: list[str]) -> list[str]:
-    lines, inside = [], _inner_points(model)
-    reach = 1e-3 * np.sqrt(model.blocks.moments.area)
-    for number, support in enumerate(model.supports, start=1):
-        held = fixed_blocks(model, support) if isinstance(support, Fixed) else np.empty(0, np.int64)
-        if not isinstance(support, Fixed):
-            remarks.append(f"support {number} ({type(support).__name__}): only blocks that are fixed are written")
-        elif support.blocks is None:
-            remarks.append(f"support {number} holds edges or a point: the whole blocks there are fixed")
-        lines += [f"fix {_near(inside[block], reach[block])}" for block in held]
-    return lines
+    return faces[np.isin(faces, one)], int((np.abs(turn) <= 2 * OFF).sum()) // 2
 
 
 def _loads(model: Model) -> list[str]:

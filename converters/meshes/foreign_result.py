@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,8 +33,8 @@ class ForeignResult:
         Nodes of the elements.
     at_points, at_cells : mapping of str to (n, ...), (c, ...) array
         Fields by name: numbers only.
-    units : mapping of str to float
-        What fields whose name tells their unit are to be multiplied by, and "length" for the nodes; 1 where not given.
+    length_unit : str
+        Of the nodes, as the file names it; empty where it does not.
     has_elements : bool
         Whether the elements are the file's; else they are triangles between its nodes.
     """
@@ -46,7 +46,7 @@ class ForeignResult:
     connectivity: IntArray
     at_points: Fields
     at_cells: Fields
-    units: Mapping[str, float] = field(default_factory=dict)
+    length_unit: str = ""
     has_elements: bool = True
 
     def packed(self) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:

@@ -14,12 +14,13 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
+from bsm_mesh.converters.meshes.foreign_units import unit_in
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
 
 SUFFIX = ".csv"
 NAMES = ("{}", "{}coord", "{}coordinate", "coord{}")  # of the columns of x and y, without signs
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
+DECIMAL_COMMAS = "where commas are decimal points part columns by semicolons"
 TRIANGLE = 5  # VTK's number
 SAME = 1e-9  # of the greatest extent: nodes nearer than this are one, with the mean of their values
 FLAT = 1e-12  # of the square of the extent: a triangle of the hull that is no more than an edge
@@ -29,20 +30,26 @@ def read_table(path: Path) -> ForeignResult:
     """Return the fields of a table of nodes, and the triangles between these.
 
     Commas, semicolons and tabs part columns; with the latter two a comma may be a decimal point. The first row has the
-    names, ``Sigma XX (MPa)`` with a unit. A column that holds a text is left out.
+    names, ``Sigma XX (MPa)`` with a unit. A column without any number is left out.
 
     Raises
     ------
     ModelError
-        If there is no column of x or y, a row is not complete, or the nodes lie on one line.
+        If there is no column of x or y, they differ in unit, two columns have one name, a row is not complete, a number
+        is missing, or the nodes lie on one line.
     """
-    header, rows = _rows(path)
-    columns = {name: _numbers([row[k] for row in rows]) for k, name in enumerate(header)}
-    numbers = {name: values for name, values in columns.items() if values is not None}
+    header, lines, rows = _rows(path)
+    columns = {name: np.array([_number(row[k]) for row in rows]) for k, name in enumerate(header)}
+    numbers = {name: values for name, values in columns.items() if np.isfinite(values).any()}
+    for name, values in numbers.items():
+        if not np.isfinite(values).all():
+            worst = int(np.isfinite(values).argmin())
+            cell = rows[worst][header.index(name)]
+            cure = DECIMAL_COMMAS if "," in cell else "leave out that row, or the column"
+            raise ModelError(f"{path}: column '{name}' is not all numbers: row {lines[worst]} has '{cell}'; {cure}")
     x, y = (_coordinate(path, axis, header, numbers) for axis in "xy")
-    units = {name: UNITS[unit] for name in numbers if (unit := unit_of(name)) in UNITS}
-    if x in units:
-        units["length"] = units[x]
+    if unit_in(x).lower() != unit_in(y).lower():
+        raise ModelError(f"{path}: columns '{x}' and '{y}' name different units; give both the same")
     place = np.stack([numbers.pop(x), numbers.pop(y)], axis=1)
     points, fields = _merged(place, numbers)
     triangles = _triangles(path, points)
@@ -54,43 +61,43 @@ def read_table(path: Path) -> ForeignResult:
         connectivity=triangles.ravel(),
         at_points=fields,
         at_cells={},
-        units=units,
+        length_unit=unit_in(x),
         has_elements=False,
     )
 
 
-def unit_of(name: str) -> str:
-    """Return the unit in brackets at the end of a column's name; empty without one."""
-    found = re.search(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]\s*$", name)
-    return found.group(1) if found else ""
-
-
-def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
+def _rows(path: Path) -> tuple[list[str], list[int], list[list[str]]]:
+    """Return the names of the columns, and of each node its row in the file and its cells, with decimal points."""
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        text = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise ModelError(
             f"{path}: no text of UTF-8 ({error.reason} at byte {error.start}); save it as CSV UTF-8"
         ) from None
-    parting = next((sign for sign in ";\t" if lines and sign in lines[0]), ",")
+    parting = next((sign for sign in ";\t" if text and sign in text[0]), ",")
+    reader = csv.reader(text, delimiter=parting)
     try:
-        header, *rows = ([cell.strip() for cell in row] for row in csv.reader(lines, delimiter=parting) if any(row))
-    except (ValueError, csv.Error):
-        header, rows = [], []
-    if not rows:
+        table = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
+    except csv.Error:
+        table = []
+    if len(table) < 2:
         raise ModelError(f"{path}: holds no table; its first row names the columns, x and y among them, a row a node")
-    for number, row in enumerate(rows, 2):
+    (_, header), *rest = table
+    if twice := [name for name in header if name and header.count(name) > 1]:
+        raise ModelError(f"{path}: two columns are called '{twice[0]}'; name them apart")
+    for line, row in rest:
         if len(row) != len(header):
-            raise ModelError(f"{path}: row {number} has {len(row)} columns, and the first {len(header)}")
-    return header, [[cell.replace(",", ".") for cell in row] for row in rows] if parting != "," else rows
+            cure = f"; {DECIMAL_COMMAS}" if parting == "," and len(row) > len(header) else ""
+            raise ModelError(f"{path}: row {line} has {len(row)} columns, and the first {len(header)}{cure}")
+    lines, rows = [line for line, _ in rest], [row for _, row in rest]
+    return header, lines, rows if parting == "," else [[cell.replace(",", ".") for cell in row] for row in rows]
 
 
-def _numbers(cells: list[str]) -> FloatArray | None:
+def _number(cell: str) -> float:
     try:
-        values = np.array([float(cell) for cell in cells])
+        return float(cell)
     except ValueError:
-        return None
-    return values if np.isfinite(values).all() else None
+        return np.nan
 
 
 def _coordinate(path: Path, axis: str, header: list[str], numbers: dict[str, FloatArray]) -> str:

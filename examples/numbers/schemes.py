@@ -18,10 +18,13 @@ EXAMPLES = (  # file, the thesis's verdict
     ("03_stratified_slope/dip_24_5", "-"),
     ("03_stratified_slope/dip_25_5", "-"),
     ("03_stratified_slope/model", "slides, stops at the toe"),
+    ("03_stratified_slope/floor", "slides, stops at the bottom"),
     ("04_bolted_opening/unbolted", "unstable: roof block"),
     ("04_bolted_opening/roof_bolt", "unstable: left wall block"),
     ("04_bolted_opening/two_bolts", "stable"),
     ("04_bolted_opening/model", "stable"),
+    ("04_bolted_opening/thick_two_bolts", "stable"),
+    ("04_bolted_opening/thick", "stable"),
     ("05_dam_foundation/slip", "stable"),
 )
 

@@ -90,11 +90,27 @@ of the shear.
 
 "Unstable" is here: moved more than `displacement_limit` = 10 m. Without that key the run of
 topples.toml ends `{free.status.value}` after {free.max_displacement:.0f} m: the
-block falls on its side and slides on. Friction of 40° would hold it on a longer plane of 30°."""
+block falls on its side and slides on. Friction of 40° would hold it on a longer plane of 30°.
+
+{_upright()}"""
+
+
+def _upright() -> str:
+    """Return what the tall block does for which both formulas hold."""
+    name = "incline/tall_slides"
+    stage, model = run(name).stages[-1], load(name)
+    friction, width = next(row[2] for row in INCLINES if row[0] == "tall_slides"), 10.0
+    height = float(model.blocks.moments.area[1]) / width
+    arm, turned = height / 2 * math.tan(math.radians(friction)), math.degrees(abs(stage.displacement[1, 2]))
+    far = moved(run(name))[1]
+    return f"""For tall_slides.toml both formulas hold, and it slides without toppling: while it slides, base friction
+is N tan φ and no more, and the force on the base acts h/2 tan φ = {arm:.2f} m from its middle, within the half
+width of {width / 2:g} m. It has turned by {turned:.2f}° after {far:.1f} m, as its joint closes more at the toe.
+The formula tan ψ > b/h is for a block that friction holds; one that slides topples if tan φ > b/h."""
 
 
 INCLINES = (("model", 10.0, 40.1, 40.0), ("slides", 5.0, 20.0, 40.0), ("topples", 25.0, 40.0, 30.0),
-            ("slides_and_topples", 25.0, 20.0, 40.0))  # fmt: skip
+            ("tall_slides", 25.0, 20.0, 40.0))  # fmt: skip
 
 
 def staged_tunnel() -> str:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 import bsm_mesh as bsm
+from examples.numbers import runs
 from examples.numbers.pages import Table, markdown
 from examples.numbers.runs import admits, load, moved, proves, run, statics, verdict
 
@@ -61,12 +64,13 @@ def stratified_slope() -> str:
         ("dip_25_5", "Patton"),
         ("model", "Patton"),
         ("mohr_coulomb", "Mohr-Coulomb"),
+        ("floor", "Patton"),
     ):
         name = f"{SLOPE}/{file}"
         model, results = load(name), run(name)
         lower, upper = (moved(results, rows).mean() for rows in layers(model))
         far = f"{lower:.3f}, {upper:.3f} m" if upper > 0.1 else f"{1e3 * upper:.3f} mm"
-        place = ", at the toe" if upper > 0.1 else ""
+        place = (", on the floor" if file == "floor" else ", at the toe") if upper > 0.1 else ""
         found = statics(name)
         answer = admits(name) + (f", weights x {found.factor:.0f}" if 1 < found.factor < 1e6 else "")
         lines.append(
@@ -92,12 +96,13 @@ def stratified_slope() -> str:
     return markdown(header, lines)
 
 
-DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40"}
+DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40", "floor": "40"}
 
 
 def layers(model: bsm.Model) -> tuple[list[int], list[int]]:
     """Return the blocks of the lower and of the upper layer of Example 3."""
-    return list(range(3, 9)), list(range(9, 15))
+    still = model.blocks.count - 12  # the rock, then two toes or the floor
+    return list(range(still, still + 6)), list(range(still + 6, still + 12))
 
 
 def on_its_way() -> str:
@@ -128,6 +133,8 @@ def bolted_opening() -> str:
         ("roof_bolt", "roof"),
         ("two_bolts", "roof, wall"),
         ("model", "roof, wall, corner"),
+        ("thick_two_bolts", "roof, wall"),
+        ("thick", "roof, wall, corner"),
     ):
         name = f"{OPENING}/{file}"
         results = run(name)
@@ -150,40 +157,106 @@ def bolted_opening() -> str:
 At rest the roof bolt carries {force:.2f} kN, the weight of the wedge: 26 kN/m³ times {area:.3f} m². It hangs on the
 bolt alone; its joints are open. The wall bolt holds the thrust of the rock above as well, which squeezes the wedge out.
 A filling that soft closes under 1 MPa by {1e3 * closes:.1f} mm, {closes / filling.thickness:.1f} times its thickness,
-whatever that is: the thickness sets how far blocks move, not which of them stand."""
+whatever that is: up to 3 mm (below) the thickness sets how far blocks move, not which bolts they need."""
 
 
 def filling_thickness() -> str:
     """Return what Example 4 does with thicker fillings."""
     lines = []
-    for thickness in (0.2e-3, 0.5e-3, 1e-3, 2e-3, 3e-3):
+    for thickness in (0.2e-3, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3, 10e-3):
         stages = {}
         for file in ("unbolted", "roof_bolt", "two_bolts", "model"):
             model = load(f"{OPENING}/{file}")
             joints = [replace(joint, filling=replace(joint.filling, thickness=thickness)) for joint in model.joints]
-            stages[file] = bsm.run(model.replace(joints=joints)).stages[-1]
-        down = [f"blocks {', '.join(map(str, stages[file].unstable_blocks))}" for file in ("unbolted", "roof_bolt")]
-        far = [f"{1e3 * stages[file].displacement[6, 0]:.1f} mm" for file in ("two_bolts", "model")]
-        held = [stages[file].status.value for file in ("two_bolts", "model")]
-        lines.append((f"{1e3 * thickness:g} mm", *down, *(f"{one}, {two}" for one, two in zip(held, far, strict=True))))
-    header = ("filling", "come down unbolted", "with the roof bolt", "two bolts; corner block moves", "three bolts")
+            thicker = model.replace(joints=joints)
+            stages[file] = bsm.run(thicker).stages[-1]
+            if file == "unbolted":
+                stages["wang"] = bsm.run(thicker, bsm.Options(scheme="wang", max_steps=100)).stages[-1]
+        down = [", ".join(map(str, stages[file].unstable_blocks)) for file in ("wang", "unbolted", "roof_bolt")]
+        held = [_stands(stages[file]) for file in ("two_bolts", "model")]
+        lines.append((f"{1e3 * thickness:g} mm", *down, *held))
+    header = (
+        "filling",
+        "come down unbolted, thesis's iteration",
+        "default scheme",
+        "with the roof bolt",
+        "two bolts; corner block moves into the opening, down",
+        "three bolts",
+    )
     return markdown(header, lines)
+
+
+def _stands(stage: bsm.results.StageResult) -> str:
+    """Return the verdict, and how far the corner block moves if there is one."""
+    inwards, down = 1e3 * stage.displacement[6, 0], -1e3 * stage.displacement[6, 1]
+    return f"{stage.status.value}, {inwards:.1f}, {down:.1f} mm" if stage.status.is_stable else stage.status.value
+
+
+HEEL_ROCK, TOE_ROCK = 33, 34  # blocks upstream and downstream of the dam's key
 
 
 def dam_foundation() -> str:
     """Return the table and the water's force of Example 5."""
     lines = []
-    for file, scheme in (("model", "linear"), ("slip", "continuation: joints slip and open")):
-        stage = run(f"{DAM}/{file}").stages[-1]
-        u = 1e3 * stage.displacement
-        dam, heel, upstream, toe = u[0], u[34], u[33], u[37]
-        moves = f"{dam[0]:.2f} mm downstream, {dam[1]:.2f} mm up"
-        lines.append((f"{file}.toml", scheme, moves, f"{heel[0] - upstream[0]:.2f} mm", f"{toe[1]:.2f} mm up"))
+    for file, scheme in (("slip", "continuation: joints slip and open"), ("model", "linear: all joints hold")):
+        name = f"{DAM}/{file}"
+        lines.append((f"{file}.toml", scheme, *dam_moves(load(name), run(name))))
     uplift = run(f"{DAM}/slip").stages[-1].water[:, 1].sum() / 1e6
-    table = markdown(("file", "scheme", "dam", "opening of the joint at the heel", "block at the toe"), lines)
+    table = markdown(("file", "scheme", *DAM_COLUMNS), lines)
     return f"""{table}
 
 The water takes {uplift:.1f} MN/m off the weight of dam and rock; the forces in the contacts are the effective ones."""
+
+
+DAM_COLUMNS = ("dam downstream", "dam up", "gap at the heel", "block at the toe up", "its downstream neighbour up")
+
+
+def dam_moves(model: bsm.Model, results: bsm.Results) -> list[str]:
+    """Return how dam and toe move, and how far the dam parts from the upstream rock at the surface."""
+    u, centroid = results.stages[-1].displacement, model.blocks.moments.centroid
+    at_heel = u[:, 0] + u[:, 2] * centroid[:, 1]  # of the point at y = 0; rotations are small
+    gap = max(0.0, float(at_heel[0] - at_heel[HEEL_ROCK]))
+    values = (u[0, 0], u[0, 1], gap, u[TOE_ROCK, 1], u[TOE_ROCK + 1, 1])
+    return [f"{1e3 * value:.2f} mm" for value in values]
+
+
+MESH = '[mesh]\ngeometry = "dam_foundation"\n'
+WATER = "[water]                          # weight and water together, as in the thesis\n"
+FIRST = '[in_situ]\nmethod = "gravity"\n[water]\ntable = [[0, 0]]\n[[stage]]\nname = "reservoir"\n[stage.water]\n'
+
+
+def _dam(old: str, new: str) -> bsm.Model:
+    """Return the dam with a part of its model file replaced."""
+    text = (runs.EXAMPLES / f"{DAM}/slip.toml").read_text(encoding="utf-8")
+    assert old in text
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "model.toml").write_text(text.replace(old, new), encoding="utf-8")
+        return bsm.load(Path(folder) / "model.toml")
+
+
+def _told_dam(model: bsm.Model) -> list[str]:
+    """Return verdict and movements."""
+    results = bsm.run(model)
+    return [verdict(results), *dam_moves(model, results)]
+
+
+def dam_variants() -> str:
+    """Return what Example 5 does with other joints, and with the dam standing before the water comes."""
+    usual = load(f"{DAM}/slip")
+    lines = [("as given", *_told_dam(usual))]
+    lines += [
+        (f"joints beyond the toe dip {words}", *_told_dam(_dam(MESH, f"{MESH}[mesh.parameters]\ntoe_dip = {dip}\n")))
+        for dip, words in ((60.0, "60° upstream"), (90.0, "90°"), (135.0, "45° downstream, as the others"))
+    ]
+    for shear in (0.5e9, 1e9, 2e9):
+        joints = [replace(joint, shear_stiffness=shear) for joint in usual.joints]
+        lines.append((f"shear stiffness {shear / 1e9:g} GPa/m", *_told_dam(usual.replace(joints=joints))))
+    on_rock = [replace(joint, shear_stiffness=5e9) if joint.name == "contact" else joint for joint in usual.joints]
+    lines.append(("shear stiffness under the dam 5 GPa/m", *_told_dam(usual.replace(joints=on_rock))))
+    soft = [replace(joint, normal_stiffness=5e9, shear_stiffness=1e9) for joint in usual.joints]
+    lines.append(("normal, shear stiffness 5, 1 GPa/m", *_told_dam(usual.replace(joints=soft))))
+    lines.append(("dam first, then the reservoir; since then", *_told_dam(_dam(WATER, FIRST))))
+    return markdown(("variant", "verdict", *DAM_COLUMNS), lines)
 
 
 TABLES: tuple[Table, ...] = (
@@ -193,4 +266,5 @@ TABLES: tuple[Table, ...] = (
     Table(name="bolted-opening", page=f"examples/{OPENING}/README.md", make=bolted_opening),
     Table(name="filling-thickness", page=f"examples/{OPENING}/README.md", make=filling_thickness, tolerance=0.02),
     Table(name="dam-foundation", page=f"examples/{DAM}/README.md", make=dam_foundation),
+    Table(name="dam-variants", page=f"examples/{DAM}/README.md", make=dam_variants, tolerance=0.02),
 )

@@ -11,7 +11,7 @@ from bsm_mesh.errors import counted
 from bsm_mesh.geometries.cutting.pieces import IntArray
 from bsm_mesh.geometries.joint_sets import FloatArray
 
-ENGINES = {"gmsh": "Gmsh", "shapely": "the cutter"}
+ENGINES = {"gmsh": "Gmsh", "shapely": "our own cutter"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

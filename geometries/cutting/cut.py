@@ -17,6 +17,7 @@ from bsm_mesh.geometries.cutting.slivers import join_slivers
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.rock_mass import Opening, Region, RockMass
+from bsm_mesh.geometries.session import load_gmsh
 
 Engine = Literal["auto", "gmsh", "shapely"]
 MOST_MEETINGS = 5000  # places where lines meet: Gmsh fragments so many in 3 s of processor time, whatever the pattern
@@ -34,7 +35,8 @@ def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
         The rock and its joints.
     engine : str
         ``gmsh`` fragments by Open CASCADE; ``shapely`` is a cutter of our own, which takes a second for 3e4 blocks;
-        ``auto`` takes Gmsh where lines meet at 5000 places at most, else the cutter. The report says which and why.
+        ``auto`` takes Gmsh where lines meet at 5000 places at most and Gmsh can be loaded, else the cutter. The report
+        says which and why.
 
     Raises
     ------
@@ -68,18 +70,28 @@ def choose_engine(pieces: Pieces, engine: Engine) -> Choice:
     GeometryError
         For another engine.
     """
-    import shapely
-
     if engine not in get_args(Engine):
         raise GeometryError(f"there is no engine '{engine}'; give {', '.join(get_args(Engine))}")
     if engine != "auto":
         return Choice(engine=engine, reason="as asked")
+    places = count_meetings(pieces)
+    reason = f"lines meet at {places} places (Gmsh takes up to {MOST_MEETINGS})"
+    if places > MOST_MEETINGS:
+        return Choice(engine="shapely", reason=reason)
+    try:
+        load_gmsh()
+    except GeometryError as fault:
+        return Choice(engine="shapely", reason=str(fault))
+    return Choice(engine="gmsh", reason=reason)
+
+
+def count_meetings(pieces: Pieces) -> int:
+    """Return at how many places lines meet, two by two."""
+    import shapely
+
     drawn = shapely.linestrings(pieces.ends)
     met = shapely.STRtree(drawn).query(drawn, predicate="intersects").shape[1]
-    places = (met - len(drawn)) // 2
-    more = places > MOST_MEETINGS
-    reason = f"lines meet at {places} places, {'more than' if more else 'at most'} {MOST_MEETINGS}"
-    return Choice(engine="shapely" if more else "gmsh", reason=reason)
+    return int(met - len(drawn)) // 2
 
 
 def _node(pieces: Pieces, grid: float, engine: str) -> tuple[Pieces, Graph]:

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.geometries.abutting import end_at
-from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.abutting import ended
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.rock_mass import Region, RockMass
 
@@ -88,7 +87,8 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
     given = np.zeros(len(names))
     low, high = mass.box
     jointed = mass.jointed()
-    for joints, traces in zip(mass.joints, _traces(mass, low, high), strict=True):
+    found = ended(mass.joints, [joints.traces(low, high, mass.seed) for joints in mass.joints])
+    for joints, traces in zip(mass.joints, found, strict=True):
         index = names.index(joints.name)
         given[index] += np.hypot(*(traces[:, 1] - traces[:, 0]).T).sum()
         inside = _clip(traces, jointed, mass.grid)
@@ -104,19 +104,6 @@ def gather_pieces(mass: RockMass) -> tuple[Pieces, FloatArray]:
         joint_names=names,
     )
     return pieces, given
-
-
-def _traces(mass: RockMass, low: FloatArray, high: FloatArray) -> list[FloatArray]:
-    """Return the traces of all joints, those that abut on other sets ended at them."""
-    found = [joints.traces(low, high, mass.seed) for joints in mass.joints]
-    ended = []
-    for joints, traces in zip(mass.joints, found, strict=True):
-        on = tuple(getattr(joints, "abuts", ()))
-        others = [more for other, more in zip(mass.joints, found, strict=True) if other.name in on]
-        if unknown := set(on) - {other.name for other in mass.joints}:
-            raise GeometryError(f"joint set '{joints.name}': abuts on '{min(unknown)}', which is no set of this rock")
-        ended.append(end_at(traces, np.concatenate(others)) if others else traces)
-    return ended
 
 
 def _outlines(mass: RockMass) -> list[FloatArray]:

@@ -284,7 +284,7 @@ def examples() -> tuple[Example, ...]:
     return (
         _of_file("incline/slides.toml", column),
         _of_file("incline/topples.toml", column),
-        _of_file("incline/slides_and_topples.toml", column),
+        _of_file("incline/tall_slides.toml", column),
         _of_file("toppling_column/steeper.toml", column),
         _of_file("arch/thin.toml", arch),
         _of_file("tilted_wall/tilt_30.toml", wall),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -13,35 +12,10 @@ import pytest
 
 from docs.code_blocks import files_of, typed
 from tests.scenes.small_case import Case
+from tests.scenes.typed_lines import mesh_by_gmsh, type_line
 
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
 FIRST = PAGE.with_name("first_problems.md")
-
-
-def mesh_by_gmsh(folder: Path, geo: str, target: str) -> None:
-    """Do what ``gmsh -2 GEO -format msh41 -o TARGET`` does."""
-    from bsm_mesh.geometries import gmsh_session
-
-    with gmsh_session("geo") as gmsh:
-        gmsh.merge(str(folder / geo))
-        gmsh.model.mesh.generate(2)
-        gmsh.write(str(folder / target))
-
-
-def run_line(case: Case, line: str) -> None:
-    program, *arguments = shlex.split(line)
-    if program == "gmsh":
-        _, geo, _, _, _, target = arguments
-        mesh_by_gmsh(case.folder, geo, target)
-    elif program == "python":
-        done = subprocess.run(
-            [sys.executable, *arguments], cwd=case.folder, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-    else:
-        assert program == "bsm-mesh"
-        outcome = case.run(*arguments)
-        assert outcome.code == 0, f"{line}: {outcome.err}"
 
 
 @pytest.fixture
@@ -55,7 +29,7 @@ def page(case: Case) -> str:
 def test_every_command_of_the_page_runs(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(PAGE.parents[1]))
     for line in typed(page):
-        run_line(case, line)
+        type_line(case, line, PAGE.name)
     for name in ("rock.msh", "quality.png", "net.png", "out/model/summary.json"):
         assert (case.folder / name).is_file()
 
@@ -69,7 +43,7 @@ def test_a_first_problem_from_nothing_to_its_verdict(case: Case, number: int, mo
         case.write(name, content)
     commands = "\n".join(typed(section))
     for line in commands.splitlines():
-        run_line(case, line)
+        type_line(case, line, FIRST.name)
     (told,) = case.folder.glob("out/*/summary.json")
     end = json.loads(told.read_text(encoding="utf-8"))
     row = [line for line in text.splitlines() if line.startswith("| [")][number - 1]

@@ -187,9 +187,9 @@ def known() -> Iterator[Known]:
         name = f"roof prism, Bray, apex {2 * apex:g}, {stress / 1e6:g} MPa, kn / ks {kn / ks:g}, friction 45"
         yield Known(name, "bray", prism.factor, prism.model, at_bound=False)
     name = "UDEC's tutorial slope, friction 20: top block"
-    yield Known(name, "udec", tan(20) / 0.4, partial(tutorial_slope, 20.0))
+    yield Known(name, "statics", tan(20) / 0.4, partial(tutorial_slope, 20.0))
     lower = partial(tutorial_slope, 20.0, excavate=(1, 3))
-    yield Known("the same without the top block: lower block", "udec", tan(20) / 0.3, lower)
+    yield Known("the same without the top block: lower block", "statics", tan(20) / 0.3, lower)
     name = "toppling, Goodman & Bray, friction 42"
     yield Known(name, "goodman-bray", tan(42) / TOPPLING, partial(goodman_and_bray, 42.0), at_bound=False)
 

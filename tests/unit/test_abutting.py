@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bsm_mesh.geometries import GeometryError, JointSet, Region, RockMass, abutting_sets, cut_blocks
-from bsm_mesh.geometries.abutting import end_at
+from bsm_mesh.geometries.abutting import end_at, ended
 from tests.scenes.networks import box
 
 
@@ -22,7 +22,8 @@ def test_relations_of_fractopo_as_frame_and_as_csv() -> None:
     ]
     assert abutting_sets(rows) == {"C": ("A",)}
     assert abutting_sets(rows, least=0.1) == {"A": ("B",), "C": ("A",)}
-    with pytest.raises(GeometryError, match=r"row 1 needs sets \(two names\) and the counts x, y, y-reverse: 'y'"):
+    assert abutting_sets([{"sets": ("A", "B"), "x": 0, "y": 1, "y-reverse": 1}]) == {}  # each at the other as often
+    with pytest.raises(GeometryError, match=r"row 1 needs sets \(two names\) and the counts x, y, y-reverse; it is \{"):
         abutting_sets([{"sets": ("A", "B"), "x": 1}])
 
 
@@ -45,5 +46,29 @@ def test_a_set_that_abuts_crosses_no_joint_of_the_other() -> None:
         assert (degree[on_first].max() == 1) == bool(abuts)  # it ends there, and goes on without
     with pytest.raises(GeometryError, match="joint set 'J2': abuts on 'J9', which is no set of this rock"):
         cut_blocks(RockMass(regions=region, joints=[JointSet(name="J2", dip=0, density=1, length=2, abuts=["J9"])]))
-    with pytest.raises(GeometryError, match=r"abuts goes with a length: give names of other sets"):
+    with pytest.raises(GeometryError, match="abuts goes with a length"):
         JointSet(name="J2", dip=0, spacing=1, abuts=["J1"])
+    for wrong in ("J1", ["J2"], [1], None):
+        with pytest.raises(GeometryError, match="must be names of other sets"):
+            JointSet(name="J2", dip=0, density=1, length=2, abuts=wrong)  # type: ignore[arg-type]
+
+
+def test_a_set_ends_at_what_is_left_of_one_that_ends_at_a_third() -> None:
+    """J3 would meet the stretch of J2 that was cut off at J1; in whatever order they are given, it goes on past it."""
+    drawn = {
+        "J1": np.array([[(0.0, 0.0), (0.0, 10.0)]]),
+        "J2": np.array([[(-1.0, 5.0), (9.0, 5.0)]]),  # what is left: from J1 on
+        "J3": np.array([[(-0.5, 0.0), (-0.5, 12.0)], [(4.0, 0.0), (4.0, 12.0)]]),
+    }
+    sets = [
+        JointSet(name="J3", dip=90, density=1, length=2, abuts=["J2"]),
+        JointSet(name="J2", dip=0, density=1, length=2, abuts=["J1"]),
+        JointSet(name="J1", dip=90, density=1, length=2),
+    ]
+    for given in (sets, sets[::-1]):
+        found = dict(zip((one.name for one in given), ended(given, [drawn[one.name] for one in given]), strict=True))
+        np.testing.assert_array_equal(found["J2"], [[(0, 5), (9, 5)]])
+        np.testing.assert_array_equal(found["J3"], [[(-0.5, 0), (-0.5, 12)], [(4, 5), (4, 12)]])
+    sets[-1] = JointSet(name="J1", dip=90, density=1, length=2, abuts=["J3"])
+    with pytest.raises(GeometryError, match=r"in a circle: 'J\d' on 'J\d' on 'J\d' on 'J\d'; leave one of these out"):
+        ended(sets, [drawn[one.name] for one in sets])

@@ -13,10 +13,11 @@ from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.comparing_with import field_names
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages
-from bsm_mesh.converters.continuum.foreign_fields import FieldNames, plane_fields
+from bsm_mesh.converters.continuum.foreign_fields import FieldNames, length_factor, plane_fields
 from bsm_mesh.converters.continuum.outside import compare_with, stages_of
 from bsm_mesh.converters.continuum.sampled import block_averages_of, grid_of
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
+from bsm_mesh.converters.meshes.foreign_units import LENGTHS, STRESSES, factor_of, unit_in
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu, sample, write_pvd
 from bsm_mesh.errors import ModelError
 from tests.scenes.continuum import HEAVY, slab
@@ -288,6 +289,25 @@ def test_a_table_of_nodes(tmp_path, parting, point):
     check(block_averages_of(result, plane_fields(result, names), slab("wall in bond"), 1.0), slab("wall in bond"))
 
 
+def test_units_of_columns(tmp_path):
+    """By definition: an inch is 25.4 mm, a pound-force 4.4482216152605 N; a kip is 1000 of these, a ton 2000."""
+    (tmp_path / "a.csv").write_text("X (ft),Y (FT),ux (in)\n0,0,1\n1,0,1\n0,1,1\n")
+    foot = factor_of(read_foreign(tmp_path / "a.csv").length_unit, LENGTHS, "x", "")
+    assert_allclose(foot, 12 * 0.0254, rtol=1e-15)
+    pound = 4.4482216152605
+    for name, known, expected in (
+        ("ux (in)", LENGTHS, 0.0254),
+        ("uy (mm)", LENGTHS, 1e-3),
+        ("sxx (psi)", STRESSES, pound / 0.0254**2),
+        ("syy (ksf)", STRESSES, 1e3 * pound / 0.3048**2),
+        ("syy (tsf)", STRESSES, 2e3 * pound / 0.3048**2),
+        ("sxy (mpa)", STRESSES, 1e6),
+    ):
+        assert_allclose(factor_of(unit_in(name), known, name, ""), expected, rtol=1e-15)
+    with pytest.raises(ModelError, match="unit 'total' is none of"):
+        factor_of(unit_in("other (total)"), STRESSES, "other", "")
+
+
 def test_our_own_elements_as_a_table_of_nodes(tmp_path):
     """Sampled back at the nodes, where no triangle between them matters: the same to rounding."""
     model = load_model_file(TUNNEL, lambda _: None).model
@@ -306,16 +326,64 @@ def test_our_own_elements_as_a_table_of_nodes(tmp_path):
     [
         ("x,y,ux\n0,0,1\n1,0\n", "row 3 has 2 columns, and the first 3"),
         ("node,ux\n1,2\n", r"no column is called x \(or x_coord\); it has node, ux"),
-        ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers"),
+        ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers: row 3 has 'up'"),
+        ("x,y\n0,up\n1,down\n", "column 'y' is not all numbers"),
+        ("x,y,ux\n\n0,0,1\n1,0,\n", "column 'ux' is not all numbers: row 4 has ''; leave out that row"),
+        (
+            '"x","y"\n"0","0"\n"1","0,5"\n',
+            "row 3 has '0,5'; where commas are decimal points part columns by semicolons",
+        ),
+        ("x,y\n0,0\n1,0,5\n", "row 3 has 3 columns, and the first 2; where commas are decimal points"),
+        ("x (m),y (mm),ux\n0,0,1\n1,0,1\n", r"columns 'x \(m\)' and 'y \(mm\)' name different units"),
         ("x,y,ux\n0,0,1\n1,1,1\n2,2,1\n", "its 3 nodes span no area"),
         ("\n", "holds no table"),
         ("x,y,ux\n", "holds no table"),
+        ("x,y,ux\n0,0,1\n\n1,0\n", "row 4 has 2 columns"),
+        ("x,y,ux,ux\n0,0,1,2\n1,0,1,2\n0,1,1,2\n", "two columns are called 'ux'"),
+        ("x (mm),y (m),ux\n0,0,1\n1,0,1\n0,1,1\n", r"columns 'x \(mm\)' and 'y \(m\)' name different units"),
     ],
 )
 def test_tables_that_cannot_be_read(text, fault, tmp_path):
     (tmp_path / "bad.csv").write_text(text)
     with pytest.raises(ModelError, match=fault):
         read_foreign(tmp_path / "bad.csv")
+
+
+def test_units_in_names_count_whoever_read_the_file(tmp_path):
+    """A name that tells kN/m2 is taken at its word in a VTU too; a unit that is not known is not taken for pascals."""
+    points, cells = theirs()
+    u, s = linear(points)
+    blocks = slab("wall in bond")
+
+    def read(unit):
+        fields = {"u [cm]": 1e2 * u, f"Sigma XX ({unit})": 1e-3 * s[:, 0], f"Sigma YY ({unit})": 1e-3 * s[:, 1]}
+        fields[f"Sigma XY ({unit})"] = 1e-3 * s[:, 2]
+        meshio.Mesh(points, [("triangle", cells)], point_data=fields).write(tmp_path / "theirs.vtu")
+        return read_foreign(tmp_path / "theirs.vtu")
+
+    for unit in ("kN/m^2", "kN/m²", "kPa"):
+        result = read(unit)
+        check(block_averages_of(result, plane_fields(result, NONE), blocks, length_factor(result, NONE)), blocks)
+    with pytest.raises(
+        ModelError, match=r"'Sigma XX \(kip\)': unit 'kip' is none of Pa, kPa, .*--field sxx=\"Sigma XX"
+    ):
+        plane_fields(read("kip"), NONE)
+    names = field_names(["sxx=Sigma XX (kip):kPa"], None, False)
+    result = read("kip")
+    check(block_averages_of(result, plane_fields(result, names), blocks, 1.0), blocks)
+
+
+def test_units_of_the_nodes_of_a_table(tmp_path):
+    points = theirs()[0][:, :2]
+    u, s = linear(points)
+    blocks = slab("wall in bond")
+    for unit, size in (("ft", 0.3048), ("mm", 1e-3)):
+        header = [f"x ({unit})", f"y ({unit})", *RS2[2:]]
+        result = table(tmp_path / "rs2.csv", points / size, 1e3 * u, 1e-6 * s, header)
+        check(block_averages_of(result, plane_fields(result, NONE), blocks, length_factor(result, NONE)), blocks)
+    result = table(tmp_path / "rs2.csv", points, 1e3 * u, 1e-6 * s, ["x (yd)", "y (yd)", *RS2[2:]])
+    with pytest.raises(ModelError, match="coordinates: unit 'yd' is none of m, cm, mm, ft, in; give one"):
+        length_factor(result, NONE)
 
 
 def test_the_stages_of_a_series():

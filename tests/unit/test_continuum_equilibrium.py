@@ -1,6 +1,7 @@
 """converters.continuum: forces and tangent of joints at points, Newton, and what the continuum refuses."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,11 +9,13 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import solve_continuum_stages
 from bsm_mesh.converters.continuum.equilibrium import BALANCED, find_equilibrium
 from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
+from bsm_mesh.results.records import ContactStatus
 from tests.scenes.continuum import HEAVY
 from tests.scenes.models import framed
 from tests.scenes.shapes import grid, rectangle
@@ -88,6 +91,18 @@ def test_equilibrium_at_every_free_node(order):
     at, found = find_equilibrium(eq, np.zeros(len(eq.load)))
     assert found
     assert np.abs(at.left).max() <= 2 * BALANCED * at.scale
+
+
+def test_a_wall_just_before_it_slides():
+    """Tilted by 27 degrees it stands, by 28 its blocks come down: half of the points are open or slip."""
+    path = Path(__file__).parents[2] / "examples/tilted_wall/tilt_27.toml"
+    stage = solve_continuum(load_model_file(path, lambda _: None).model, order=1, joints=True)
+    assert stage.converged
+    assert np.abs(stage.displacement[:, :2]).max() < 5e-3
+    pressure, shear = -stage.contacts.normal_force, np.abs(stage.contacts.shear_force)
+    assert (shear <= np.tan(np.radians(35.0)) * pressure + 1e-6 * pressure.max()).all()
+    assert_allclose(stage.total_reaction, -stage.total_load, rtol=1e-6)
+    assert (stage.contacts.status != ContactStatus.STICKING).mean() > 0.4
 
 
 def test_what_slides_for_ever_is_not_converged_or_far():

@@ -1,11 +1,14 @@
 """benchmarks.continuum: every example beside finite elements, as a table between the marks of a page."""
 
+import numpy as np
 import pytest
 
+from bsm_mesh.converters import solve_continuum
 from tests.unit.test_benchmarks import ROOT, module
 
 PAGE = ROOT / "docs/continuum.md"
 continuum = module("continuum")
+limits = module("continuum_limits")
 
 
 def test_a_model_is_told_stage_by_stage():
@@ -44,3 +47,10 @@ def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
     assert refused
     assert not any("differ" in row[3] for row in refused)
     assert all("differ by" in row[3] for row in rows if row[2] in ("comparable", "with interfaces"))
+
+
+def test_a_slope_of_which_some_blocks_are_hardly_held():
+    """Full corrections carry them 17 m away; none larger than small displacements allow, they come to rest near by."""
+    stage = solve_continuum(limits.slope(140)[1], order=1, joints=True)
+    assert stage.converged
+    assert np.abs(stage.displacement[:, :2]).max() < 0.01

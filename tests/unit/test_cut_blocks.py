@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 import shapely
@@ -233,15 +235,27 @@ def test_gmsh_cuts_few_joints_and_the_cutter_very_many(monkeypatch: pytest.Monke
     """The same blocks with the same numbers, to the last bit; the report says which it was and why."""
     lines = [[(x, -1), (x + 3, 11)] for x in (1, 3, 5)] + [[(-1, y), (11, y + 1)] for y in (2, 4, 6)]
     few = cut_blocks(rock(*lines))
-    assert few.report()[0] == f"{few.count} blocks, cut by Gmsh: lines meet at 25 places, at most 5000"
+    assert few.report()[0] == f"{few.count} blocks, cut by Gmsh: lines meet at 25 places (Gmsh takes up to 5000)"
     monkeypatch.setattr("bsm_mesh.geometries.cutting.cut.MOST_MEETINGS", 24)
     many = cut_blocks(rock(*lines))
-    assert many.report()[0] == f"{many.count} blocks, cut by the cutter: lines meet at 25 places, more than 24"
+    assert (
+        many.report()[0] == f"{many.count} blocks, cut by our own cutter: lines meet at 25 places (Gmsh takes up to 24)"
+    )
     np.testing.assert_array_equal(few.points, many.points)
     np.testing.assert_array_equal(few.corners, many.corners)
     assert {name: edges.tolist() for name, edges in few.joints.items()} == {
         name: edges.tolist() for name, edges in many.joints.items()
     }
+
+
+def test_without_gmsh_the_cutter_cuts_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks can be counted, drawn and mended on a machine that cannot write a mesh; Gmsh asked for is an error."""
+    monkeypatch.setitem(sys.modules, "gmsh", None)
+    cut = cut_blocks(rock([(-1, 4), (11, 4)]))
+    assert cut.report()[0].startswith("2 blocks, cut by our own cutter: Gmsh is not installed (")
+    assert cut.report()[0].endswith("pip install gmsh")
+    with pytest.raises(GeometryError, match="Gmsh is not installed"):
+        cut_blocks(rock([(-1, 4), (11, 4)]), "gmsh")
 
 
 def test_a_sliver_is_joined_to_the_block_beside_it_and_told(engine: Engine) -> None:

@@ -8,8 +8,11 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.joint_test.specimen import Specimen, position_of
+from bsm_mesh.model.joint_laws.dilation import slip_of_step
 from bsm_mesh.model.strength import with_strength
 from bsm_mesh.solve.contacts.forces import evaluate
+from bsm_mesh.solve.contacts.history import commit, restore_history, worn
+from bsm_mesh.solve.step import subproblem
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun
@@ -119,6 +122,20 @@ def test_the_tangent_is_the_derivative_of_minus_the_forces(name, turn):
     assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
+def test_contacts_without_shear_stiffness_do_not_slip():
+    one, nothing = np.ones(2), np.zeros(2)
+    slip = slip_of_step(
+        1e-4 * one,
+        5.0 * one,
+        np.array([0.0, KS]),
+        T * one,
+        LAST * one,
+        lambda overlap: (KN * overlap, KN * one),
+        lambda pressure: (nothing, nothing),
+    )
+    assert_allclose(slip, [0.0, 5.0 / KS])
+
+
 def test_a_model_without_dilation_asks_for_nothing():
     step = begun(model_of([rectangle(-2, -1, 2, 0), rectangle(-1, 0, 1, 1)]))
     at = evaluate(step.contacts, step.system.catalogue.laws, step.start)
@@ -146,3 +163,47 @@ def test_strength_reduction_divides_its_tangent_too():
 def test_what_cannot_be_is_refused(keys, text):
     with pytest.raises(bsm.ModelError, match=text):
         replace(JOINT, **keys)
+
+
+def slid():
+    """Return a step of three blocks, a position at which contacts slide and dilate, and what they bear there."""
+    model = model_of([rectangle(-2, -1, 2, 0), rectangle(-1, 0, 0, 1), rectangle(0.2, 0, 1.2, 1)], kn=KN)
+    step = begun(model.replace(joints=[replace(JOINT, name=model.joints[0].name)]))
+    position = step.start + np.array([(0, 0, 0), (3e-3, -2e-4, 0), (2e-3, -3e-4, 0)])
+    at = step.evaluate(position)
+    assert (at.slip > 0).all()
+    assert len(at.slip) == 4
+    return step, position, at
+
+
+def assert_the_same(found, at, *, slips):
+    """Assert that contacts bear what they bore, as they slip in this step or have slipped before."""
+    assert_allclose(found.pressure, at.pressure, rtol=1e-9)
+    assert_allclose(found.shear, at.shear, rtol=1e-9)
+    assert (found.slip > 1e-9 * at.slip.max()).any() == slips
+
+
+def test_what_has_slipped_stays_open():
+    step, position, at = slid()
+    assert_the_same(step.system.evaluate(worn(step.contacts, at), position), at, slips=False)
+
+
+def test_what_slipped_provisionally_slips_again():
+    """Contacts that are searched anew within a step open once, not twice."""
+    step, position, at = slid()
+    size = step.system.outlines.size
+    history, _ = commit(step.contacts, at, position, size)
+    anew = step.system.gather(history, position, first=False)
+    assert_the_same(step.system.evaluate(anew, position), at, slips=False)
+    again = restore_history(anew, step.contacts, at, size)
+    assert_the_same(step.system.evaluate(again, position), at, slips=True)
+
+
+def test_some_of_the_contacts_dilate_as_among_all():
+    step, position, at = slid()
+    rows = np.flatnonzero(step.contacts.candidates.block_a + step.contacts.candidates.block_b == 1)
+    some = subproblem._chosen(step.contacts, rows, np.arange(len(position)))
+    found = step.system.evaluate(some, position)
+    assert len(found.slip) == len(rows) < len(at.slip)
+    assert_allclose(found.pressure, at.pressure[rows])
+    assert found.slip.max() > 0

@@ -77,6 +77,15 @@ def test_udec_has_every_block_joint_and_load(tmp_path: Path) -> None:
     assert "gravity 0 -9.81" in lines
 
 
+@pytest.mark.parametrize(("program", "ending"), [("abaqus", "inp"), ("udec", "dat"), ("3dgrid", "3dgrid")])
+def test_a_title_of_two_lines_is_no_command(tmp_path: Path, program: str, ending: str) -> None:
+    export(arch(3, 0.3, friction=40).replace(title="an arch\n*STEP"), program, tmp_path / f"a.{ending}")
+    for path in tmp_path.iterdir():
+        lines = path.read_text().splitlines()
+        assert any("an arch\\n*STEP of bsm-mesh, in m, N, Pa, kg/m^3" in line for line in lines)
+        assert not any(line.startswith("*STEP of") for line in lines)
+
+
 def test_udec_is_told_of_a_short_joint_after_the_long_one_around_it(tmp_path: Path) -> None:
     """The box of an oblique face holds faces of other joints; the last command on a contact is the one that holds."""
     polygons = [[(0, 0), (8, 8), (7, 8), (0, 1)], [(0, 0), (1, 0), (8, 7), (8, 8)]]  # along the diagonal, and two above

@@ -76,7 +76,15 @@ def test_what_is_left_out_is_counted_and_what_cannot_be_read_is_told(tmp_path: P
     good = path.read_text()
     for old, new, message in (
         ("4 1 1.2E-09", "40 1 1.2E-09", "a.fab.* (ends within a fracture|is no FracMan file in ASCII)"),
-        ("4 1 1.2E-09", "2 1 1.2E-09", "line 18: is no FracMan file in ASCII: a fracture of 2 vertices"),
+        ("4 1 1.2E-09", "2 1 1.2E-09", "line 18: .*: a fracture has 3 vertices at least, not 2"),
+        (
+            "4 1 1.2E-09",
+            "4",
+            "line 18: .*: a fracture begins with its number, how many vertices, and its set; this is '1",
+        ),
+        ("4 1 1.2E-09", "5 1 1.2E-09", "line 24: .*: after 5 vertices comes the normal, which begins with 0; this is"),
+        ("   2 ", "   2 x ", "line 20: .*: a vertex, of 4 of this fracture, is a number, x, y and z; this is '2 x"),
+        ("Set1", "SetA", "line 13: .*: a set has its name as in Set1 = J1; this is 'SetA'"),
         ("Ascii", "Binary", "line 2: .* Format = Binary; export it in ASCII"),
         ("East", "North", "export it with the x axis to the east"),
         ("Meter", "Furlong", "Length_Unit = Furlong; known: m, meter"),

@@ -28,10 +28,14 @@ from tests.scenes.networks import areas
 SETS = [JointSet(name="J1", dip=35, spacing=2.5, start=(0, 0)), JointSet(name="J2", dip=110, spacing=3.0, start=(1, 0))]
 
 
-def test_the_blocks_are_those_of_our_cutter(tmp_path: Path) -> None:
+ENDED = [SETS[0], JointSet(name="J2", dip=110, density=0.8, length=5.0, abuts=["J1"])]
+
+
+@pytest.mark.parametrize("sets", [SETS, ENDED])
+def test_the_blocks_are_those_of_our_cutter(tmp_path: Path, sets: list[JointSet]) -> None:
     with gmsh_session("own"):
         rock = gmsh.model.occ.addRectangle(-6, -5, 0, 12, 10)
-        (pieces,), joints = fragment_by_joints([rock], SETS)
+        (pieces,), joints = fragment_by_joints([rock], sets)
         assert set(joints) == {"joint:J1", "joint:J2"}
         bottom = find_curves(along=[(-6, -5), (6, -5)])
         name_groups({"rock:gneiss": pieces, **joints, "boundary:bottom": bottom})
@@ -39,7 +43,7 @@ def test_the_blocks_are_those_of_our_cutter(tmp_path: Path) -> None:
         gmsh.model.mesh.generate(2)
         write_mesh(tmp_path / "a.msh")
     blocks, _ = read_mesh(tmp_path / "a.msh", blocks="regions")
-    cut = cut_blocks(RockMass(regions=[Region(outline=rectangle(-6, -5, 6, 5), rock="gneiss")], joints=SETS))
+    cut = cut_blocks(RockMass(regions=[Region(outline=rectangle(-6, -5, 6, 5), rock="gneiss")], joints=sets))
     assert blocks.count == cut.count == len(pieces)
     np.testing.assert_allclose(np.sort(blocks.moments.area), np.sort(areas(cut)), atol=1e-6)
     edges = blocks.boundaries["bottom"]

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
-from bsm_mesh.solve.limit.interior_point import Answer, minimise
+from bsm_mesh.solve.limit.interior_point import Answer, _polished, minimise
 
 EXACT = 1e-13  # over the greatest multiplier: rounding alone
 
@@ -40,3 +40,26 @@ def test_small_multipliers(seed):
     assert found.answer is Answer.SOLVED
     assert_allclose(np.concatenate([found.of_balance, found.of_bounds[:-1]]), exact, atol=1e-6)
     assert found.loose.max() <= EXACT * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_multipliers_that_prove_that_there_is_no_solution(seed):
+    """Half planes all round that leave out a ball: their multipliers vanish in every column."""
+    bounded = np.random.default_rng(seed).normal(size=(60, 20))
+    none = np.zeros(0)
+    found = minimise(np.zeros(20), csr_array((0, 20)), none, csr_array(bounded), np.full(60, -1.0))
+    assert found.answer is Answer.INFEASIBLE
+    assert found.of_bounds.sum() > 0.5
+    assert found.loose.max() <= EXACT * found.of_bounds.max()
+
+
+def test_multipliers_do_not_vanish_for_want_of_a_bound():
+    """Where one that is met is taken for open only nothing vanishes in the columns; it is taken in by and by."""
+    generator = np.random.default_rng(0)
+    exact = generator.uniform(0.5, 1.0, 21)
+    rows = generator.normal(size=(21, 20))
+    rows[0] = -exact[1:] @ rows[1:] / exact[0]
+    slack = np.where(np.arange(21) == 0, 300.0, 1e-9)
+    found = _polished(exact + generator.normal(scale=1e-8, size=21), slack, csr_array(rows.T), 0)
+    assert_allclose(found, exact, rtol=1e-7)
+    assert np.abs(rows.T @ found).max() <= EXACT

@@ -213,6 +213,15 @@ def test_under_a_constant_stiffness_the_stress_grows_with_the_opening(steps):
     assert_allclose(curve.shear_stress[-1], mu * curve.normal_stress[-1], rtol=1e-9)
 
 
+def test_a_joint_that_wears_as_it_dilates_keeps_its_stress_to_and_fro():
+    """Stresses jump by what rounding leaves of the corners: no opening gives the last digit."""
+    law = bsm.BartonBandis(jrc=8, jcs=60e6, residual_friction=28, roughness_wears=True)
+    joint = bsm.Joint("J", 1e9, 5e8, law=law, dilation_angle=8, dilation_slip=5e-3)
+    curve = direct_shear_test(joint, 1e6, 8e-3, cycles=1, steps=50)
+    assert_allclose(curve.normal_stress, 1e6, rtol=1e-9)
+    assert curve.closure[0] - curve.closure[-1] == pytest.approx(np.tan(np.radians(8)) * 5e-3, rel=1e-9)
+
+
 def test_the_command_draws_the_opening_of_a_joint_that_dilates(folder):
     text = MODEL.replace('max_closure = "0.2 mm"', 'dilation_angle = 6\ndilation_slip = "4 mm"')
     (folder / "model.toml").write_text(text)

@@ -5,14 +5,25 @@ import pytest
 
 import bsm_mesh as bsm
 
+DIAMETERS = 12, 16, 20, 25, 28, 32, 40
+EUROPEAN = 113.1, 201.1, 314.2, 490.9, 615.8, 804.2, 1256.6  # mm2: DIN 488, BS 4449
+AMERICAN = {6: 284, 7: 387, 8: 510, 9: 645, 10: 819, 11: 1006}  # mm2: ASTM A615M, Table 1
 
-def test_yield_forces_are_those_of_the_standards_sections():
-    """A615M: 510 mm2 of a no. 8 bar at 420 MPa; EN 10080: 491 mm2 of 25 mm at 500 MPa."""
-    american = bsm.library.bolt("Grade 60 no. 8", (0, 0), (0, -3))
-    european = bsm.library.bolt("B500 25 mm", (0, 0), (0, -3))
-    assert american.yield_force == pytest.approx(510e-6 * 420e6, rel=0.01)
-    assert european.yield_force == pytest.approx(491e-6 * 500e6, rel=0.001)
-    assert european.yield_force == pytest.approx(np.pi / 4 * 0.025**2 * 500e6)
+SECTIONS = {
+    **{f"b500 {d} mm": (area, 500) for d, area in zip(DIAMETERS, EUROPEAN, strict=True)},
+    **{f"grade 60 no. {n}": (area, 420) for n, area in AMERICAN.items()},
+    **{f"grade 75 no. {n}": (area, 520) for n, area in AMERICAN.items()},
+}
+
+
+def test_every_bar_has_the_section_and_strength_of_its_standard():
+    """Tabulated areas are rounded: to 1 mm2, and to .01 square inches before, up to 1 % of a no. 6."""
+    assert {entry.name for entry in bsm.library.BOLTS} == SECTIONS.keys()
+    for name, (area, strength) in SECTIONS.items():
+        bolt = bsm.library.bolt(name, (0, 0), (0, -3))
+        assert bolt.yield_force == pytest.approx(area * strength, rel=0.001 if name.startswith("b500") else 0.01)
+        assert bolt.yield_force == pytest.approx(np.pi / 4 * bolt.diameter**2 * strength * 1e6)
+        assert bolt.young == 200e9
 
 
 def test_what_is_given_replaces_the_entry():

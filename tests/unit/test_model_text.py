@@ -14,6 +14,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.app.model_text import content_of, files_of_model
 from bsm_mesh.model.joint_laws import JointResponse
+from bsm_mesh.model.strength import with_strength
 from bsm_mesh.results import Results
 from tests.scenes import models, shapes
 
@@ -199,3 +200,12 @@ def test_results_that_were_read_back_do_not_hold_their_model(tmp_path: Path) -> 
     with pytest.warns(bsm.ResultsWarning, match="were read from a folder"):
         Results.load(tmp_path / "out").save(tmp_path / "again")
     assert Results.load(tmp_path / "again").model_digest == everything().digest
+
+
+def test_a_law_at_part_of_its_strength_has_no_form() -> None:
+    """Its name alone is one that a model file knows."""
+    model = everything()
+    law = bsm.BartonBandis(jrc=8, jcs=60e6, residual_friction=28)
+    curved = model.replace(joints=[*model.joints[:2], replace(model.joints[2], law=law)])
+    with pytest.raises(bsm.ModelError, match=r"its law is BartonBandis, its shear forces over 2; a model file knows"):
+        files_of_model(with_strength(curved, {"J3": 0.5}), LINEAR)

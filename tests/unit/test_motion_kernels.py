@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
+from bsm_mesh.solve.motion import threads as motion_threads
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.kernels import set_turns
 from bsm_mesh.solve.motion.masses import MotionSettings
@@ -92,20 +93,24 @@ def test_an_impact_loses_its_energy():
     assert max(speed) < 0.05
 
 
-def test_one_thread_and_two_give_equal_digits():
+@pytest.mark.parametrize("keys", [{}, {"dilation_angle": 5.0, "dilation_slip": 1e-3}])
+def test_one_thread_and_two_give_equal_digits(keys, monkeypatch):
+    monkeypatch.setattr(motion_threads, "WORTH_A_THREAD", 100)
     columns = [(x + 0.5 * (y % 1), y) for y in np.arange(0, 10, 0.5) for x in np.arange(0, 20, 1.0)]
     walls = [rectangle(x, y, x + 1, y + 0.5) for x, y in columns]
     ends = []
     for threads in (1, 2):
-        step = begun(model_of([BASE, *walls]), threads=threads)
+        model = model_of([BASE, *walls])
+        step = begun(model.replace(joints=[replace(model.joints[0], **keys)]), threads=threads)
         velocity = np.random.default_rng(3).normal(scale=0.01, size=step.start.shape)
         velocity[0] = 0.0
         motion = ExplicitMotion(step, INELASTIC, velocity=velocity)
         for _ in range(3):
             motion.advance()
-        ends.append((motion.residual.position, motion.velocity))
-    assert_array_equal(ends[0][0], ends[1][0])
-    assert_array_equal(ends[0][1], ends[1][1])
+        assert len(motion._rows) > 200  # a thread each
+        ends.append((motion.residual.position, motion.velocity, motion.contacts.slip_path))
+    for one, two in zip(*ends, strict=True):
+        assert_array_equal(one, two)
 
 
 def moved_in(model, windows, **moving):

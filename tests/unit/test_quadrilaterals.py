@@ -107,22 +107,35 @@ def test_stratified_slope(tmp_path):
     assert set(groups) >= {"joint:set1", "joint:set2", "boundary:base", "boundary:left"}
 
 
+def test_stratified_slope_down_to_a_floor(tmp_path):
+    corners, groups = read(stratified_slope.build(tmp_path / "slope.msh", dip=30.0, gap=2.0, floor=10.0))
+    assert len(corners) == 2 + 12
+    foot = [2.0 * math.cos(math.pi / 6), -1.0]  # 2 m down the face
+    np.testing.assert_allclose(corners[0, 2], foot)
+    np.testing.assert_allclose(corners[1, 2:], [[foot[0] + 10.0, -1.0], foot])
+    np.testing.assert_allclose(areas(corners)[2:], 2.0)
+    assert groups["boundary:base"] == 2
+
+
 def test_dam_foundation(tmp_path):
     path = dam_foundation.build(
         tmp_path / "dam.msh", upstream=2, downstream=3, under=2, beds=2, thickness=5.0, dip=60.0
     )
     corners, groups = read(path)
-    assert len(corners) == 1 + 2 * 7
-    np.testing.assert_allclose(areas(corners)[0], 40.0 * (32.0 + 6.0) / 2)
-    width = np.ptp(corners[1:, :, 0])
-    np.testing.assert_allclose(areas(corners)[1:].sum(), width * 10.0)
-    np.testing.assert_allclose(areas(corners)[9:14].sum() / 5, 16.0 * 5.0)  # the inner blocks of the upper bed
+    assert len(corners) == 1 + 7 + 5
+    foot, rock = 32.0 + 26.0 / 40.0 * 5.0, corners[1:]  # the downstream face goes on through the upper bed
+    np.testing.assert_allclose(areas(corners)[0], 45.0 * (foot + 6.0) / 2)
+    width = np.ptp(rock[:, :, 0])
+    np.testing.assert_allclose(areas(rock).sum(), width * 10.0 - 5.0 * (foot + 32.0) / 2)
+    np.testing.assert_allclose(areas(corners)[2:7], 16.0 * 5.0)  # the inner blocks of the lower bed
     assert groups["boundary:bottom"] == 7
     assert groups["boundary:left"] == groups["boundary:right"] == 2
     assert {"joint:contact", "joint:bedding", "joint:cross", "rock:concrete", "rock:rock"} <= set(groups)
-    upper = corners[9:14]
-    lean = upper[:, 0, 0] - upper[:, 3, 0]
-    np.testing.assert_allclose(lean, 5.0 / math.tan(math.radians(60)))
+    assert groups["joint:contact"] == 3
+    np.testing.assert_allclose(corners[8, 1, 0] - corners[8, 2, 0], 5.0 / math.tan(math.radians(60)))
+    toe = corners[10]  # a wedge: wider above than below
+    np.testing.assert_allclose(toe[[0, 3], 0], [foot, 32.0])
+    np.testing.assert_allclose(toe[[1, 2], 0], [foot + 3.0, foot + 3.0 + 5.0])
 
 
 @pytest.mark.parametrize(
@@ -133,6 +146,7 @@ def test_dam_foundation(tmp_path):
         (brick_wall, {"bricks": 2.5, "colour": 1}, "no parameter 'colour'"),
         (voussoir_arch, {"thickness": 3.0}, "twice radius"),
         (stratified_slope, {"step": -1.0}, "step = -1.0"),
+        (stratified_slope, {"dip": 90.0, "floor": 5.0}, "below 90 degrees"),
         (dam_foundation, {"dip": 10.0, "beds": 0}, "beds = 0"),
     ],
 )

@@ -14,17 +14,19 @@ from pydantic import BaseModel
 
 import bsm_mesh as bsm
 from bsm_mesh.app import model_tables as tables
+from bsm_mesh.app.bolt_tables import BoltTable
+from bsm_mesh.app.material_tables import FillingTable, JointTable, RockTable
 from bsm_mesh.app.units import In
 from bsm_mesh.model import quantities
 from bsm_mesh.model.quantities import Quantity, quantities_of
 from tests.scenes.small_case import MODEL, Case
 
 SAME = {  # table of the file: class of the model
-    tables.RockTable: bsm.Rock,
-    tables.FillingTable: bsm.Filling,
-    tables.JointTable: bsm.Joint,
+    RockTable: bsm.Rock,
+    FillingTable: bsm.Filling,
+    JointTable: bsm.Joint,
     tables.SupportTable: bsm.PrescribedDisplacement,
-    tables.BoltTable: bsm.Bolt,
+    BoltTable: bsm.Bolt,
     tables.InSituTable: bsm.InSitu,
     tables.WaterTable: bsm.Water,
     tables.StageTable: bsm.Stage,
@@ -86,7 +88,7 @@ def marks(table: type[BaseModel]) -> dict[str, Quantity]:
 @pytest.mark.parametrize("table", SAME, ids=lambda table: table.__name__)
 def test_file_and_class_share_one_range(table: type[BaseModel]) -> None:
     of_class = {name: quantity for name, (quantity, _) in quantities_of(SAME[table]).items()}
-    if table is tables.JointTable:
+    if table is JointTable:
         of_class |= {name: quantity for name, (quantity, _) in quantities_of(bsm.Patton).items()}
     assert marks(table).items() >= of_class.items()
     for name in of_class:

@@ -7,8 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.converters.continuum.refinement import refinement_of
+from tests.scenes.continuum import cantilever, sag
 from tests.scenes.models import LINEAR, model_of
 from tests.scenes.shapes import rectangle
 
@@ -56,6 +58,28 @@ def test_fine_enough():
     assert "the blocks' own contact points are fine enough" in stage.sentence
 
 
+def test_elements_that_are_too_coarse_are_not_called_contact_points():
+    """A cantilever with joints that hardly yield: refining changes what it changes without any joint."""
+    model = cantilever(8, 0.45, mixed=False)
+    whole = model.replace(joints=[bsm.Joint("J", normal_stiffness=1e14, shear_stiffness=1e14)], default_joint="J")
+    results = bsm.run(whole, LINEAR)
+    (stage,) = compare_stages(whole, results)
+    coarse, fine = (sag(model, solve_continuum(model, order=order).displacement) for order in (1, 2))
+    assert_allclose(stage.comparison.refined, 1 - coarse / fine, rtol=0.1)
+    assert stage.sentence.endswith("the elements, or the contact points of both, are too coarse for displacements.")
+    (stage,) = compare_stages(whole, results, refinements=1)
+    assert "the elements, or the blocks' own contact points, are too coarse for block" in stage.sentence
+    model, results = pushed(LINEAR)
+    (stage,) = compare_stages(model, results)
+    assert stage.sentence.endswith(": the contact points of both are too coarse for displacements.")
+
+
+def test_without_interfaces_elements_are_halved():
+    model = cantilever(8, 0.2, mixed=False)
+    (stage,) = compare_stages(model, bsm.run(model, LINEAR), refinements=1)
+    assert "; halving elements once takes the greatest displacement from" in stage.sentence
+
+
 @pytest.fixture(scope="module")
 def solved():
     model, _ = pushed(LINEAR)
@@ -66,7 +90,7 @@ def solved():
 def study_of(solved, sizes, asked):
     model, stage = solved
     stages = [dataclasses.replace(stage, displacement=stage.displacement * size) for size in sizes]
-    return refinement_of(stages, asked, model.blocks.moments.area, np.array([True, False]))
+    return refinement_of(stages, asked, model.blocks.moments.area, np.array([True, False]), True)
 
 
 def test_changes_that_do_not_fall_have_no_limit(solved):

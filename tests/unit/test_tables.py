@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.app.demo import without_bolts
 from bsm_mesh.app.tables import down_rows, falling, print_table, result_rows
 from bsm_mesh.results.movement import part_of_size
 from tests.scenes.models import model_of
@@ -60,6 +61,21 @@ def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -
                 ("stage ", "note: ", "written ", "next: ", "mesh: ", "admissible", "No limit", "Beyond")
             )
             assert told or len(line) <= 80, line
+
+
+def test_what_fell_and_what_is_compared_is_told_whole(case: Case) -> None:
+    """A table of what was taken away, and one with wide numbers: 80 columns, nothing cut, no word broken."""
+    case.run("new", "cavern", "mine")
+    text = without_bolts((case.folder / "mine/model.toml").read_text(encoding="utf-8"))
+    case.write("mine/model.toml", text + '\n[falls]\non_fall = "remove"\n')
+    said = case.run("run", "mine/model.toml", "-q").out
+    table = said[said.index("What came down and was taken away") : said.index("stage heading")]
+    assert all(len(line) <= 80 for line in table.splitlines())
+    assert "…" not in said
+    assert ": blocks 92, 94: " in said
+    told = case.run("compare", "mine/model.toml").out
+    assert "…" not in told
+    assert all(len(line) <= 80 for line in told.splitlines() if line.startswith("  "))
 
 
 @pytest.mark.parametrize(("asked", "on"), [((), "weights and loads"), (("--load", "1"), "load 1")])

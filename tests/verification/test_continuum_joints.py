@@ -15,6 +15,8 @@ from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum_stages
 from bsm_mesh.converters.continuum.files import write_joints
+from bsm_mesh.converters.continuum.mesh import Discretization
+from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.converters.vtk_files import read_vtu
 from tests.scenes.continuum import on_a_slope
 from tests.scenes.kirsch import P, Q, cut_by_stages
@@ -178,6 +180,32 @@ def test_pressure_on_new_faces():
             model.replace(default_joint=joint, stages=[bsm.Stage(name="hole", excavate=(4,))]), joints=True
         )
         assert np.abs(final.displacement).max() > 1e-5
+
+
+@pytest.mark.parametrize("at_first", [True, False])
+def test_no_pressure_acts_where_a_block_came_down(at_first):
+    """A stage takes the top block of a column away; a chip at its side came down in that stage, or before.
+
+    The pressure acts on the top only, and the bolt through the chip ends in nothing.
+    """
+    column = [rectangle(0, y, 1, y + 1) for y in range(3)]
+    law = bsm.MohrCoulomb(friction=30.0, cohesion=1e6)
+    model = bsm.Model(
+        blocks=bsm.Blocks.from_polygons([*column, rectangle(1, 1, 1.2, 1.2)], rock="rock"),
+        rocks=[bsm.Rock("rock", unit_weight=25e3, **ELASTIC)],
+        joints=[bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=law, tensile_strength=1e6)],
+        default_joint="J",
+        supports=[bsm.Fixed(blocks=[0])],
+        bolts=[bsm.Bolt(start=(0.5, 1.1), end=(1.1, 1.1), diameter=0.02, pretension=50e3)],
+        stages=[bsm.Stage(name="top", excavate=[2], pressure=40e3)],
+    )
+    present = np.array([[1, 1, 1, at_first], [1, 1, 0, 0]], dtype=bool)
+    initial, stage = Continuum(model, Discretization(order=1, joints=True), present).solve("nominal")
+    assert stage.converged
+    assert_allclose(stage.bolts.axial_force, 0.0)
+    assert bool(initial.bolts.axial_force > 1e3) == at_first
+    assert_allclose(-stage.contacts.normal_force.sum(), 25e3 + 40e3, rtol=1e-9)
+    assert_allclose(stage.contacts.shear_force.sum(), 0.0, atol=1.0)
 
 
 def test_what_is_not_released_is_held():

@@ -46,7 +46,7 @@ def incline(height, friction, angle, kn=10e6, *, scale=1.0, degrees=0.0, force=1
     ],
 )
 def test_block_on_an_incline(height, friction, angle, status, turns):
-    """Stays; slides off; topples onto its side, where friction holds it; slides and topples."""
+    """Stays; slides off; topples onto its side, where friction holds it; a tall one slides off, upright."""
     results = solve(incline(height, friction, angle, base=(-150, -10, 30, 0)))  # room to slide to rest
     stage = results.stages[-1]
     assert results.status == status

@@ -139,6 +139,8 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
         ("04_bolted_opening/roof_bolt", "unstable", [10], 100),
         ("04_bolted_opening/two_bolts", "stable", [], 150),
         ("04_bolted_opening/model", "stable", [], 150),
+        ("04_bolted_opening/thick_two_bolts", "stable", [], 50),
+        ("04_bolted_opening/thick", "stable", [], 50),
         ("05_dam_foundation/slip", "stable", [], 50),
     ],
 )

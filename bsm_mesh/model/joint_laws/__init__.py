@@ -6,6 +6,7 @@ from bsm_mesh.model.joint_laws.barton_bandis import BartonBandis
 from bsm_mesh.model.joint_laws.elastic import Elastic
 from bsm_mesh.model.joint_laws.ladanyi_archambault import LadanyiArchambault
 from bsm_mesh.model.joint_laws.law import (
+    BEYOND_STRENGTH,
     JointLaw,
     JointResponse,
     ReducibleLaw,
@@ -28,6 +29,7 @@ LAWS: dict[str, type[Any]] = {
 """Laws by the names that a model file gives them; the fields of each are its keys there."""
 
 __all__ = [
+    "BEYOND_STRENGTH",
     "LAWS",
     "BartonBandis",
     "Elastic",

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.joint_laws.some_contacts import SomeContacts
 
 ITERATIONS = 60  # of Newton's method, halved where that leads out of the interval: then of bisection alone
 EXACT = 1e-14  # of the slip if nothing held: where it is found
@@ -27,20 +28,17 @@ Pressures = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Dilating:
+class Dilating(SomeContacts):
     """The contacts that open as they slide.
 
     Attributes
     ----------
-    rows : (h,) int64
-        Theirs among all contacts.
     slope : (h,) float64
         Tangent of the dilation angle.
     last : (h,) float64 [m]
         Slip path on which it has worn off.
     """
 
-    rows: IntArray
     slope: FloatArray
     last: FloatArray
 
@@ -49,11 +47,6 @@ class Dilating:
         """Return those of contacts (m,) whose slope is not 0."""
         rows = np.flatnonzero(slope)
         return cls(rows=rows, slope=slope[rows], last=last[rows])
-
-    def of(self, number: IntArray) -> Dilating:
-        """Return those that get a number (m,) of 0 or more, under it."""
-        kept = number[self.rows] >= 0
-        return Dilating(rows=number[self.rows[kept]], slope=self.slope[kept], last=self.last[kept])
 
     def opening(self, slip_path: FloatArray) -> FloatArray:
         """Return by how much slip paths (m,) [m] have opened the contacts, (h,) [m]."""
@@ -104,7 +97,7 @@ def slip_of_step(
     for _ in range(ITERATIONS):
         pressure, by_overlap = pressures(overlap + slope * np.minimum(slip, room))
         found, by_pressure = strength(np.maximum(pressure, 0.0))
-        excess = force - found - np.where(slip > 0, stiffness * slip, 0.0)
+        excess = force - found - np.where(slip > 0, stiffness, 0.0) * slip
         low, high = np.where(excess > 0, slip, low), np.where(excess > 0, high, slip)
         opens = (slip < room) & (pressure > 0)
         correction = excess / (stiffness + np.where(opens, by_pressure * by_overlap * slope, 0.0))

@@ -16,6 +16,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 
+BEYOND_STRENGTH = 1e300  # N/m: trial shear of what slips for certain; times a factor still a number
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class JointResponse:

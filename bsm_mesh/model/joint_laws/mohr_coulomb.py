@@ -96,7 +96,7 @@ class MohrCoulomb:
         """Return the peak line, the residual one once failed, or one between them after the slip so far."""
         pressing = np.maximum(pressure, 0.0)
         peak, residual = np.tan(np.radians(self.friction)), np.tan(np.radians(self.residual))
-        if self.cohesion == 0 and peak == residual:  # the common case, in half the passes
+        if self.cohesion == 0 and not self.is_brittle:  # the common case, in half the passes
             return cut_to_strength(trial_shear, peak * pressing, np.where(pressure > 0, peak, 0.0), failed.copy())
         left = self.residual_cohesion or 0.0
         if self.softening_slip is not None:

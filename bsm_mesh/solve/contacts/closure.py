@@ -6,18 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.joint_laws import closure
+from bsm_mesh.model.joint_laws.some_contacts import SomeContacts
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class Hyperbolic:
+class Hyperbolic(SomeContacts):
     """The contacts that close by a hyperbola.
 
     Attributes
     ----------
-    rows : (h,) int64
-        Theirs among all contacts.
     stiffness : (h,) float64 [N/m2]
         Of the joint without stress, times the contact's length.
     limit : (h,) float64 [m]
@@ -26,7 +25,6 @@ class Hyperbolic:
         Of the rock on both sides.
     """
 
-    rows: IntArray
     stiffness: FloatArray
     limit: FloatArray
     compliance: FloatArray
@@ -50,16 +48,6 @@ class Hyperbolic:
         own = stiffness[rows] * length[rows]
         compliance = np.maximum(1 / series[rows] - 1 / own, 0.0)
         return cls(rows=rows, stiffness=own, limit=limit[rows], compliance=compliance)
-
-    def of(self, number: IntArray) -> Hyperbolic:
-        """Return those that get a number (m,) of 0 or more, under it."""
-        kept = number[self.rows] >= 0
-        return Hyperbolic(
-            rows=number[self.rows[kept]],
-            stiffness=self.stiffness[kept],
-            limit=self.limit[kept],
-            compliance=self.compliance[kept],
-        )
 
     def pressures(
         self, overlap: FloatArray, pressure: FloatArray, stiffness: FloatArray

@@ -11,8 +11,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import JointLaw, JointResponse, ask
-from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, ask
+from bsm_mesh.model.joint_laws.dilation import Dilating, Pressures, Strength, slip_of_step
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import (
@@ -22,7 +22,6 @@ from bsm_mesh.solve.contacts.force_kernels import (
 )
 
 FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
-UNLIMITED_SHEAR = np.finfo(float).max / 4  # trial shear [N/m] beyond any strength
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 
 
@@ -167,8 +166,8 @@ def _slip_and_offset(
     trial = np.where(np.isnan(moved), 0.0, contacts.old_shear[rows] + contacts.shear_stiffness[rows] * moved)
     overlap, room = contacts.offset[rows] - gap[rows], dilating.room(contacts.slip_path)
     # Slip presses, and so gives strength: what sticks without it sticks.
-    pressure, _ = _pressures_at(contacts, rows, overlap)
-    slides = np.flatnonzero(np.abs(trial) > _strength_at(contacts, laws, rows, np.maximum(pressure, 0.0))[0])
+    pressure, _ = _pressures_of(contacts, rows)(overlap)
+    slides = np.flatnonzero(np.abs(trial) > _strength_of(contacts, laws, rows)(np.maximum(pressure, 0.0))[0])
     k, slip = rows[slides], np.zeros(len(rows))
     slip[slides] = slip_of_step(
         overlap[slides],
@@ -176,37 +175,36 @@ def _slip_and_offset(
         contacts.shear_stiffness[k],
         dilating.slope[slides],
         room[slides],
-        lambda overlap: _pressures_at(contacts, k, overlap),
-        lambda pressure: _strength_at(contacts, laws, k, pressure),
+        _pressures_of(contacts, k),
+        _strength_of(contacts, laws, k),
     )
     offset = contacts.offset.copy()
     offset[rows] += dilating.slope * np.minimum(slip, room)
     return slip, offset
 
 
-def _pressures_at(contacts: ContactSet, rows: IntArray, overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return pressures and their derivatives (k,) of some rows at overlaps (k,) [m], below 0 in tension."""
-    stiffness = contacts.normal_stiffness[rows]
-    if not len(contacts.hyperbolic.rows):
-        return stiffness * overlap, stiffness
+def _pressures_of(contacts: ContactSet, rows: IntArray) -> Pressures:
+    """Return what gives the pressures of some rows (k,) at overlaps, and their derivatives."""
     number = np.full(contacts.count, -1)
     number[rows] = np.arange(len(rows))
-    return contacts.hyperbolic.of(number).pressures(overlap, stiffness * overlap, stiffness)
+    hyperbolic, stiffness = contacts.hyperbolic.of(number), contacts.normal_stiffness[rows]
+    return lambda overlap: hyperbolic.pressures(overlap, stiffness * overlap, stiffness)
 
 
-def _strength_at(
-    contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray, pressure: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the strength of some rows at pressures (k,), and its derivative, as slipping contacts have it."""
-    strength, slope = np.zeros(len(rows)), np.zeros(len(rows))
+def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArray) -> Strength:
+    """Return what gives the strength of some rows (k,) at pressures, and its derivative, as slipping contacts have."""
     length, failed, path = contacts.candidates.length[rows], contacts.failed[rows], contacts.slip_path[rows]
-    law = contacts.law[rows]
-    for number in np.unique(law):
-        k = np.flatnonzero(law == number)
-        slips = np.full(len(k), UNLIMITED_SHEAR)
-        answer = _asked(laws[number], pressure[k], slips, length[k], failed[k], path[k])
-        strength[k], slope[k] = answer.strength, answer.by_pressure
-    return strength, slope
+    parts = rows_by_law(contacts.law[rows])
+
+    def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
+        found, slope = np.zeros(len(rows)), np.zeros(len(rows))
+        for number, k in parts:
+            slips = np.full_like(pressure[k], BEYOND_STRENGTH)
+            answer = _asked(laws[number], pressure[k], slips, length[k], failed[k], path[k])
+            found[k], slope[k] = answer.strength, answer.by_pressure
+        return found, slope
+
+    return strength
 
 
 def respond(
@@ -279,7 +277,7 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
 
 def slipping(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
     """Return the response with every contact slipping at pressures (m,): its strength, and whether it fails."""
-    return respond(contacts, laws, pressure, np.full_like(pressure, UNLIMITED_SHEAR))
+    return respond(contacts, laws, pressure, np.full_like(pressure, BEYOND_STRENGTH))
 
 
 def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:

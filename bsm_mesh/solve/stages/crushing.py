@@ -17,9 +17,9 @@ def notes_on_crushing(model: Model, stage: StageResult) -> Iterator[str]:
     stress = np.maximum(-c.normal_force, 0.0) / np.maximum(c.length, np.finfo(float).tiny)
     for number, joint in enumerate(model.joints):
         mine = c.joint == number
-        if joint.crushing_strength is None or not (mine & (stress > joint.crushing_strength)).any():
+        crushed = np.flatnonzero(mine & (stress > (joint.crushing_strength or np.inf)))
+        if not crushed.size:
             continue
-        crushed = np.flatnonzero(mine & (stress > joint.crushing_strength))
         worst = crushed[int(np.argmax(stress[crushed]))]
         yield (
             f"joint '{joint.name}': {crushed.size} of {counted(int(mine.sum()), 'contact')} press with more than its "

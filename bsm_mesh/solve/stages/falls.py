@@ -8,7 +8,7 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.errors import counted, listing, raise_faults
+from bsm_mesh.errors import counted, numbered, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import SHARE
@@ -90,6 +90,6 @@ def after_falls(stage: StageResult, falls: tuple[Fall, ...]) -> StageResult:
             *notes,
             f"taken away when loose, too small to count: {counted(len(ignored), 'block')} of "
             f"{sum(fall.area for fall in ignored):.3g} m2 in all (falls.ignore_below): "
-            f"block {listing(fall.block for fall in ignored)}",
+            f"{numbered('block', (fall.block for fall in ignored))}",
         )
     return replace(stage, status=status, notes=notes, falls=falls)

@@ -11,8 +11,12 @@ from functools import partial
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
+<<<<<<< HEAD
 from bsm_mesh.errors import counted
 from bsm_mesh.flow.coupling import FlowCoupling
+=======
+from bsm_mesh.errors import counted, named_stage
+>>>>>>> main
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -73,9 +77,9 @@ def solve_stages(
         name, parts = (INITIAL, (1.0,)) if stage is None else (stage.name, stage.relaxation)
         progress = begun.stage if begun is not None and begun.finished == number else None
         if progress is not None:
-            report(f"stage {name} goes on after {counted(len(progress.steps), 'step')}")
+            report(f"{named_stage(name)} goes on after {counted(len(progress.steps), 'step')}")
         elif stage is not None:
-            report(f"stage {name}")
+            report(named_stage(name))
             now = here[number].copy()
             now[state.fallen] = False
             _begin(model, scheme, state, stage, now, results[-1].contacts)

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.errors import ModelError, counted, listing
+from bsm_mesh.errors import ModelError, counted, listing, numbered
 from bsm_mesh.flow.coupling import FlowCoupling, FlowState
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces
@@ -318,7 +318,8 @@ def _note_on_movement(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
     moved = np.hypot(*stage.stage_displacement[:, :2].T)
     return (
         f"before it came to rest, {counted(far.size, 'block')} moved by more than a tenth of its size, up to "
-        f"{moved[far].max():.3g} m: block {listing(far)}; where that is a failure, give a smaller displacement_limit",
+        f"{moved[far].max():.3g} m: {numbered('block', far)}; where that is a failure, give a smaller "
+        "displacement_limit",
     )
 
 

@@ -1,0 +1,100 @@
+"""Where the points of the continuum's joints are, and what of the model acts there.
+
+An interface is integrated at its nodes. With first-order triangles these are its two ends, which are the blocks' own
+contact points (or the Gauss points, where the model has its contacts there); with second-order ones its middle besides.
+Integration at the nodes keeps tractions free of oscillations.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters.continuum.elasticity import nominal_stiffness
+from bsm_mesh.converters.continuum.interfaces import Interfaces
+from bsm_mesh.converters.continuum.joint_points import JointPoints
+from bsm_mesh.converters.continuum.mesh import ContinuumMesh
+from bsm_mesh.converters.continuum.rock_faces import (
+    interface_closures,
+    interface_dilations,
+    interface_laws,
+    interface_tensions,
+)
+from bsm_mesh.model.joint_laws.dilation import Dilating
+from bsm_mesh.model.model import Model
+
+Rule = tuple[FloatArray, FloatArray]
+"""Places and weights along a side of length 1."""
+
+ENDS: Rule = (np.array([[0.0, 1.0]]), np.array([0.5, 0.5]))
+GAUSS: Rule = (np.array([[0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5]]), np.array([0.5, 0.5]))
+SIMPSON: Rule = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
+TIED = 1e4  # of the rock's stiffness over the length of a point: stands for rock that is whole
+
+
+def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basis: Any, order: int) -> JointPoints:
+    """Return the points of all interfaces of a mesh that is opened along its joints.
+
+    Parameters
+    ----------
+    model : Model
+        Its joints and their laws.
+    mesh : ContinuumMesh
+        As `open_joints` returns it.
+    interfaces : Interfaces
+        Of that mesh.
+    basis : skfem.CellBasis
+        Of the vector-valued element.
+    order : {1, 2}
+        Of the element.
+    """
+    import skfem
+
+    rule = SIMPSON if order == 2 else GAUSS if model.contact_points == "gauss" else ENDS
+    first, second = (
+        skfem.FacetBasis(mesh.mesh, basis.elem, facets=interfaces.facet[:, side], quadrature=rule) for side in (0, 1)
+    )
+    normal = np.broadcast_to(np.asarray(first.normals), (2, *first.dx.shape)).reshape(2, -1)
+    jump = [b - a for a, b in zip(_traces(first), _traces(second), strict=True)]
+    count = first.dx.shape[1]
+    joint = np.repeat(interfaces.joint, count)
+    length = first.dx.ravel()
+    of_joints = [given.contact_stiffness for given in model.joints]
+    tied = joint >= len(of_joints)
+    stiffness = np.array([*of_joints, (0.0, 0.0)])[np.where(tied, len(of_joints), joint)]
+    tension, residual_tension = interface_tensions(model)
+    stiffness[tied] = TIED * nominal_stiffness(model)[0].max() / length[tied, None]
+    return JointPoints(
+        point=np.asarray(first.global_coordinates()).reshape(2, -1).T.copy(),
+        normal=normal.T.copy(),
+        length=length,
+        joint=joint,
+        block=np.stack([np.repeat(mesh.block[side.tind], count) for side in (first, second)], axis=1),
+        normal_stiffness=stiffness[:, 0] * length,
+        shear_stiffness=stiffness[:, 1] * length,
+        tension=tension[joint] * length,
+        residual_tension=residual_tension[joint] * length,
+        closure_limit=interface_closures(model)[joint],
+        dilating=Dilating.among(*interface_dilations(model)[:, joint]),
+        joints=len(model.joints),
+        laws=interface_laws(model),
+        opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),
+        slip_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[1] - sp.diags(normal[1]) @ jump[0]),
+        at_ends=rule is ENDS,
+    )
+
+
+def _traces(basis: Any) -> tuple[Any, Any]:
+    """Return the sparse matrices (q, N) that give the displacement in x and in y at the integration points."""
+    sides, points = basis.dx.shape
+    rows = np.tile(np.arange(sides * points), basis.Nbfun)
+    columns = np.concatenate([np.repeat(basis.element_dofs[j], points) for j in range(basis.Nbfun)])
+    x, y = (
+        np.concatenate([np.broadcast_to(basis.basis[j][0][axis], (sides, points)).ravel() for j in range(basis.Nbfun)])
+        for axis in (0, 1)
+    )
+    shape = (sides * points, basis.N)
+    return sp.csr_matrix((x, (rows, columns)), shape=shape), sp.csr_matrix((y, (rows, columns)), shape=shape)
