@@ -8,11 +8,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-<<<<<<< HEAD
 from bsm_mesh.app.flow_tables import FlowTable, make_flow, make_flow_change
-=======
 from bsm_mesh.app.material_tables import JointTable, RockTable
->>>>>>> main
 from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import (
     FallsTable,

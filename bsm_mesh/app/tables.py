@@ -7,12 +7,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-<<<<<<< HEAD
 from bsm_mesh.app.flow_text import discharge_text, how_solved
-from bsm_mesh.errors import counted, listing, one_line, place
-=======
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
->>>>>>> main
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words

@@ -11,12 +11,8 @@ from functools import partial
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
-<<<<<<< HEAD
-from bsm_mesh.errors import counted
-from bsm_mesh.flow.coupling import FlowCoupling
-=======
 from bsm_mesh.errors import counted, named_stage
->>>>>>> main
+from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model

@@ -9,7 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.errors import ModelError, counted, listing, numbered
+from bsm_mesh.errors import ModelError, counted, numbered
 from bsm_mesh.flow.coupling import FlowCoupling, FlowState
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces
