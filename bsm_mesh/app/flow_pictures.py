@@ -123,7 +123,7 @@ def _add_places(sheet: Sheet, flow: FlowResult) -> None:
     for k in named:
         at = np.flatnonzero((flow.place == k) & (flow.outflow * leaving[k] > 0))
         weight = np.abs(flow.outflow[at])
-        middle = at[int(np.argmin(np.abs(np.cumsum(weight) - weight.sum() / 2)))]
+        middle = at[int(np.searchsorted(np.cumsum(weight), weight.sum() / 2))]
         word = "out" if leaving[k] > 0 else "in"
         colour = LEAVES if leaving[k] > 0 else ENTERS
         _name(sheet, flow.point[middle], f"{flow.places[k]}: {discharge_text(abs(float(leaving[k])))} {word}", colour)
