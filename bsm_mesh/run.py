@@ -174,17 +174,17 @@ def solve(
 
     report("contacts")
     ready = make_ready(model, options)
-    notes = ready.notes
+    notes, flow, pressed = ready.notes, ready.flow, ready.model
     scheme: Scheme
     if options.scheme == "linear":
         from bsm_mesh.solve.linear.scheme import LinearScheme
 
-        scheme = LinearScheme(model, options, report, ready.contacts)
+        scheme = LinearScheme(pressed, options, report, ready.contacts)
     else:
         from bsm_mesh.solve.continuation.plan import USUAL
         from bsm_mesh.solve.continuation.scheme import ContinuationScheme
 
-        scheme = ContinuationScheme(model, options, report, route or USUAL)
+        scheme = ContinuationScheme(pressed, options, report, route or USUAL)
     del ready  # of a million blocks 1 GB
     model_digest, recorder = model.digest, Recorder(model)
 
@@ -228,4 +228,5 @@ def solve(
         return recorder.measure(results((stage(),), finished=False)) if model.histories else ()
 
     begun = resumption or AT_THE_START
-    return results(solve_stages(model, scheme, report, watch, check, prove, end, options.falls, notes, begun, record))
+    to_do = (pressed, scheme, report, watch, check, prove, end, options.falls, notes, begun, record, flow)
+    return results(solve_stages(*to_do))

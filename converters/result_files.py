@@ -13,6 +13,7 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import contact_grid, joint_grid, support_grid, water_grid
+from bsm_mesh.converters.flow_files import flow_grid
 from bsm_mesh.converters.vtk_files import POLYGON, Compression, Grid, numbered, spatial, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
@@ -22,7 +23,7 @@ from bsm_mesh.results.results import Results
 from bsm_mesh.results.stress import principal_stresses
 
 SERIES = ("blocks", "contacts", "joints", "supports")
-WATER, BOLTS = "water", "bolts"  # written where there are any
+WATER, FLOW, BOLTS = "water", "flow", "bolts"  # written where there are any
 OF_STEPS = (*SERIES, BOLTS)  # the water stands still during a stage
 
 
@@ -49,8 +50,8 @@ class Instant:
 
 def kinds_of(stage: StageResult) -> list[str]:
     """Return the kinds of files that a stage has."""
-    water, bolts = [WATER] * bool(len(stage.water_table)), [BOLTS] * bool(stage.bolts.count)
-    return [*SERIES, *water, *bolts]
+    there = {WATER: len(stage.water_table), FLOW: stage.flow is not None, BOLTS: stage.bolts.count}
+    return [*SERIES, *(kind for kind, any_there in there.items() if any_there)]
 
 
 def stage_file(kind: str, number: int) -> str:
@@ -98,7 +99,7 @@ def write_lists(stages: Sequence[StageResult], folder: Path, instants: Sequence[
     taken = np.cumsum([len(stage.steps) for stage in stages])
     times = np.arange(len(stages)) if instants is None else taken
     names = []
-    for kind in (*SERIES, WATER, BOLTS):
+    for kind in (*SERIES, WATER, FLOW, BOLTS):
         listed = [
             (float(time), stage_file(kind, number))
             for number, (time, stage) in enumerate(zip(times, stages, strict=True))
@@ -199,6 +200,7 @@ _GRIDS = {
     "joints": joint_grid,
     "supports": support_grid,
     WATER: water_grid,
+    FLOW: flow_grid,
     BOLTS: bolt_grid,
 }
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from verification import (
     continuum,
+    flow,
     joint_laws,
     masonry,
     programs,
@@ -42,6 +43,7 @@ TOPICS: tuple[Topic, ...] = (
     Topic("joints", "Strength of joints, iteration, ground stress (chapter 4)", thesis_joints.CASES),
     Topic("bolts", "Bolts, equation by equation (chapter 5)", thesis_bolts.CASES),
     Topic("water", "Groundwater (chapter 6)", thesis_water.CASES),
+    Topic("flow", "Flow of water in joints", flow.CASES),
     Topic("examples", "The thesis's examples", thesis_examples.CASES),
     Topic("slopes", "Blocks on planes and slopes", slopes.CASES),
     Topic("masonry", "Arches, stacks, columns", masonry.CASES),

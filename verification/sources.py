@@ -49,6 +49,15 @@ def _closed(short: str, text: str) -> Source:
 
 SOURCES: dict[str, Source] = {
     "wang": Source("thesis", "Wang", "B. Wang (1992), *A Block-Spring Model for Jointed Rocks*, University of Ottawa"),
+    "witherspoon": _book(
+        "Witherspoon et al.",
+        "P. A. Witherspoon, J. S. Y. Wang, K. Iwai, J. E. Gale (1980), *Water Resources Research* 16, 1016-1024",
+    ),
+    "dupuit": _book(
+        "Dupuit",
+        "J. Dupuit (1863), *Mouvement des eaux*; exact with a seepage face: P. Ya. Polubarinova-Kochina (1962), VII 1",
+    ),
+    "resistances": _closed("resistances", "resistances in series and side by side, written out in the case"),
     "kirsch": _book(
         "Kirsch", "G. Kirsch (1898), *Zeitschrift des VDI* 42; after A. R. Jumikis (1983), *Rock Mechanics*"
     ),

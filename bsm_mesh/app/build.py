@@ -25,6 +25,7 @@ from bsm_mesh.app.build_parts import (
     make_supports,
     make_water,
 )
+from bsm_mesh.app.flow_tables import make_flow
 from bsm_mesh.app.mesh_tables import LineFile
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.model_tables import ModelFile
@@ -142,6 +143,7 @@ def build_model(
     )
     ground = _collect(faults, [] if file.in_situ is None else [partial(make_in_situ, file.in_situ)])
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
+    flow = _collect(faults, [] if file.flow is None else [partial(make_flow, file.flow)])
     stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
     histories = _collect(faults, [partial(make_history, table) for table in file.history])
     options = _collect(faults, [partial(make_options, file.solver, file.falls)])
@@ -172,6 +174,7 @@ def build_model(
             contact_points=file.mesh.contact_points,
             in_situ=ground[0] if ground else None,
             water=water[0] if water else None,
+            flow=flow[0] if flow else None,
             stages=tuple(stages),
             histories=tuple(histories),
             options=options[0],

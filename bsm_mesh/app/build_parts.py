@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from bsm_mesh.app.flow_tables import FlowTable, make_flow, make_flow_change
 from bsm_mesh.app.material_tables import JointTable, RockTable
 from bsm_mesh.app.mesh_tables import Table
 from bsm_mesh.app.model_tables import (
@@ -63,6 +64,8 @@ def make_joint(name: str, table: JointTable) -> Joint:
         dilation_angle=table.dilation_angle,
         dilation_slip=table.dilation_slip,
         crushing_strength=table.crushing_strength,
+        aperture=table.aperture,
+        residual_aperture=table.residual_aperture,
     )
 
 
@@ -187,6 +190,7 @@ def make_stage(table: StageTable) -> Stage:
         relaxation=tuple(table.relaxation),
         pressure=table.pressure,
         water=None if table.water is None else make_water(table.water, place),
+        flow=None if table.flow is None else make_flow_change(table.flow, f"{place}: flow"),
         loads=tuple(make_load(load, f"{place}: load {k + 1}") for k, load in enumerate(table.load)),
         strength=table.strength,
         gravity=None if table.gravity is None else (table.gravity.horizontal, table.gravity.vertical),
@@ -203,6 +207,7 @@ LISTED: dict[str, tuple[type[Table], Maker]] = {
 SINGLE: dict[str, tuple[type[Table], Maker]] = {
     "in_situ": (InSituTable, lambda _, table: make_in_situ(table)),
     "water": (WaterTable, lambda _, table: make_water(table, "[water]")),
+    "flow": (FlowTable, lambda _, table: make_flow(table)),
 }
 
 

@@ -36,6 +36,8 @@ _SEAL = 65  # bytes of the last line: SHA-256 and a line feed
 def kinds() -> dict[str, type[Any]]:
     """Return the dataclasses that may be in a checkpoint, by their names."""
     from bsm_mesh.contact.search import ActiveContacts
+    from bsm_mesh.flow.coupling import FlowState
+    from bsm_mesh.model.face_water import FaceWater
     from bsm_mesh.model.loads import PointForces
     from bsm_mesh.results.falls import Fall
     from bsm_mesh.results.records import StepRecord
@@ -47,7 +49,7 @@ def kinds() -> dict[str, type[Any]]:
     from bsm_mesh.solve.stages.checkpoint import Checkpoint, StageProgress
 
     listed = (ActiveContacts, BoltMemory, Checkpoint, CollapseMemory, ContinuationState, CycleMemory, Fall, History)
-    others = (LinearState, LoopState, Pace, PointForces, StageProgress, StepRecord)
+    others = (FaceWater, FlowState, LinearState, LoopState, Pace, PointForces, StageProgress, StepRecord)
     return {kind.__name__: kind for kind in (*listed, *others)}
 
 

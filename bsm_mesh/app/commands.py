@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Literal
 
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
+from bsm_mesh.app.flow_text import FLOW_HEADER, flow_rows
 from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
-from bsm_mesh.app.result_tables import BOLTS, ON_REQUEST, TableForm
+from bsm_mesh.app.result_tables import BOLTS, FLOW, ON_REQUEST, TableForm
 from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.app.run_file import run_file
 from bsm_mesh.app.summary import summary
@@ -105,6 +106,8 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", JOINT_HEADER, joints)
+    if water := flow_rows(results.stages[-1]):
+        print_table("Flow", FLOW_HEADER, water)
     for stage in results.stages:
         for remark in stage.notes:
             say(f"{named_stage(stage.name)}: {remark}")
@@ -114,8 +117,9 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     series = "blocks.pvd, contacts.pvd, joints.pvd, supports.pvd" + (
         ", water.pvd" if (folder / "water.pvd").exists() else ""
     )
+    series += ", flow.pvd" if results.stages[-1].flow is not None else ""
     series += ", bolts.pvd" if results.stages[-1].bolts.count else ""
-    tables = [f"{name}.{ending}" for name in (BOLTS, *ON_REQUEST) for ending in ("csv", "parquet")]
+    tables = [f"{name}.{ending}" for name in (BOLTS, FLOW, *ON_REQUEST) for ending in ("csv", "parquet")]
     series += "".join(f", {name}" for name in tables if (folder / name).exists())
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")

@@ -95,3 +95,9 @@ class JointTable(Table):
     crushing_strength: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
         default=None, description="effective normal stress that crushes the walls: notes say where; it limits nothing"
     )
+    aperture: Annotated[float, In(q.APERTURE)] | None = Field(
+        default=None, description="hydraulic aperture without normal stress, for flow; 0: sealed"
+    )
+    residual_aperture: Annotated[float, In(q.APERTURE)] = Field(
+        default=0.0, description="aperture that no stress closes"
+    )

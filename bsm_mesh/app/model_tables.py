@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.app.bolt_tables import BoltTable
+from bsm_mesh.app.flow_tables import FlowChangeTable, FlowTable
 from bsm_mesh.app.material_tables import JointTable, RockTable
 from bsm_mesh.app.mesh_tables import BoundaryTable, MeshTable, PathText, Table
 from bsm_mesh.app.units import (
@@ -162,6 +163,7 @@ class StageTable(Table):
         default=0.0, description="on newly excavated faces, into the blocks"
     )
     water: WaterTable | None = None
+    flow: FlowChangeTable | None = Field(default=None, description="what changes of the flow in the joints")
     load: list[LoadTable] = Field(default_factory=list)
     strength: dict[str, Annotated[float, In(q.STRENGTH_FACTOR)]] = Field(
         default_factory=dict,
@@ -247,6 +249,7 @@ class ModelFile(Table):
     gravity: GravityTable = Field(default_factory=GravityTable)
     in_situ: InSituTable | None = None
     water: WaterTable | None = None
+    flow: FlowTable | None = Field(default=None, description="steady flow in the joints, instead of water")
     stage: list[StageTable] = Field(default_factory=list)
     history: list[HistoryTable] = Field(default_factory=list)
     solver: SolverTable = Field(default_factory=SolverTable)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.flow_tables import flow_content
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
 from bsm_mesh.model.blocks import Blocks
@@ -109,6 +110,7 @@ def content_of(model: Model, options: Options) -> Content:
         },
         "in_situ": {} if model.in_situ is None else _in_situ(model.in_situ),
         "water": {} if model.water is None else _water(model.water),
+        "flow": {} if model.flow is None else flow_content(model.flow),
         "stage": tables("stage", model.stages, _stage),
         "history": tables("history", model.histories, _fields),
         **tables_of(options),
@@ -204,11 +206,15 @@ def _water(water: Water) -> Content:
 
 
 def _stage(stage: Stage) -> Content:
-    table = _fields(stage, "water", "loads", "strength", "gravity") | {"load": [_load(load) for load in stage.loads]}
+    table = _fields(stage, "water", "flow", "loads", "strength", "gravity") | {
+        "load": [_load(load) for load in stage.loads]
+    }
     if stage.strength:
         table["strength"] = dict(stage.strength)
     if stage.gravity is not None:
         table["gravity"] = dict(zip(("horizontal", "vertical"), stage.gravity, strict=True))
+    if stage.flow is not None:
+        table["flow"] = flow_content(stage.flow)
     return table if stage.water is None else table | {"water": _water(stage.water)}
 
 

@@ -29,6 +29,7 @@ def model_html(model: Model) -> str:
         ("default joint", model.default_joint or ""),
         ("supports, loads, bolts", f"{len(model.supports)}, {len(model.loads)}, {len(model.bolts)}"),
         ("stress in situ", "" if model.in_situ is None else model.in_situ.method),
+        ("flow", "" if model.flow is None else f"steady, {counted(len(model.flow.head), 'level')}"),
         ("water", "" if model.water is None else counted(len(model.water.table), "table")),
         ("stages", ", ".join(stage.name for stage in model.stages)),
         ("histories", ", ".join(history.name for history in model.histories)),

@@ -19,7 +19,7 @@ HEADER = (
 )
 BESIDE = (".running", ".interrupted", ".former")
 OF_A_RUN = re.compile(
-    r"(blocks|contacts|joints|supports|water|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(blocks|bolts|contacts|joints|supports)\.(csv|parquet)|history(_[\w.+-]+)?\.csv|summary\.json|model\.toml"
+    r"(blocks|contacts|joints|supports|water|flow|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(blocks|bolts|contacts|flow|joints|supports)\.(csv|parquet)|history(_[\w.+-]+)?\.csv|summary\.json|model\.toml"
     r"|certificate(\.json|_\d{4,}\.npz)"
 )
 

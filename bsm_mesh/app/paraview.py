@@ -14,7 +14,7 @@ from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.files import write_text
 
 SCRIPT, TEMPLATE = "in_paraview.py", "in_paraview.py.j2"  # a paraview.py would hide ParaView's own module
-KINDS = ("blocks", "joints", "contacts", "supports", "bolts", "water")
+KINDS = ("blocks", "joints", "contacts", "supports", "bolts", "water", "flow")
 
 
 def write_paraview(out: Path) -> Path:

@@ -31,6 +31,7 @@ from bsm_mesh.app.bolt_map import draw_bolt_utilisation, draw_bolts
 from bsm_mesh.app.bolt_pictures import draw_bolt_forces
 from bsm_mesh.app.canvas import Sheet, finish, new_sheet
 from bsm_mesh.app.figures import save
+from bsm_mesh.app.flow_pictures import draw_discharge, draw_head
 from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading, stage_number
 from bsm_mesh.app.history_pictures import draw_extensometers, draw_histories
 from bsm_mesh.app.joint_pictures import (
@@ -66,6 +67,8 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
     "joints_utilisation": draw_utilisation,
     "joints_pressure": draw_pressure,
     "water_pressure": draw_water,
+    "flow_head": draw_head,
+    "flow_discharge": draw_discharge,
     "bolts": draw_bolts,
     "bolts_utilisation": draw_bolt_utilisation,
 }

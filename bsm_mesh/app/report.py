@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.flow_text import flow_rows
 from bsm_mesh.app.headings import PICTURES_FOLDER, heading
 from bsm_mesh.app.model_text import MODEL
 from bsm_mesh.app.plot import draw_in_subprocess
@@ -117,6 +118,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         rows.insert(2, ("comes down", f"{falling(results, stage)}: {numbered('block', stage.unstable_blocks)}"))
     if len(stage.water_table) or stage.water.any():
         rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+    rows += [(f"water: {place}", f"{leaves} out, {enters} in") for place, leaves, enters in flow_rows(stage)]
     if stage.bolts.count:
         rows.append(("bolts", _bolts(stage)))
     return {
@@ -198,7 +200,7 @@ def _input(model: str) -> list[tuple[str, Rows]]:
     tables: list[tuple[str, dict[str, Any]]] = []
     for kind in ("rock", "joint"):
         tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
-    for kind in ("gravity", "in_situ", "water", "falls", "solver"):
+    for kind in ("gravity", "in_situ", "water", "flow", "falls", "solver"):
         tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
     for kind in ("support", "load", "bolt", "stage"):
         tables += [(f"{kind} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]

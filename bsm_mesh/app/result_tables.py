@@ -18,7 +18,7 @@ from bsm_mesh.results.tables import ResultTable, result_table
 if TYPE_CHECKING:
     from bsm_mesh.converters.vtk_files import Compression
 
-BOLTS = "bolts"
+BOLTS, FLOW = "bolts", "flow"
 ON_REQUEST = ("blocks", "contacts", "supports", "joints")
 TableForm = Literal["csv", "parquet"]
 
@@ -51,11 +51,13 @@ USUAL = OutputForm()
 
 
 def write_tables(results: Results, folder: Path, form: OutputForm) -> list[str]:
-    """Write the tables that are asked for, and that of the bolts where there are any; return their names."""
+    """Write the tables that are asked for, and those of bolts and of flow where there are any; return their names."""
     kind: TableForm = "csv" if form.tables is True else form.tables or "csv"
     wanted = [(name, kind) for name in ON_REQUEST if form.tables]
     if results.stages[0].bolts.count:
         wanted.append((BOLTS, kind))
+    if results.stages[0].flow is not None:
+        wanted.append((FLOW, kind))
     for name, ending in wanted:
         _WRITERS[ending](result_table(results, name), folder / f"{name}.{ending}")
     return [f"{name}.{ending}" for name, ending in wanted]

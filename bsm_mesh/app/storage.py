@@ -292,7 +292,8 @@ def _load_stage(
 ) -> StageResult:
     from bsm_mesh.converters.bolt_files import bolts_of_grid
     from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
-    from bsm_mesh.converters.result_files import BOLTS, stage_file
+    from bsm_mesh.converters.flow_files import flow_of_grid
+    from bsm_mesh.converters.result_files import BOLTS, FLOW, stage_file
 
     saved.content(stage_file("joints", number))  # follows from the others; whoever opens it elsewhere trusts it
     blocks, contacts, supports = (saved.grid(stage_file(kind, number)) for kind in ("blocks", "contacts", "supports"))
@@ -329,6 +330,7 @@ def _load_stage(
         notes=tuple(told["notes"]),
         falls=tuple(Fall(**{**fall, "place": tuple(fall["place"])}) for fall in told.get("falls", ())),
         **_evidence(saved, number),
+        flow=flow_of_grid(saved.grid(stage_file(FLOW, number)), told["flow"]) if "flow" in told else None,
     )
 
 

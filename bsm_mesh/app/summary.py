@@ -17,6 +17,7 @@ from bsm_mesh import __version__
 from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult, Status
 from bsm_mesh.results.results import Results
@@ -99,6 +100,7 @@ def _stage_summary(results: Results, stage: StageResult) -> dict[str, Any]:
         "total_load": stage.total_load.tolist(),
         "total_water": stage.water[:, :2].sum(axis=0).tolist(),
         **({"joint_water": joint_water} if joint_water else {}),
+        **({"flow": flow_summary(stage.flow)} if stage.flow is not None else {}),
         "uplifted_blocks": stage.uplifted_blocks.tolist(),
         "total_reaction": stage.total_reaction.tolist(),
         "notes": list(stage.notes),
@@ -122,6 +124,19 @@ def _bolt_summary(stage: StageResult) -> list[dict[str, Any]]:
         }
         for k, name in enumerate(bolts.names)
     ]
+
+
+def flow_summary(flow: FlowResult) -> dict[str, Any]:
+    """Return what the summary keeps of a flow."""
+    return {
+        "through": flow.through,
+        "leaving": dict(zip(flow.places, flow.leaving.tolist(), strict=True)),
+        "places": list(flow.places),
+        "nodes": len(flow.point),
+        "imbalance": flow.imbalance,
+        "rounds": flow.rounds,
+        "change": flow.change,
+    }
 
 
 def fingerprint(path: Path) -> dict[str, Any]:

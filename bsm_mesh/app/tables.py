@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from bsm_mesh.app.flow_text import discharge_text, how_solved
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
 from bsm_mesh.results.joint_sets import joint_sets
@@ -147,6 +148,9 @@ def _water_rows(stage: StageResult) -> list[tuple[str, str]]:
     rows = []
     if len(stage.water_table) or stage.water.any():
         rows.append(("of these by the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
+    if stage.flow is not None:
+        rows.append(("water that flows through the joints", discharge_text(stage.flow.through)))
+        rows.append(("flow", how_solved(stage.flow)))
     if stage.uplifted_blocks.size:
         rows.append(("blocks that water lifts", listing(stage.uplifted_blocks, 12)))
     return rows

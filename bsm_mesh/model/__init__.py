@@ -2,6 +2,7 @@
 
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.flow import Drain, Flow, FlowChange, Grout, Well
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import BartonBandis, JointResponse, LadanyiArchambault, MohrCoulomb, Patton
@@ -16,9 +17,13 @@ __all__ = [
     "BartonBandis",
     "Blocks",
     "Bolt",
+    "Drain",
     "EdgeTractions",
     "Filling",
     "Fixed",
+    "Flow",
+    "FlowChange",
+    "Grout",
     "History",
     "InSitu",
     "InSituTraction",
@@ -37,4 +42,5 @@ __all__ = [
     "Stage",
     "Traction",
     "Water",
+    "Well",
 ]

@@ -16,13 +16,14 @@ from bsm_mesh.model.water import Water
 def faults_of_loading(model: Model) -> list[str]:
     """Return one sentence if nothing loads the model at any stage, an empty list otherwise.
 
-    A load is a weight, a force or traction, water that reaches the blocks, an in-situ stress, a bolt's pretension, a
-    prescribed movement, or a pressure of a stage.
+    A load is a weight, a force or traction, water that reaches the blocks, a flow in the joints, an in-situ stress, a
+    bolt's pretension, a prescribed movement, or a pressure of a stage.
     """
     loaded = (
         (model.weights.any() and any(part.any() for part in _gravities(model)))
         or any(_acts(loads, model) for loads in (model.loads, *(stage.loads for stage in model.stages)))
         or any(_wets(water, model) for water in (model.water, *(stage.water for stage in model.stages)))
+        or model.flow is not None
         or (model.in_situ is not None and model.in_situ.method == "direct" and _has_field(model))
         or any(bolt.pretension for bolt in model.bolts)
         or bars_of(model.supports, model.blocks).value.any()

@@ -10,6 +10,7 @@ from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
 from bsm_mesh.model.law_faults import dilation_faults, fails_by_slip, law_faults
 from bsm_mesh.model.quantities import (
+    APERTURE,
     CLOSURE,
     COHESION,
     DILATION,
@@ -192,6 +193,10 @@ class Joint:
     max_closure : float or None [m]
         Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
         `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
+    aperture : float or None [m]
+        Hydraulic aperture without normal stress, which flow takes; 0: sealed.
+    residual_aperture : float [m]
+        Aperture that no stress closes.
     """
 
     name: str
@@ -205,6 +210,8 @@ class Joint:
     dilation_angle: Annotated[float, DILATION] = 0.0
     dilation_slip: Annotated[float, SLIP] | None = None
     crushing_strength: Annotated[float, WALL_STRENGTH] | None = None
+    aperture: Annotated[float, APERTURE] | None = None
+    residual_aperture: Annotated[float, APERTURE] = 0.0
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)
@@ -235,6 +242,11 @@ class Joint:
         raise_faults(rules.faults)
         left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
         left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
+        if self.residual_aperture > (self.aperture or 0.0):
+            left.append(
+                f"residual_aperture = {self.residual_aperture:g} m is above aperture = {self.aperture or 0:g} m, and "
+                "stress opens no joint; exchange them, or give a smaller one"
+            )
         raise_faults([f"{rules.thing}: {text}" for text in left])
         plain_numbers(self)
 

@@ -15,6 +15,9 @@ from bsm_mesh.errors import ModelError, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.face_water import FaceWater
+from bsm_mesh.model.flow import Flow
+from bsm_mesh.model.flow_faults import flow_faults
 from bsm_mesh.model.histories import History, history_faults
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.loads import (
@@ -76,6 +79,10 @@ class Model:
         Stress of the ground before the first stage; displacements then count from there.
     water : Water or None
         Groundwater at the start.
+    flow : Flow or None
+        Steady flow in the joints at the start, instead of `water`.
+    face_water : FaceWater or None
+        What flow presses with on edges: a run puts it into the model that it solves.
     stages : tuple of Stage
         What is taken away, put back and changed, in this order.
     histories : tuple of History
@@ -104,6 +111,8 @@ class Model:
     contact_points: ContactPoints = "ends"
     in_situ: InSitu | None = None
     water: Water | None = None
+    flow: Flow | None = None
+    face_water: FaceWater | None = None
     stages: tuple[Stage, ...] = ()
     histories: tuple[History, ...] = field(default=(), metadata={"in_hash": False})
     options: Options | None = field(default=None, metadata={"in_hash": False})
@@ -133,6 +142,8 @@ class Model:
         rules.choice("contact_points", self.contact_points, get_args(ContactPoints))
         rules.a_thing("in_situ", self.in_situ, InSitu, optional=True)
         rules.a_thing("water", self.water, Water, optional=True)
+        rules.a_thing("flow", self.flow, Flow, optional=True)
+        rules.a_thing("face_water", self.face_water, FaceWater, optional=True)
         if self.options is not None:
             from bsm_mesh.solve.options import Options
 
@@ -246,6 +257,7 @@ def _faults(model: Model) -> list[str]:
     for number, load in enumerate(model.loads):
         faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
     faults.extend(_ground_faults(model, joint_names))
+    faults.extend(flow_faults(model))
     bolt_names = [bolt.name or f"bolt {number + 1}" for number, bolt in enumerate(model.bolts)]
     faults.extend(history_faults(model.histories, blocks, joint_names, bolt_names))
     stage_faults = list(_stage_faults(model, joint_names))

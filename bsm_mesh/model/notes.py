@@ -160,6 +160,10 @@ def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) ->
         yield from beyond_usual("in_situ", "k0", model.in_situ.k0[1], STRESS_RATIO)
     for place, water in _waters(model):
         yield from unusual(place, water)
+    if model.flow is not None:
+        yield from unusual("flow", model.flow)
+        for given in (*model.flow.drains, *model.flow.wells, *model.flow.grout):
+            yield from unusual(f"flow: {type(given).__name__.lower()}", given)
     yield from _of_unusual_gravity("gravity", (model.gravity_horizontal, model.gravity_vertical))
     for stage in model.stages:
         yield from unusual(f"stage '{stage.name}'", stage)
@@ -222,7 +226,7 @@ def _waters(model: Model) -> Iterator[tuple[str, Water]]:
 def _of_stages(model: Model) -> Iterator[str]:
     installs = {bolt.stage for bolt in model.bolts}
     for stage in model.stages[:1]:  # a later one may release what the former held
-        grounds = stage.excavate or stage.fill or stage.loads or stage.water is not None
+        grounds = stage.excavate or stage.fill or stage.loads or stage.water is not None or stage.flow is not None
         if not (grounds or stage.strength or stage.gravity is not None or stage.name in installs):
             yield f"stage '{stage.name}' changes nothing"
 

@@ -176,6 +176,13 @@ RATIO_BY_DEPTH = Quantity(unit="m", least=0, most=1e4, example="267")
 RATIO_PER_DEPTH = Quantity(unit="1/m", least=-0.1, most=0.1, example="0.001")
 WATER_WEIGHT = Quantity(unit="N/m^3", least=100, most=1e6, usual=(9e3, 1.4e4), example='"9.81 kN/m^3"')
 
+# Flow in joints.
+APERTURE = Quantity(unit="m", least=0, most=0.1, usual=(0, 5e-3), example='"0.2 mm"', why="0 is a sealed joint")
+VISCOSITY = Quantity(unit="Pa s", least=1e-6, most=1e3, usual=(2e-4, 2e-3), example='"1.3 mPa s"')
+DISCHARGE = Quantity(unit="m^2/s", least=-100, most=100, usual=(-0.1, 0.1), example='"0.2 l/s/m"')
+FLOW_TOLERANCE = Quantity(least=1e-9, most=1e-2, example="1e-4", why="it is a part of the greatest pressure")
+ROUNDS = Quantity(least=1, most=10_000, whole=True, example="50")
+
 # Bolts; forces are those of one bolt.
 BOLT_DIAMETER = Quantity(unit="m", least=1e-3, most=0.5, usual=(5e-3, 0.1), example='"25 mm"')
 HOLE_DIAMETER = Quantity(unit="m", least=1e-3, most=1, usual=(5e-3, 0.3), example='"38 mm"')

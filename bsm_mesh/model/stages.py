@@ -13,6 +13,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, ReadOnlyMapping
 from bsm_mesh.errors import ModelError, as_given, listing, nearest, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.flow import FlowChange
 from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
 from bsm_mesh.model.quantities import BLOCK, GRAVITY_PART, RELAXATION, STRENGTH_FACTOR, STRESS
 from bsm_mesh.model.values import Rules, is_number, parts_of
@@ -44,6 +45,8 @@ class Stage:
         Pressure into the blocks on the surfaces that this stage lays bare (the thesis's P_i); it stays.
     water : Water or None
         New water tables; None: as before.
+    flow : FlowChange or None
+        What changes of the flow in the joints; None: as before.
     loads : sequence of load
         Loads that are added, and stay.
     strength : mapping of str to float
@@ -65,6 +68,7 @@ class Stage:
     relaxation: tuple[float, ...] = (1.0,)
     pressure: Annotated[float, STRESS] = 0.0
     water: Water | None = None
+    flow: FlowChange | None = None
     loads: tuple[Load, ...] = ()
     strength: Mapping[str, float] = field(default_factory=dict, hash=False)
     gravity: tuple[float, float] | None = None
@@ -81,6 +85,7 @@ class Stage:
         loads = rules.things("loads", self.loads, *GIVEN_LOADS, derived=(PointForces,))
         object.__setattr__(self, "loads", loads)
         rules.a_thing("water", self.water, Water, optional=True)
+        rules.a_thing("flow", self.flow, FlowChange, optional=True)
         strength = rules.mapping("strength", self.strength)
         for name, part in strength.items():
             rules.number(f"strength of '{name}'", part, STRENGTH_FACTOR)

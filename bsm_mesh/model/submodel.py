@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, no_edge
@@ -47,7 +48,14 @@ class SubModel:
         return whole
 
 
-def submodel_of(model: Model, present: BoolArray, bars: Bars, forces: PointForces, water: Water | None) -> SubModel:
+def submodel_of(
+    model: Model,
+    present: BoolArray,
+    bars: Bars,
+    forces: PointForces,
+    water: Water | None,
+    on_faces: FaceWater | None = None,
+) -> SubModel:
     """Return the blocks that are there as a model of their own.
 
     Parameters
@@ -62,6 +70,8 @@ def submodel_of(model: Model, present: BoolArray, bars: Bars, forces: PointForce
         The loads, on blocks of the whole; those on blocks that are not there are left out.
     water : Water or None
         The water.
+    on_faces : FaceWater, optional
+        The pressure of flow on edges of the whole.
     """
     number = np.cumsum(present, dtype=np.int32) - 1
     corner = np.flatnonzero(present[model.blocks.owner]).astype(np.int32)
@@ -79,6 +89,7 @@ def submodel_of(model: Model, present: BoolArray, bars: Bars, forces: PointForce
         gravity_vertical=model.gravity_vertical,
         contact_points=model.contact_points,
         water=water,
+        face_water=None if on_faces is None else on_faces.of_corners(corner),
         title=model.title,
     )
     return SubModel(model=part, present=present, block=np.flatnonzero(present).astype(np.int32), corner=corner, bar=bar)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -55,6 +55,10 @@ class Water:
         object.__setattr__(self, "unit_weight", float(self.unit_weight))
         given = {str(name): float(value) for name, value in pressures.items()}
         object.__setattr__(self, "joint_pressure", ReadOnlyMapping(given))
+
+    def scaled(self, share: float) -> Water:
+        """Return water that weighs a share of what this does."""
+        return replace(self, unit_weight=share * self.unit_weight)
 
     def surface(self) -> WaterSurface:
         """Return the tables as one line made of straight pieces."""

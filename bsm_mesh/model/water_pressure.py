@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
+from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water import Water
 
@@ -98,10 +99,11 @@ class WaterLoad:
     Parameters
     ----------
     model : Model
-        What is given; its ``water`` may be None: all forces are zero.
+        What is given: its ``water`` and ``face_water`` may be None; with neither all forces are zero.
     """
 
     def __init__(self, model: Model) -> None:
+        self.on_parts = model.face_water
         self.water = model.water or Water()
         self.blocks = model.blocks
         self.surface = self.water.surface()
@@ -109,7 +111,7 @@ class WaterLoad:
         self.of_joint = np.full(len(names) + 1, np.nan)  # the last: rock
         for name, pressure in self.water.joint_pressure.items():
             self.of_joint[names.index(name)] = pressure
-        self.patches = _patches(model, self.of_joint) if self.water.joint_pressure else None
+        self.patches = _patches(model, self.of_joint) if self.water.joint_pressure else self.on_parts
         self.acts = bool(np.isfinite(self.surface.level).any() or self.patches is not None)
 
     def on_faces(self, start: FloatArray, end: FloatArray, joint: IntArray | None = None) -> FloatArray:
@@ -117,6 +119,11 @@ class WaterLoad:
 
         Without `joint` (k,), the number of each face's joint (-1: rock), all have the table's pressure.
         """
+        if self.on_parts is not None:
+            return self.on_parts.on_lines(self._parts(), start, end)
+        return self._under_table(start, end, joint)
+
+    def _under_table(self, start: FloatArray, end: FloatArray, joint: IntArray | None = None) -> FloatArray:
         s = self.surface
         forces: FloatArray = end_forces(start, end, s.breaks, s.level, s.slope, s.factor, self.water.unit_weight)
         if joint is None:
@@ -154,7 +161,12 @@ class WaterLoad:
         return tuple(found)
 
     def pressure(self, points: FloatArray, joint: IntArray) -> FloatArray:
-        """Return the pressure at points (k, 2) [m] of faces with a joint (k,), (k,) [Pa]."""
+        """Return the pressure at points (k, 2) [m] of faces with a joint (k,), (k,) [Pa].
+
+        Where it comes from flow it is that of the nearest face as the blocks were given.
+        """
+        if self.on_parts is not None:
+            return self.on_parts.at(self._parts(), points)
         piece = np.searchsorted(self.surface.breaks, points[:, 0])
         head = np.maximum(self.surface.at(points[:, 0]) - points[:, 1], 0.0)
         given: FloatArray = self.of_joint[joint]
@@ -163,17 +175,20 @@ class WaterLoad:
     def _pressed(self, vertices: FloatArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray]]:
         """Return block, start, end and end forces of all edges under the table, then of what joints make different."""
         following = vertices[self.blocks.following]
-        yield self.blocks.owner, vertices, following, self.on_faces(vertices, following)
+        yield self.blocks.owner, vertices, following, self._under_table(vertices, following)
         if self.patches is not None:
-            edge, part, pressure = self.patches
-            along = following[edge] - vertices[edge]
-            start, end = (vertices[edge] + part[:, k, None] * along for k in range(2))
-            instead = (pressure * np.hypot(*(end - start).T) / 2)[:, None] - self.on_faces(start, end)
-            yield self.blocks.owner[edge], start, end, instead
+            start, end = self.patches.points(vertices, self.blocks.following)
+            instead = self.patches.forces(np.hypot(*(end - start).T)) - self._under_table(start, end)
+            yield self.blocks.owner[self.patches.edge], start, end, instead
+
+    def _parts(self) -> tuple[FloatArray, FloatArray]:
+        """Return both ends of the parts of edges on which flow presses, as the blocks were given."""
+        assert self.on_parts is not None
+        return self.on_parts.points(self.blocks.vertices, self.blocks.following)
 
 
-def _patches(model: Model, of_joint: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return edge, the two ends over the edge's length (k, 2), and pressure of both sides of faces with one given."""
+def _patches(model: Model, of_joint: FloatArray) -> FaceWater:
+    """Return the pressure on both sides of the faces of joints with one given."""
     from bsm_mesh.model.face_stiffness import face_joints
     from bsm_mesh.model.faces import find_faces
 
@@ -186,4 +201,5 @@ def _patches(model: Model, of_joint: FloatArray) -> tuple[IntArray, FloatArray, 
     along = blocks.edge_vectors[edge]
     square = (along**2).sum(axis=1)
     part = np.stack([((at - blocks.vertices[edge]) * along).sum(axis=1) / square for at in (start, end)], axis=1)
-    return edge, part, np.tile(pressure[chosen], 2)
+    given = np.tile(pressure[chosen], 2)
+    return FaceWater(edge=edge.astype(np.int32), ends=part, pressure=np.stack([given, given], axis=1))

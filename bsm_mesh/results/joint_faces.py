@@ -132,7 +132,7 @@ def _touching(
         utilisation=c.utilisation[rows].max(axis=0),
         slipping=mean(is_slipping.astype(float)),
         open=mean(is_open.astype(float)),
-        water_pressure=wet_parts(stage, here, at, c.joint[one]).mean(len(one)),
+        water_pressure=wet_parts(stage, here, at, c.joint[one], np.stack([start, end], axis=1)).mean(len(one)),
     )
 
 
@@ -178,5 +178,5 @@ def _apart(results: Results, stage: StageResult, at: FloatArray, given: Faces, c
         utilisation=none,
         slipping=none,
         open=moved_apart.astype(float),
-        water_pressure=wet_parts(stage, first, last, joint).mean(len(chosen)),
+        water_pressure=wet_parts(stage, first, last, joint, np.stack([start, end], axis=1)).mean(len(chosen)),
     )

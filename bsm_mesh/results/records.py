@@ -12,6 +12,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.evidence import Evidence, Proof
 from bsm_mesh.results.falls import Fall
+from bsm_mesh.results.flow import FlowResult
 
 
 class Status(StrEnum):
@@ -224,6 +225,8 @@ class StageResult(Portable):
         Pressure per metre of depth under each piece.
     joint_water : (j,) float64 [Pa]
         Pressure that was given in the faces of every joint of ``Results.joint_names``; NaN where it is the table's.
+    flow : FlowResult or None
+        Flow in the joints, where the model has one.
     contacts : ContactForces
         Forces in the contacts.
     supports : SupportForces
@@ -276,6 +279,7 @@ class StageResult(Portable):
     falls: tuple[Fall, ...] = ()
     evidence: Evidence | None = None
     proof: Proof | None = None
+    flow: FlowResult | None = None
 
     def __post_init__(self) -> None:
         show_only(self)

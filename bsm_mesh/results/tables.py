@@ -161,6 +161,18 @@ def _bolts(results: Results, stage: StageResult) -> Columns:
     return columns
 
 
+def _flow(results: Results, stage: StageResult) -> Columns:
+    """Return a row a place where water may enter or leave the joints; what enters is negative."""
+    flow = stage.flow
+    if flow is None:
+        return {"place": np.zeros(0, dtype=object), "outflow": np.zeros(0), "nodes": np.zeros(0, dtype=np.int64)}
+    return {
+        "place": np.array(flow.places, dtype=object),
+        "outflow": flow.leaving,
+        "nodes": np.array([int((flow.place == k).sum()) for k in range(len(flow.places))]),
+    }
+
+
 def _steps(results: Results, stage: StageResult) -> Columns:
     """Return a row an accepted step."""
     kinds: dict[str, Any] = {
@@ -183,6 +195,7 @@ _COLUMNS: dict[str, Callable[[Results, StageResult], Columns]] = {
     "joints": _joints,
     "supports": _supports,
     "bolts": _bolts,
+    "flow": _flow,
     "steps": _steps,
 }
 TABLES = tuple(_COLUMNS)
@@ -196,6 +209,7 @@ _UNIT = {
     **dict.fromkeys(("water_pressure", "mean_pressure"), "Pa"),
     **dict.fromkeys(("normal_force", "shear_force", "load_x", "load_y", "force_x", "force_y"), "N/m"),
     "area": "m^2",
+    "outflow": "m^2/s",
     "moment": "N",
     "seconds": "s",
 }

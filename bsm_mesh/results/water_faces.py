@@ -7,7 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.records import StageResult
+
+BESIDE = 0.05  # of a line's length: what is farther from it is on another face
+PARALLEL = 0.1  # sine: what is less turned lies along it
+SHORTEST = 1e-6  # of a line's length
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -40,7 +45,9 @@ class WetParts:
         return ends
 
 
-def wet_parts(stage: StageResult, start: FloatArray, end: FloatArray, joint: IntArray) -> WetParts:
+def wet_parts(
+    stage: StageResult, start: FloatArray, end: FloatArray, joint: IntArray, as_given: FloatArray | None = None
+) -> WetParts:
     """Return the parts of lines that are under water in a stage.
 
     Parameters
@@ -51,7 +58,11 @@ def wet_parts(stage: StageResult, start: FloatArray, end: FloatArray, joint: Int
         Ends of the lines, where they are.
     joint : (k,) int
         Number of the joint whose own pressure may stand instead of the table's; -1: none.
+    as_given : (k, 2, 2) float64, optional [m]
+        Both ends of the lines as the blocks were given, where these are others: a flow presses on them.
     """
+    if stage.flow is not None:
+        return _of_flow(stage.flow, np.stack([start, end], axis=1) if as_given is None else as_given)
     own = np.append(stage.joint_water, np.nan)[joint]
     given, under = np.flatnonzero(own > 0), np.flatnonzero(np.isnan(own))
     found = [
@@ -91,3 +102,35 @@ def _under(table: FloatArray, reach: tuple[float, float], start: FloatArray, end
         ends=np.stack([t0, t1], axis=1)[wet],
         pressure=np.maximum(np.stack([h0, h1], axis=1)[wet], 0.0),
     )
+
+
+def _of_flow(flow: FlowResult, lines: FloatArray) -> WetParts:
+    """Return the parts of lines (k, 2, 2) along which a flow presses."""
+    import shapely
+
+    segments, pressures = flow.under_pressure
+    if not len(segments) or not len(lines):
+        none = np.zeros((0, 2))
+        return WetParts(line=np.zeros(0, np.int64), ends=none, pressure=none)
+    vector = lines[:, 1] - lines[:, 0]
+    length = np.hypot(*vector.T)
+    tree = shapely.STRtree(shapely.linestrings(segments))
+    line, segment = tree.query(shapely.linestrings(lines), predicate="dwithin", distance=BESIDE * length)
+    unit = vector[line] / length[line][:, None]
+    of = segments[segment] - lines[line, :1]
+    along = (of * unit[:, None]).sum(axis=2) / length[line][:, None]
+    beside = (of[:, :, 0] * unit[:, None, 1] - of[:, :, 1] * unit[:, None, 0]) / length[line][:, None]
+    forward = along[:, 1] > along[:, 0]
+    along, beside, pressure = (
+        np.where(forward[:, None], values, values[:, ::-1]) for values in (along, beside, pressures[segment])
+    )
+    t0, t1 = np.maximum(along[:, 0], 0.0), np.minimum(along[:, 1], 1.0)
+    reach = np.maximum(along[:, 1] - along[:, 0], np.finfo(float).tiny)
+    on_it = (t1 - t0 > SHORTEST) & (np.abs(np.diff(beside, axis=1)[:, 0]) <= PARALLEL * reach)
+    on_it &= np.abs(beside.mean(axis=1)) <= BESIDE
+    line, t0, t1, along, reach, pressure = (v[on_it] for v in (line, t0, t1, along, reach, pressure))
+    rise = (pressure[:, 1] - pressure[:, 0]) / reach
+    ends = np.stack([t0, t1], axis=1)
+    order = np.lexsort((t0, line))
+    at_ends = pressure[:, :1] + rise[:, None] * (ends - along[:, :1])
+    return WetParts(line=line[order], ends=ends[order], pressure=at_ends[order])

@@ -30,6 +30,8 @@ def as_built(model: Model) -> SubModel:
         raise ModelError(
             f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot tell"
         )
+    if model.flow is not None:
+        raise ModelError("water flows in the joints, whose apertures and pressures statics cannot tell")
     here = presence(model.stages, model.blocks)
     forces = [point_forces_of(model.acting_loads, model.blocks)]
     water = model.water
@@ -64,7 +66,7 @@ def part_of(part: SubModel, stays: BoolArray) -> SubModel:
     """Return a part without some of its blocks, (k,) of which stay."""
     model = part.model
     forces = point_forces_of(model.acting_loads, model.blocks)
-    inner = submodel_of(model, stays, bars_of(model.supports, model.blocks), forces, model.water)
+    inner = submodel_of(model, stays, bars_of(model.supports, model.blocks), forces, model.water, model.face_water)
     present = np.zeros(len(part.present), dtype=bool)
     present[part.block[stays]] = True
     return SubModel(

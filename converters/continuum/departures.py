@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.converters.continuum.elasticity import rigid_rock_faults, rocks_in_use
-from bsm_mesh.errors import raise_faults
+from bsm_mesh.errors import ModelError, raise_faults
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import find_faces
 from bsm_mesh.model.loads import PointLoad
@@ -20,6 +20,8 @@ def is_all_rigid(model: Model) -> bool:
 
 def refuse(model: Model, joints: bool) -> None:
     """Raise for models that the continuum cannot solve, with interfaces at joints or without."""
+    if model.flow is not None:
+        raise ModelError("the continuum knows no flow in joints; set a model with [water] instead of [flow] beside it")
     if not joints:
         raise_faults(rigid_rock_faults(model.rocks, rocks_in_use(model)))
 

@@ -111,6 +111,7 @@ def left_out(model: Model, said: Collection[str] = ()) -> list[str]:
         else [],
         "bolts": [counted(len(model.bolts), "bolt")] if model.bolts else [],
         "water": ["groundwater"] if model.water is not None else [],
+        "flow": ["flow of water in the joints"] if model.flow is not None else [],
         "in_situ": ["in-situ stress, and tractions that balance it"] if model.in_situ is not None else [],
         "earthquake": ["pseudo-static earthquake"] if model.gravity_horizontal or model.gravity_vertical else [],
         "gravity": [f"gravity in the direction {model.gravity_direction:g} degrees: it is taken as downwards"]

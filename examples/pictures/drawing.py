@@ -31,6 +31,8 @@ class Drawn:
         of docs/tutorial.md; a panel each.
     name : str
         The picture, as `bsm-mesh plot --only` knows it; ``movement.gif``, or ``step N``.
+    stages : tuple of str
+        Stages of every model, by number or name; a panel each.
     columns : int
         In how many columns several panels stand.
     window : (x0, y0, x1, y1), optional [m]
@@ -46,6 +48,7 @@ class Drawn:
     target: str
     models: tuple[str, ...] = ()
     name: str = ""
+    stages: tuple[str, ...] = ("-1",)
     columns: int = 1
     window: Window | None = None
     script: str = ""
@@ -61,7 +64,7 @@ def draw(picture: Drawn, folder: Path) -> None:
     if picture.script:
         subprocess.run([sys.executable, picture.script], cwd=ROOT, check=True)
         return
-    panels = [_panel(picture, _results(model, folder)) for model in picture.models]
+    panels = [_panel(picture, _results(model, folder), stage) for model in picture.models for stage in picture.stages]
     target = ROOT / picture.target
     if target.suffix == ".gif":
         target.write_bytes(panels[0].read_bytes())
@@ -103,14 +106,14 @@ def _tutorial(folder: Path) -> Path:
     return case
 
 
-def _panel(picture: Drawn, results: Path) -> Path:
+def _panel(picture: Drawn, results: Path, stage: str) -> Path:
     """Draw one panel and return its file."""
     if picture.name == "movement.gif":
         asked = ["--animate"]
     elif picture.name.startswith("step "):
         asked = ["--step", picture.name.removeprefix("step ")]
     else:
-        asked = ["--stage", "-1", "--only", picture.name]
+        asked = ["--stage", stage, "--only", picture.name]
         asked += [] if picture.window is None else ["--window", *(f"{each:g}" for each in picture.window)]
     drawn = _command("plot", str(results), *asked)
     return Path(drawn.strip().splitlines()[-1])
@@ -149,4 +152,5 @@ def table(pictures: Sequence[Drawn]) -> str:
 
 
 def _models(picture: Drawn) -> str:
-    return ", ".join(model.removeprefix("examples/") for model in picture.models)
+    models = ", ".join(model.removeprefix("examples/") for model in picture.models)
+    return models if picture.stages == ("-1",) else f"{models}, stages {', '.join(picture.stages)}"

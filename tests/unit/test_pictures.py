@@ -49,7 +49,15 @@ def test_every_picture_shows_something(results: Case) -> None:
     outcome = results.run("plot", "out/model")
     assert outcome.code == 0, outcome.err
     paths = [Path(line) for line in outcome.out.splitlines()]
-    dry = {"water_pressure", "bolts", "bolts_utilisation", "joints_opening", "joints_slip"}  # there is none
+    dry = {
+        "water_pressure",
+        "flow_head",
+        "flow_discharge",
+        "bolts",
+        "bolts_utilisation",
+        "joints_opening",
+        "joints_slip",
+    }  # there is none
     assert {path.stem for path in paths} == set(PICTURES) - dry
     noted = "out/model/.bsm-mesh-results"
     assert sorted(outcome.new) == sorted([noted, "out/model/pictures", *map(str, paths)])
@@ -276,7 +284,7 @@ def test_headings() -> None:
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")
     assert outcome.code == 0, outcome.err
-    assert outcome.out.count(".png") == len(PICTURES) - 5
+    assert outcome.out.count(".png") == len(PICTURES) - 7
 
 
 def fake(code: int, error: str = "") -> object:

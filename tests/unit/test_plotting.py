@@ -68,6 +68,7 @@ def test_a_window_that_is_none(results, window):
 def test_every_picture_of_the_command_is_one_of_a_script(results):
     """One list for both; the charts of the bolts are of a stage, and of no part of the model."""
     nothing = {"histories", "extensometers", "bolts_utilisation"}  # none recorded; no strength that could be used
+    nothing |= {"flow_head", "flow_discharge"}  # its water has a table
     assert all(results.plot(name).axes for name in NAMES if name not in nothing)
     assert [axes.get_title() for axes in results.plot("bolt_forces").axes if "B" in axes.get_title()]
     with pytest.raises(ModelError, match="bolt_forces show no part of the model"):

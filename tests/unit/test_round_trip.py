@@ -16,7 +16,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import bsm_mesh as bsm
-from bsm_mesh.app.result_tables import ON_REQUEST
+from bsm_mesh.app.result_tables import FLOW, ON_REQUEST
 from bsm_mesh.converters.continuum.compared_stages import compare_stages
 from bsm_mesh.converters.continuum.files import write_comparison
 from bsm_mesh.converters.meshes.block_files import write_polygons
@@ -170,7 +170,7 @@ def test_tables_hold_the_results(results: Results) -> None:
     supports = results.to_pandas("supports")
     assert supports.groupby("stage").force_y.sum().tolist() == [s.supports.reaction[:, 1].sum() for s in results.stages]
     assert len(results.to_pandas("steps")) == sum(len(stage.steps) for stage in results.stages)
-    assert set(TABLES) == {*ON_REQUEST, BOLTS, "steps"}
+    assert set(TABLES) == {*ON_REQUEST, BOLTS, FLOW, "steps"}
 
 
 def test_meshio_and_a_grid_of_nothing(tmp_path: Path) -> None:

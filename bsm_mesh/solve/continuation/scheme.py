@@ -66,6 +66,7 @@ class ContinuationScheme:
         Name of the solver used.
     """
 
+    in_rows = False
     _velocity: FloatArray | None = None  # of blocks that go on after a fall, in the numbers of the whole
     _intact = True  # until the first solution
     _engine: Continuation | None = None  # while it solves
@@ -196,7 +197,8 @@ def loaded_in_part(model: Model, share: float) -> Model:
     return model.replace(
         rocks=[replace(rock, unit_weight=share * rock.unit_weight) for rock in model.rocks],
         loads=[replace(forces, force=share * forces.force)],
-        water=None if model.water is None else replace(model.water, unit_weight=share * model.water.unit_weight),
+        water=None if model.water is None else model.water.scaled(share),
+        face_water=None if model.face_water is None else model.face_water.scaled(share),
     )
 
 

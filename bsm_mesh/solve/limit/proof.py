@@ -82,7 +82,7 @@ def _around(model: Model, contacts: ContactTable, down: IntArray) -> SubModel | 
     if near.sum() > MAX_BLOCKS or near.all():
         return None
     forces = point_forces_of(model.acting_loads, model.blocks)
-    part = submodel_of(model, near, bars_of(model.supports, model.blocks), forces, model.water)
+    part = submodel_of(model, near, bars_of(model.supports, model.blocks), forces, model.water, model.face_water)
     outermost = np.flatnonzero(~layers[-2][part.block])
     if not outermost.size:
         return part

@@ -12,6 +12,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.contact.table import ContactTable, initial_contacts
 from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
 from bsm_mesh.model.start import start_faults
@@ -30,17 +31,23 @@ class Ready:
 
     Attributes
     ----------
+    model : Model
+        It, with what flow in the joints presses with at the start.
     contacts : ContactTable
         Its contacts as the blocks are given.
     system : LinearSystem
         Its equations with these, which carry the forces of the in-situ field.
     notes : tuple of str
         What a reader of the results should know, a sentence each.
+    flow : FlowCoupling or None
+        Its flow.
     """
 
+    model: Model
     contacts: ContactTable
     system: LinearSystem
     notes: tuple[str, ...]
+    flow: FlowCoupling | None
 
 
 def make_ready(model: Model, options: Options) -> Ready:
@@ -51,12 +58,16 @@ def make_ready(model: Model, options: Options) -> Ready:
     ModelError
         With everything that forbids it: no load or no support, blocks that overlap, rigid rocks that meet without a
         joint, supports that contradict each other, stiffness beyond what the scheme can hold, a linear solver that is
-        not there; in the linear scheme parts that are free to move. The other schemes follow these: they are noted.
+        not there; a flow that is none; in the linear scheme parts that are free to move. The other schemes follow
+        these: they are noted.
     """
     faults = [*start_faults(model), *_solver_faults(options)]
     try:
+        flow = None if model.flow is None else FlowCoupling(model)
+        model = model if flow is None else model.replace(face_water=flow.first.water)
         contacts = initial_contacts(model)
-        system = LinearSystem(model, contacts, *_borne_at_start(model, contacts))
+        borne = _borne_at_start(model, contacts)
+        system = LinearSystem(model, contacts, *borne)
     except ModelError as error:
         raise ModelError([*faults, *error.faults]) from error
     faults += closure_faults(system, options)
@@ -65,7 +76,9 @@ def make_ready(model: Model, options: Options) -> Ready:
         faults += free
     raise_faults(faults)
     notes = notes_of(model, fails=options.scheme != "linear")
-    return Ready(contacts, system, (*notes, *_notes(free)))
+    if flow is not None:
+        flow.apertures.set_in_situ((-borne[0] / contacts.length).reshape(-1, 2)[contacts.joint[::2] >= 0])
+    return Ready(model, contacts, system, (*notes, *_notes(free)), flow)
 
 
 def _solver_faults(options: Options) -> tuple[str, ...]:

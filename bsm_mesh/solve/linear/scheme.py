@@ -61,6 +61,8 @@ class LinearScheme:
         Name of the solver used.
     """
 
+    in_rows = True
+
     def __init__(self, model: Model, options: Options, report: Reporter, contacts: ContactTable) -> None:
         self.model, self.options, self.report, self.contacts = model, options, report, contacts
         m = self.contacts.count

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.flow.coupling import FlowState
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.results.falls import Fall
 from bsm_mesh.results.records import StageResult, StepRecord
@@ -64,6 +65,8 @@ class Checkpoint:
         Excavation forces, and the part of each that is released.
     fallen : tuple of int
         Blocks that came down and were taken away.
+    flow : FlowState or None
+        Where flow and blocks stand.
     """
 
     finished: int
@@ -75,6 +78,7 @@ class Checkpoint:
     forces: tuple[PointForces, ...]
     unreleased: tuple[tuple[PointForces, float], ...]
     fallen: tuple[int, ...]
+    flow: FlowState | None = None
 
 
 Keep: TypeAlias = Callable[[Callable[[], Checkpoint], bool], None]

@@ -40,6 +40,8 @@ class Scheme(Protocol):
     """A scheme, as used by the stages."""
 
     linear_solver: str
+    in_rows: bool
+    """Whether its contacts are those of the start, two a face."""
     moved: FloatArray
     """Displacement of every block since it was given, or placed, (n, 3)."""
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import counted, named_stage
+from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.in_stage import model_in_stage
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -40,13 +41,14 @@ def solve_stages(
     notes: tuple[str, ...] = (),
     resumption: Resumption = AT_THE_START,
     record: Recording = lambda stage: (),
+    flow: FlowCoupling | None = None,
 ) -> tuple[StageResult, ...]:
     """Return the results of all stages up to the first that is not stable; ``initial``, with `notes`, is the first.
 
     A stage that a scheme calls stable is so only where `check` finds nothing against it. `prove` is asked about the
     start of one that is unstable. `finished` gets the stages so far at the end of each. `falls` says what is done with
     blocks that come down. `notes` belong to the first. `resumption` says where the run goes on, if it was interrupted,
-    and where it ends. `record` measures the histories at every step.
+    and where it ends. `record` measures the histories at every step. `flow` is that in the joints, if any.
 
     Raises
     ------
@@ -56,12 +58,12 @@ def solve_stages(
     here, begun = presence(model.stages, model.blocks), resumption.begun
     bars = bars_of(model.supports, model.blocks)
     if begun is None:
-        state, notes = _first_state(model, scheme, report, bars, here[0], notes)
+        state, notes = _first_state(model, scheme, report, bars, here[0], notes, flow)
     else:
         scheme.restore(begun.scheme)
         number = _stage_at(begun)
         state = StageState.recalled(begun, model_in_stage(model, number), bars, _water(model, number))
-    run = Analysis(model, scheme, observer, check, prove, falls, resumption.keep, record)
+    run = Analysis(model, scheme, observer, check, prove, falls, resumption.keep, record, flow)
     results = list(resumption.stages)
     last = len(model.stages) if resumption.until is None else resumption.until
     for number in range(len(results), 1 + last):
@@ -77,6 +79,7 @@ def solve_stages(
             now = here[number].copy()
             now[state.fallen] = False
             _begin(model, scheme, state, stage, now, results[-1].contacts)
+            state.flow = None if flow is None else flow.begin(number, now, state.flow)
             state.model = model_in_stage(model, number)
             scheme.install(number)
         solution = StageSolution(run, state, name, number, () if number else notes, progress)
@@ -89,7 +92,13 @@ def solve_stages(
 
 
 def _first_state(
-    model: Model, scheme: Scheme, report: Reporter, bars: Bars, present: BoolArray, notes: tuple[str, ...]
+    model: Model,
+    scheme: Scheme,
+    report: Reporter,
+    bars: Bars,
+    present: BoolArray,
+    notes: tuple[str, ...],
+    flow: FlowCoupling | None,
 ) -> tuple[StageState, tuple[str, ...]]:
     """Return the state before the first stage, under the in-situ field where it is given directly, and the notes."""
     state = StageState(
@@ -100,6 +109,7 @@ def _first_state(
         forces=[point_forces_of(model.acting_loads, model.blocks)],
         water=model.water,
         origin=np.zeros((model.blocks.count, 3)),
+        flow=None if flow is None else flow.first,
     )
     if model.in_situ is not None and model.in_situ.method == "direct":
         from bsm_mesh.solve.contacts.in_situ import in_situ_bars

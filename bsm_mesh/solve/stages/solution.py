@@ -9,7 +9,8 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.errors import counted, numbered
+from bsm_mesh.errors import ModelError, counted, numbered
+from bsm_mesh.flow.coupling import FlowCoupling, FlowState
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.loads import PointForces
 from bsm_mesh.model.model import Model
@@ -48,6 +49,8 @@ class Analysis:
         Gets a checkpoint after every step.
     record : callable
         Measures the histories.
+    flow : FlowCoupling or None
+        Flow in the joints.
     """
 
     model: Model
@@ -58,6 +61,7 @@ class Analysis:
     falls: Falls
     keep: Keep
     record: Recording
+    flow: FlowCoupling | None = None
 
 
 @dataclass(eq=False, slots=True)
@@ -73,6 +77,7 @@ class StageState:
     unreleased_forces: list[tuple[PointForces, float]] = field(default_factory=list)  # on new surfaces; part released
     origin: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     fallen: list[int] = field(default_factory=list)
+    flow: FlowState | None = None
 
     @classmethod
     def recalled(cls, begun: Checkpoint, model: Model, bars: Bars, water: Water | None) -> StageState:
@@ -87,6 +92,7 @@ class StageState:
             unreleased_forces=list(begun.unreleased),
             origin=begun.origin.copy(),
             fallen=list(begun.fallen),
+            flow=begun.flow,
         )
 
     def checkpoint(self, finished: int, scheme: Scheme, stage: StageProgress | None = None) -> Checkpoint:
@@ -101,6 +107,7 @@ class StageState:
             forces=tuple(self.forces),
             unreleased=tuple(self.unreleased_forces),
             fallen=tuple(self.fallen),
+            flow=self.flow,
         )
 
     def release(self, part: float) -> None:
@@ -187,21 +194,58 @@ class StageSolution:
         """Return where blocks end under the forces that act now, without those that come down and are taken away."""
         run, state = self._run, self._state
         while True:
-            bars = run.scheme.stage_bars(state.bars, self._number)
+            part = self._submodel()
             self._began_at = run.scheme.moved.copy()
-            part = submodel_of(state.model, state.present, bars, state.all_forces, state.water)
             outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
             state.bar_forces[part.bar] = outcome.bar_forces
             if self._start_residual is None:
                 self._start_residual = outcome.stage.start_residual
             stage = _confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
             if not run.falls.takes_away(outcome.small):
-                return stage
+                stage, is_settled = self._with_flow(stage)
+                if is_settled:
+                    return stage
+                self._keep()
+                continue
             down = part.block[outcome.down]
             self._fallen.extend(falls_of(run.model, down, outcome.small, stage, run.scheme.moved))
             state.take_away(down)
             run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
+            if run.flow is not None:
+                state.flow = run.flow.begin(self._number, state.present, state.flow)
             self._keep()
+
+    def _submodel(self) -> SubModel:
+        """Return the blocks that are there, under what acts on them."""
+        state = self._state
+        bars = self._run.scheme.stage_bars(state.bars, self._number)
+        on_faces = None if state.flow is None else state.flow.water
+        return submodel_of(state.model, state.present, bars, state.all_forces, state.water, on_faces)
+
+    def _with_flow(self, stage: StageResult) -> tuple[StageResult, bool]:
+        """Return a stage with the flow in its joints, and whether the water that presses on them is that flow's."""
+        run, state, number = self._run, self._state, self._number
+        if run.flow is None or state.flow is None:
+            return stage, True
+        if not stage.status.is_at_rest:  # joints between blocks that come down are no network
+            return replace(stage, flow=run.flow.result(state.flow, number, state.present)), True
+        in_rows = run.scheme.in_rows
+        try:
+            state.flow, found = run.flow.go_on(
+                state.flow, number, state.present, stage, run.scheme.moved, in_rows=in_rows
+            )
+        except ModelError as error:
+            return replace(stage, status=Status.NOT_CONVERGED, reason=str(error)), True
+        stage = replace(stage, flow=found)
+        if run.flow.is_settled(found, number):
+            return stage, True
+        if found.rounds < run.flow.most_rounds(number):
+            return stage, False
+        reason = (
+            f"flow and blocks do not settle: after {counted(found.rounds, 'turn')} pressures still change by "
+            f"{found.change:.2g} of the greatest"
+        )
+        return replace(stage, status=Status.NOT_CONVERGED, reason=reason), True
 
     def _keep(self) -> None:
         """Have the state between two steps kept."""
@@ -228,8 +272,7 @@ class StageSolution:
         moved = float(np.hypot(*self._began_at[state.present, :2].T).max(initial=0.0))
         if moved > CONTACT_TOLERANCE * float(np.sqrt(np.median(run.model.blocks.moments.area))):
             return Proof(text=f"no proof was sought: blocks had moved by {moved:.3g} m before")
-        bars = run.scheme.stage_bars(state.bars, self._number)
-        part = submodel_of(state.model, state.present, bars, state.all_forces, state.water)
+        part = self._submodel()
         there = part.model.replace(bolts=tuple(bolt for bolt in bolts if bolt.stage is None))
         proof = run.prove(there, np.searchsorted(part.block, down).astype(np.int32))
         return replace(proof, witness=None if proof.witness is None else proof.witness.in_whole(part))

@@ -1,0 +1,120 @@
+"""Flow in results: files read back as they were, tables, pictures, resumed runs, stages that raise and lower."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.app.model_text import files_of_model
+from bsm_mesh.app.pictures import figure_of
+from bsm_mesh.results.flow import FlowResult
+from bsm_mesh.results.joint_faces import joint_faces
+from tests.campaigns.scenes import content
+from tests.scenes.flow_models import bricks
+from tests.scenes.interrupted import interrupted
+
+DRAIN = bsm.Drain(start=(5, 0.1), end=(5, 2.9))
+STAGES = [
+    bsm.Stage(name="raised", flow=bsm.FlowChange(head={"left": 8.0})),
+    bsm.Stage(name="drained", flow=bsm.FlowChange(drains=(DRAIN,))),
+    bsm.Stage(name="lowered", flow=bsm.FlowChange(head={"left": 2.5})),
+]
+
+
+def model():
+    return bricks(flow=bsm.Flow(head={"left": 2.5, "right": 1.0}), stages=STAGES)
+
+
+@pytest.fixture(scope="module", params=["linear", "continuation"])
+def results(request):
+    return bsm.run(model(), bsm.Options(scheme=request.param))
+
+
+def test_stages_raise_drain_and_lower(results):
+    start, raised, drained, lowered = (stage.flow for stage in results.stages)
+    assert raised.through > 2 * start.through
+    assert drained.leaving[drained.places.index("drain 1")] > 0
+    assert drained.head.mean() < raised.head.mean()
+    assert lowered.through < drained.through
+    for flow in (start, raised, drained, lowered):
+        assert flow.imbalance <= 1e-12
+        assert abs(flow.leaving.sum()) <= 1e-12 * flow.through
+        assert flow.change <= 1e-4
+        assert flow.rounds >= 1
+
+
+def test_water_opens_joints_that_it_presses_on(results):
+    """Raised water lifts effective stress off the joints near it, and they open."""
+    start, raised = results.stages[0].flow, results.stages[1].flow
+    assert raised.aperture.mean() > start.aperture.mean()
+    assert (raised.aperture >= 0.05e-3).all()
+
+
+def test_results_are_read_back_as_they_were(results, tmp_path):
+    again = bsm.Results.load(results.save(tmp_path / "out"))
+    for stage, read in zip(results.stages, again.stages, strict=True):
+        before, after = stage.flow, read.flow
+        for name in FlowResult.__slots__:
+            one, other = getattr(before, name), getattr(after, name)
+            if isinstance(one, np.ndarray) and len(one) == len(before.point):
+                used = np.unique([before.first, before.last])
+                one, other = one[used], other[used]
+            np.testing.assert_array_equal(one, other, err_msg=name)
+
+
+def test_the_table_says_what_enters_and_leaves_where(results, tmp_path):
+    folder = results.save(tmp_path / "out")
+    with (folder / "flow.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["stage", "stage_name", "place", "outflow [m^2/s]", "nodes"]
+    drained = {row["place"]: float(row["outflow [m^2/s]"]) for row in rows if row["stage_name"] == "drained"}
+    assert list(drained) == ["left", "right", "drain 1"]
+    assert drained["left"] < 0 < drained["drain 1"]
+    flow = results.stages[2].flow
+    assert sum(drained.values()) == pytest.approx(0, abs=1e-12 * flow.through)
+
+
+def test_pressures_on_faces_are_those_of_the_flow(results):
+    """The mean over the faces of the joints is that of the pieces, in files and pictures of joints too."""
+    stage = results.stages[1]
+    faces, flow = joint_faces(results, stage), stage.flow
+    total = float((faces.water_pressure * np.hypot(*(faces.end - faces.start).T)).sum())
+    length = np.hypot(*(flow.lines[:, 1] - flow.lines[:, 0]).T)
+    assert total == pytest.approx(float((flow.mean_pressure * length).sum()), rel=1e-3)
+    near = np.abs(stage.contacts.point - (2, 1)).max(axis=1) < 0.01
+    at = np.flatnonzero((np.abs(flow.point - (2, 1)) < 1e-6).all(axis=1))[0]
+    np.testing.assert_allclose(stage.contacts.water_pressure[near], 9810 * (flow.head[at] - 1), rtol=2e-3)
+
+
+@pytest.mark.parametrize("name", ["flow_head", "flow_discharge", "water_pressure"])
+def test_pictures_show_it(results, name):
+    figure = figure_of(results, name, "drained")
+    assert figure is not None
+    told = " ".join(text.get_text() for axes in figure.axes for text in (axes.title, axes._left_title, *axes.texts))
+    words = {"flow_head": "drain 1", "flow_discharge": "discharge of the joints", "water_pressure": "water pressure"}
+    assert words[name] in told
+
+
+def test_other_runs_have_no_such_pictures_and_files(tmp_path):
+    plain = bsm.run(bricks(water=bsm.Water(table=((0, 2),))), bsm.Options(scheme="linear"))
+    assert figure_of(plain, "flow_head") is None
+    folder = plain.save(tmp_path / "out")
+    assert not list(folder.glob("flow*"))
+
+
+@pytest.mark.usefixtures("at_every_step")
+@pytest.mark.parametrize("scheme", ["linear", "continuation"])
+def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path: Path, left, scheme) -> None:
+    case, out = tmp_path / "case", tmp_path / "case" / "out"
+    case.mkdir()
+    for name, write in files_of_model(model(), bsm.Options(scheme=scheme)).items():
+        write(case / name)
+    bsm.run(case / "model.toml", output=out)
+    wanted, copies = content(out), list(left)
+    assert len(copies) > 4
+    for copy in copies[:: 1 + len(copies) // 5]:
+        interrupted(case, copy)
+        bsm.run(case / "model.toml", output=out, resume=True)
+        assert content(out) == wanted

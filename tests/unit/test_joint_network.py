@@ -1,0 +1,96 @@
+"""The network of a model's joints: faces cut by drains, wells and grout; T-junctions; blocks that are taken away."""
+
+import numpy as np
+import pytest
+
+import bsm_mesh as bsm
+from bsm_mesh.flow.joint_network import joint_network
+from tests.scenes.flow_models import bricks
+
+LINEAR = bsm.Options(scheme="linear")
+HEADS = {"left": 2.5, "right": 1.0}
+
+
+def flow_of(model):
+    return bsm.run(model, LINEAR).stages[-1].flow
+
+
+def test_joints_of_a_wall_are_its_pieces():
+    joints = joint_network(bricks(columns=4, rows=3))
+    assert len(joints.network.first) == 4 * 2 + 3 * 3
+    assert joints.network.length.sum() == pytest.approx(2.0 * 8 + 1.0 * 9)
+
+
+def test_a_drain_cuts_what_it_crosses_and_takes_nodes_that_it_meets():
+    drains = [
+        bsm.Drain(start=(3, 0.2), end=(3, 2.7)),
+        bsm.Drain(start=(0, 1), end=(8, 1)),
+        bsm.Drain(start=(4, 0), end=(4, 3)),
+    ]
+    joints = joint_network(bricks(), drains)
+    point = joints.network.point
+    assert sorted(map(tuple, point[joints.on_drain[0]])) == [(3, 1), (3, 2)]
+    assert sorted(map(tuple, point[joints.on_drain[1]])) == [(0, 1), (2, 1), (3, 1), (4, 1), (6, 1), (8, 1)]
+    assert sorted(map(tuple, point[joints.on_drain[2]])) == [(4, 0), (4, 1), (4, 2), (4, 3)]
+    assert joints.network.length.sum() == pytest.approx(25)
+    assert (joints.network.length > 0.5).all()
+
+
+def test_grout_cuts_joints_at_its_outline_and_a_well_where_it_stands():
+    region = bsm.Grout(polygon=((0.5, 0.5), (2.5, 0.5), (2.5, 1.5), (0.5, 1.5)))
+    joints = joint_network(bricks(), (), [bsm.Well(point=(6.7, 2.1), discharge=1e-6)], [region])
+    assert joints.network.point[joints.at_well[0]].tolist() == pytest.approx([6.7, 2])
+    assert joints.network.length[joints.in_grout[0]].sum() == pytest.approx(2.0 + 1.0)
+
+
+def test_a_corner_on_an_edge_is_a_node():
+    """A wall in bond: the joint below is cut where the upright joint above ends."""
+    blocks = bsm.Blocks.from_polygons(
+        [[(0, 0), (4, 0), (4, 1), (0, 1)], [(0, 1), (1, 1), (1, 2), (0, 2)], [(1, 1), (4, 1), (4, 2), (1, 2)]], rock="r"
+    )
+    joint = bsm.Joint("J", 1e9, 1e9, aperture=1e-3, residual_aperture=1e-4)
+    model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=0)], joints=[joint], default_joint="J")
+    joints = joint_network(model)
+    assert sorted(map(tuple, joints.network.point)) == [(0, 1), (1, 1), (1, 2), (4, 1)]
+    assert len(joints.network.first) == 3
+
+
+def test_rock_without_a_joint_is_tight():
+    blocks = bsm.Blocks.from_polygons([[(0, 0), (1, 0), (1, 1), (0, 1)], [(1, 0), (2, 0), (2, 1), (1, 1)]], rock="r")
+    model = bsm.Model(blocks=blocks, rocks=[bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)])
+    with pytest.raises(bsm.ModelError, match="no face bears a joint, and rock is tight"):
+        joint_network(model)
+
+
+def test_an_excavation_drains_the_joints_that_it_lays_bare():
+    stage = bsm.Stage(name="adit", excavate=[5])
+    model = bricks(flow=bsm.Flow(head=HEADS, coupling="one_way"), stages=[stage])
+    before, after = (stage.flow for stage in bsm.run(model, LINEAR).stages)
+    assert "new faces" not in before.places
+    assert after.leaving[after.places.index("new faces")] > 0
+    assert len(after.first) == len(before.first) - 4
+    bared = np.isin(np.arange(len(after.point)), np.flatnonzero(after.place == after.places.index("new faces")))
+    assert {(2.0, 1.0), (4.0, 1.0)} <= set(map(tuple, after.point[bared]))
+    assert (after.head[bared] == after.point[bared, 1]).all()
+
+
+def test_grout_keeps_water_and_a_drain_takes_it():
+    curtain = bsm.Grout(polygon=((2.5, -1), (3.5, -1), (3.5, 4), (2.5, 4)), aperture=0.05e-3)
+    drain = bsm.Drain(start=(5, 0.1), end=(5, 2.9))
+    plain = flow_of(bricks(flow=bsm.Flow(head=HEADS, coupling="one_way")))
+    grouted = flow_of(bricks(flow=bsm.Flow(head=HEADS, coupling="one_way", grout=(curtain,))))
+    both = flow_of(bricks(flow=bsm.Flow(head=HEADS, coupling="one_way", grout=(curtain,), drains=(drain,))))
+    assert grouted.through < 0.05 * plain.through
+    assert both.leaving[both.places.index("drain 1")] > 0
+    assert both.imbalance <= 1e-12
+
+
+def test_sealed_joints_carry_pressure_and_no_flow():
+    """What stands on both sides of a sealed part stands in it too, linearly."""
+    curtain = bsm.Grout(polygon=((2.5, -1), (3.5, -1), (3.5, 4), (2.5, 4)))
+    flow = flow_of(bricks(flow=bsm.Flow(head={"left": 2.5, "right": 2.2}, coupling="one_way", grout=(curtain,))))
+    assert flow.through == 0
+    sealed = flow.aperture.max(axis=1) == 0
+    assert sealed.sum() == 2
+    low = sealed & (flow.point[flow.first, 1] == 1)
+    np.testing.assert_allclose(np.sort(flow.wet_pressure[low][0]), 9810 * np.array([1.2, 1.5]), rtol=1e-12)
