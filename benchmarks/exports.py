@@ -1,5 +1,7 @@
 """One model, three programs: ``python -m benchmarks.exports --python PYTHON`` beside compas_dem (RBE) and LMGC90.
 
+With ``--into PAGE`` the table takes the place of what stands between the marks of a page.
+
 PYTHON is one with compas_dem, compas_cra and compas_lmgc90. Forces are summed between every two blocks; where statics
 does not determine them the programs may well differ: rigid contacts here, springs there.
 """
@@ -18,6 +20,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import bsm_mesh as bsm
+from benchmarks.continuum import marks, put
 from bsm_mesh.converters.exports import export
 from bsm_mesh.results import Results
 from tests.scenes.arch import arch
@@ -28,6 +31,8 @@ HEADER = (
     "| model | program | verdict or movement | on the supports, vertical | greatest difference of a pair | seconds |"
 )
 STEPS = 400  # of 0.01 s, LMGC90
+OTHERS = ("compas_dem", "compas_cra", "compas_lmgc90")
+COMMAND = "python -m benchmarks.exports"
 AT_REST = 1e-3  # m in these 4 s: less is rounding and settling
 
 
@@ -128,12 +133,20 @@ def _row(
     return f"| {name} | {program} | {said} | {weight} | {worst / scale:.2g} of the weight | {seconds:.1f} |"
 
 
+def versions(python: str) -> str:
+    """Return the sentence that names the other programs' versions."""
+    ask = f"from importlib.metadata import version; print(*[version(name) for name in {OTHERS}])"
+    done = subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True)
+    told = ", ".join(f"{name} {number}" for name, number in zip(OTHERS, done.stdout.split(), strict=True))
+    return f"{told}; LMGC90: {STEPS} steps of 0.01 s."
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the table, or put it into a page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.exports", description=__doc__)
     parser.add_argument("--python", default=sys.executable, help="a Python with compas_dem, compas_cra, compas_lmgc90")
-    python = parser.parse_args().python
-    print(HEADER, "|---" * 6 + "|", sep="\n")
+    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    given = parser.parse_args()
     models = {
         "arch of 9 stones": arch(9, 0.2),
         "arch too thin (t/R = 0.08)": arch(9, 0.08),
@@ -141,8 +154,15 @@ def main() -> None:
         "blocks on 30 degrees, friction 32": slope(32.0),
         "blocks on 30 degrees, friction 28": slope(28.0),
     }
-    for name, model in models.items():
-        print(*rows_of(name, model, python), sep="\n", flush=True)
+    said = versions(given.python)
+    for friction in (28.0, 32.0):  # compiled code is read before the first row
+        bsm.run(slope(friction))
+    rows = [row for name, model in models.items() for row in rows_of(name, model, given.python)]
+    text = "\n".join([said, "", HEADER, "|---" * 6 + "|", *rows])
+    if given.into:
+        put(given.into, f"\n{text}\n", marks(COMMAND))
+    else:
+        print(text)
 
 
 if __name__ == "__main__":
