@@ -124,7 +124,6 @@ def build(
     from bsm_mesh.geometries.cutting.cut import cut_blocks
 
     cut = cut_blocks(section.rock_mass())
-    print(*cut.report(), sep="\n")
     return write_blocks(cut, path) if size is None else mesh_blocks(cut, path, size=size)
 
 

@@ -215,9 +215,7 @@ def _mesh(
         ],
     )
     outlines = shapely.MultiPolygon([shapely.Polygon(frame), shapely.Polygon(rectangle(*OPENING))])
-    cut = cut_blocks(mass)
-    print(*cut.report(), sep="\n")
-    return quarter_blocks(close_short_sides(cut, SHORTEST, outlines), path)
+    return quarter_blocks(close_short_sides(cut_blocks(mass), SHORTEST, outlines), path)
 
 
 def _crosses(line: list[tuple[float, float]], width: float, frame: object) -> bool:

@@ -106,5 +106,4 @@ def build(
         for number, (dip, spacing) in enumerate(zip(dips, spacings, strict=True), start=1)
     ]
     cut = cut_blocks(RockMass(regions=regions, joints=sets, seed=seed), engine)
-    print(*cut.report(), sep="\n")
     return write_blocks(cut, path) if size is None else mesh_blocks(cut, path, size=size)

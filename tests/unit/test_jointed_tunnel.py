@@ -30,14 +30,6 @@ def test_every_shape(tmp_path: Path, shape: str, engine: str) -> None:
     assert ("tunnel" in blocks.boundaries) == (shape != "none")
 
 
-@pytest.mark.parametrize(("engine", "name"), [("auto", "Gmsh"), ("shapely", "our own cutter")])
-def test_what_cut_it_is_told(tmp_path: Path, engine: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    build(tmp_path / "t.msh", shape="none", engine=engine)
-    first, *joints = capsys.readouterr().out.splitlines()
-    assert f"cut by {name}" in first
-    assert [line.split(":")[1] for line in joints] == ["J1", "J2"]
-
-
 def test_meshed_to_a_size(tmp_path: Path) -> None:
     fine, _ = read_mesh(build(tmp_path / "a.msh", size=0.8))
     coarse, _ = read_mesh(build(tmp_path / "b.msh"), blocks="regions")
