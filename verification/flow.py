@@ -126,7 +126,7 @@ def closing() -> Answer:
 CASES = (
     Case(name="cubic-law", what="one joint, 0.01 to 1 mm wide", source="witherspoon",
          quantity="discharge, over the least", compute=one_joint, tolerance=CLOSED),
-    Case(name="joints-in-series", what="three joints one behind the other", source="resistances",
+    Case(name="flow-in-series", what="three joints one behind the other", source="resistances",
          quantity="heads [m]; discharge over its own", compute=series, tolerance=CLOSED),
     Case(name="ladder-of-joints", what="eight bays of rails and rungs", source="resistances",
          quantity="discharge, over a rail's conductance", compute=ladder, tolerance=CLOSED),
@@ -138,7 +138,7 @@ CASES = (
          quantity="discharge, over the first", compute=partial(dupuit, 1.0), tolerance=0.02),
     Case(name="dupuit-0.25m", what="the same, 0.25 m apart", source="dupuit",
          quantity="discharge, over the first", compute=partial(dupuit, 0.25), tolerance=0.02),
-    Case(name="uplift", what="a dam on one joint", source="statics",
+    Case(name="uplift-in-a-joint", what="a dam on one joint", source="statics",
          quantity="thrust, uplift [N/m]", compute=partial(uplift, None), tolerance=CLOSED),
     Case(name="uplift-drained", what="the same, with water 3 m high in a drain", source="statics",
          quantity="thrust, uplift [N/m]", compute=partial(uplift, 3.0), tolerance=CLOSED),

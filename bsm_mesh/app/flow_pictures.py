@@ -124,9 +124,9 @@ def _add_places(sheet: Sheet, flow: FlowResult) -> None:
         at = np.flatnonzero((flow.place == k) & (flow.outflow * leaving[k] > 0))
         weight = np.abs(flow.outflow[at])
         middle = at[int(np.searchsorted(np.cumsum(weight), weight.sum() / 2))]
-        word = "out" if leaving[k] > 0 else "in"
+        word, told = "out" if leaving[k] > 0 else "in", discharge_text(abs(float(leaving[k])), beside=flow.through)
         colour = LEAVES if leaving[k] > 0 else ENTERS
-        _name(sheet, flow.point[middle], f"{flow.places[k]}: {discharge_text(abs(float(leaving[k])))} {word}", colour)
+        _name(sheet, flow.point[middle], f"{flow.places[k]}: {told} {word}", colour)
 
 
 def _name(sheet: Sheet, at: FloatArray, text: str, colour: str) -> None:

@@ -118,7 +118,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
         rows.insert(2, ("comes down", f"{falling(results, stage)}: {numbered('block', stage.unstable_blocks)}"))
     if len(stage.water_table) or stage.water.any():
         rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
-    rows += [(f"water: {place}", f"{leaves} out, {enters} in") for place, leaves, enters in flow_rows(stage)]
+    rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
     if stage.bolts.count:
         rows.append(("bolts", _bolts(stage)))
     return {

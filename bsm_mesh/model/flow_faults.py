@@ -36,7 +36,11 @@ def flow_faults(model: Model) -> Iterator[str]:
     changes: list[tuple[str, Flow | FlowChange]] = []
     changes += [(f"stage '{stage.name}': flow", stage.flow) for stage in model.stages if stage.flow is not None]
     if model.flow is None:
-        yield from (f"{place}: the model has no flow at the start; give [flow]" for place, _ in changes)
+        yield from (
+            f"{place}: the model has no flow at the start; give [flow], with a level below the joints "
+            "where they are dry before"
+            for place, _ in changes
+        )
         return
     yield from _two_kinds_of_water(model)
     yield from _aperture_faults(model, model.flow)

@@ -242,10 +242,12 @@ class Joint:
         raise_faults(rules.faults)
         left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
         left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
-        if self.residual_aperture > (self.aperture or 0.0):
+        if self.aperture is None and self.residual_aperture > 0:
+            left.append("residual_aperture is what no stress closes of aperture; give aperture too")
+        elif self.aperture is not None and self.residual_aperture > self.aperture:
             left.append(
-                f"residual_aperture = {self.residual_aperture:g} m is above aperture = {self.aperture or 0:g} m, and "
-                "stress opens no joint; exchange them, or give a smaller one"
+                f"residual_aperture = {self.residual_aperture:g} m is above aperture = {self.aperture:g} m, and stress "
+                "opens no joint; exchange them, or give a smaller one"
             )
         raise_faults([f"{rules.thing}: {text}" for text in left])
         plain_numbers(self)

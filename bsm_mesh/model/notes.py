@@ -10,6 +10,7 @@ import numpy as np
 
 from bsm_mesh.errors import counted, nearest
 from bsm_mesh.model.faces import count_faces
+from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
 from bsm_mesh.model.loads import InSituTraction
 from bsm_mesh.model.materials import Joint, Rock
@@ -43,6 +44,7 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *_of_strength(rocks, joints),
         *_of_unusual(model, rocks, joints),
         *_of_ground(model),
+        *_of_levels(model),
         *_of_stages(model),
         *(() if fails else _of_strength_that_does_not_matter(model)),
     ]
@@ -160,10 +162,10 @@ def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) ->
         yield from beyond_usual("in_situ", "k0", model.in_situ.k0[1], STRESS_RATIO)
     for place, water in _waters(model):
         yield from unusual(place, water)
-    if model.flow is not None:
-        yield from unusual("flow", model.flow)
-        for given in (*model.flow.drains, *model.flow.wells, *model.flow.grout):
-            yield from unusual(f"flow: {type(given).__name__.lower()}", given)
+    for place, flow in _flows(model):
+        yield from unusual(place, flow)
+        for given in (*flow.drains, *flow.wells, *flow.grout):
+            yield from unusual(f"{place}: {type(given).__name__.lower()}", given)
     yield from _of_unusual_gravity("gravity", (model.gravity_horizontal, model.gravity_vertical))
     for stage in model.stages:
         yield from unusual(f"stage '{stage.name}'", stage)
@@ -221,6 +223,29 @@ def _waters(model: Model) -> Iterator[tuple[str, Water]]:
     for stage in model.stages:
         if stage.water is not None:
             yield f"stage '{stage.name}': water", stage.water
+
+
+def _flows(model: Model) -> Iterator[tuple[str, Flow | FlowChange]]:
+    """Return the flow of the start and what stages change of it, and where it stands."""
+    if model.flow is not None:
+        yield "flow", model.flow
+    for stage in model.stages:
+        if stage.flow is not None:
+            yield f"stage '{stage.name}': flow", stage.flow
+
+
+def _of_levels(model: Model) -> Iterator[str]:
+    """Say at which boundaries the water's level lets none in."""
+    blocks = model.blocks
+    for place, flow in _flows(model):
+        for name, level in flow.head.items():
+            edges = blocks.boundary_edges(name)
+            lowest = float(blocks.vertices[[*edges, *blocks.following[edges]], 1].min())
+            if level < lowest:
+                yield (
+                    f"{place}: head of '{name}' is {lowest - level:.6g} m below all of it: no water comes in "
+                    "there, and it is open to the air"
+                )
 
 
 def _of_stages(model: Model) -> Iterator[str]:

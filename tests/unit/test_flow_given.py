@@ -7,6 +7,7 @@ import pytest
 import bsm_mesh as bsm
 from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.model.flow_faults import flow_in_stage
+from bsm_mesh.model.notes import notes_of
 from tests.scenes.flow_models import bricks
 
 HEADS = {"left": 2.5, "right": 1.0}
@@ -60,6 +61,10 @@ FAULTS = {
         lambda: bsm.Joint("J", 1e9, 1e9, aperture=1e-4, residual_aperture=2e-4),
         "residual_aperture = 0.0002 m is above aperture = 0.0001 m",
     ),
+    "residual alone": (
+        lambda: bsm.Joint("J", 1e9, 1e9, residual_aperture=2e-4),
+        "residual_aperture is what no stress closes of aperture; give aperture too",
+    ),
     "no boundary": (
         lambda: bricks(flow=bsm.Flow(head={"lef": 2.0})),
         "there is no boundary 'lef'; did you mean 'left'",
@@ -77,7 +82,7 @@ FAULTS = {
     ),
     "flow later": (
         lambda: bricks(stages=[bsm.Stage(name="wet", flow=CHANGE)]),
-        "stage 'wet': flow: the model has no flow at the start; give [flow]",
+        "stage 'wet': flow: the model has no flow at the start; give [flow], with a level below the joints",
     ),
     "all shut": (
         lambda: bricks(flow=ALL, stages=[bsm.Stage(name="shut", flow=bsm.FlowChange(closed=("left", "right")))]),
@@ -96,6 +101,13 @@ def test_faults_are_told_with_their_cure(name: str) -> None:
     with pytest.raises(bsm.ModelError) as told:
         make()
     assert text in str(told.value)
+
+
+def test_levels_that_let_no_water_in_are_noted() -> None:
+    lowered = bsm.Stage(name="low", flow=bsm.FlowChange(head={"top": 2.0}))
+    notes = notes_of(bricks(flow=bsm.Flow(head={"left": 0.0, "top": 3.0}), stages=[lowered]))
+    text = "stage 'low': flow: head of 'top' is 1 m below all of it: no water comes in there, and it is open to the air"
+    assert [note for note in notes if "head of" in note] == [text]
 
 
 NO_FLOW = {

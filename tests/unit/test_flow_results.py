@@ -1,12 +1,14 @@
 """Flow in results: files read back as they were, tables, pictures, resumed runs, stages that raise and lower."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.app.flow_text import flow_rows
 from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.results.flow import FlowResult
@@ -86,6 +88,19 @@ def test_pressures_on_faces_are_those_of_the_flow(results):
     near = np.abs(stage.contacts.point - (2, 1)).max(axis=1) < 0.01
     at = np.flatnonzero((np.abs(flow.point - (2, 1)) < 1e-6).all(axis=1))[0]
     np.testing.assert_allclose(stage.contacts.water_pressure[near], 9810 * (flow.head[at] - 1), rtol=2e-3)
+
+
+def test_what_enters_and_leaves_is_told_in_one_unit(results):
+    """So that they can be summed up by eye; nothing is told of places where nothing moves."""
+    stage = results.stages[2]
+    rows = flow_rows(stage)
+    assert [row[0] for row in rows] == ["left", "right", "drain 1", "all"]
+    told = [text.split(" ", 1) for row in rows for text in row[1:] if text != "-"]
+    assert len({unit for _, unit in told}) == 1
+    assert float(rows[2][1].split()[0]) > 0
+    assert rows[0][1] == "-"
+    still = replace(stage, flow=replace(stage.flow, outflow=np.zeros_like(stage.flow.outflow)))
+    assert {text for row in flow_rows(still) for text in row[1:]} == {"-"}
 
 
 @pytest.mark.parametrize("name", ["flow_head", "flow_discharge", "water_pressure"])
