@@ -85,3 +85,33 @@ def sums_at_nodes(network: Network, of_first: FloatArray, of_last: FloatArray) -
     )
     sums: FloatArray = at_first - at_last
     return sums
+
+
+def floating_nodes(
+    network: Network, by_first: FloatArray, by_last: FloatArray, by_well: FloatArray, held: BoolArray
+) -> BoolArray:
+    """Return the nodes whose change no held node and no well feels, directly or through others, (n,).
+
+    Parameters
+    ----------
+    network : Network
+        Nodes and pieces.
+    by_first, by_last : (m,) float64 [m/s]
+        Derivatives of every piece's discharge by the unknowns of its first and of its last node.
+    by_well : (n,) float64 [m/s]
+        Derivatives of what wells take.
+    held : (n,) bool
+        Nodes whose unknown is known.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order
+
+    n, first, last = len(held), network.first, network.last
+    down, up, well = by_first != 0, by_last != 0, np.flatnonzero(by_well)
+    felt_at = np.concatenate([last[down], first[up], np.full(len(well), n)])
+    felt_at = np.where(np.append(held, True)[felt_at], n, felt_at)
+    changes = np.concatenate([first[down], last[up], well])
+    graph = coo_array((np.ones(len(felt_at)), (felt_at, changes)), shape=(n + 1, n + 1))
+    floating = np.ones(n + 1, dtype=bool)
+    floating[breadth_first_order(graph.tocsr(), n, return_predecessors=False)] = False
+    return floating[:n]

@@ -15,12 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, Portable, show_only
-from bsm_mesh.flow.network import Network, sums_at_nodes
+from bsm_mesh.flow.network import Network, floating_nodes, sums_at_nodes
 
 BALANCED = 1e-13  # of the greatest discharge: imbalance of a node at which iteration ends
 ROUNDING = 8 * np.finfo(float).eps  # of conductance times head: what a difference of heads cannot do better than
 MOST_ITERATIONS = 300
-REGULARIZATION = 1e-10  # of the conductance at a node, on the diagonal: dry nodes have none; it moves no solution
+FLOATING = 1e-10  # on the diagonal, of what is there: at nodes whose change no node held feels; it moves no solution
+HELD = 1e-14  # at the others: no pivot is 0 by rounding, and joints a million times as wide as others are told apart
 BELOW = 0.1  # of d: where u is first tried when a node is no longer under water
 USUAL_ITERATIONS = 30  # after these, corrections may go round in circles
 CORRECTED = 0.7  # part of the nodes, drawn anew for each iteration, that are corrected then: it breaks circles
@@ -148,7 +149,8 @@ class _Balance:
         self.datum = float((height.max() + height.min()) / 2)
         self.y = height - self.datum
         self.d = float(np.median(network.length)) if len(network.first) else 1.0
-        self.conductance_at_node = self._sums(conductance, -conductance)
+        at_node = self._sums(conductance, -conductance)
+        self.conductance_at_node = np.where(at_node > 0, at_node, 1.0)
         self.given = conditions.given
         self.highest = conditions.spill - height
         self.u_given = np.where(self.given, np.nan_to_num(conditions.head) - height, 0.0)
@@ -219,12 +221,22 @@ class _Balance:
 
     def _balances(self, u: FloatArray, imbalance: FloatArray, greatest: float) -> bool:
         """Return whether the imbalance is rounding everywhere."""
-        rounding = self._rounding(u) * self.conductance_at_node
-        return bool((np.abs(imbalance) <= np.maximum(BALANCED * greatest, rounding)).all())
+        rounding = self._rounding(u)
+        return bool((np.abs(imbalance) <= np.maximum(BALANCED * greatest, self._sums(rounding, -rounding))).all())
 
-    def _rounding(self, u: FloatArray) -> float:
-        """Return the rounding of a difference of heads [m]."""
-        return ROUNDING * max(float(np.abs(self.heads(u)[0]).max(initial=0.0)), self.d)
+    def _rounding(self, u: FloatArray) -> FloatArray:
+        """Return the rounding of every piece's discharge, (m,) [m2/s]: of a difference of heads, and of the part w.
+
+        A joint that could lead much and leads nothing, for its upper end is dry, has none.
+        """
+        head, filled = self.heads(u)
+        first, last = self.network.first, self.network.last
+        drop = head[first] - head[last]
+        part = np.where(drop >= 0, filled[first], filled[last])
+        highest = max(float(np.abs(head).max(initial=0.0)), self.d)
+        of_part = np.where((part > 0) & (part < 1), np.abs(drop), 0.0)
+        rounding: FloatArray = ROUNDING * self.conductance * (part * highest + of_part)
+        return rounding
 
     def _corrected(self, u: FloatArray, leaving: FloatArray, held: BoolArray) -> FloatArray:
         """Return u after a correction of all but the nodes `held` (n,).
@@ -247,13 +259,14 @@ class _Balance:
         data = np.concatenate([by_first, by_last, -by_first, -by_last, by_well])
         rows = np.concatenate([first, first, last, last, nodes])
         columns = np.concatenate([first, last, first, last, nodes])
-        free = np.flatnonzero(~held)
+        free, floating = np.flatnonzero(~held), floating_nodes(self.network, by_first, by_last, by_well, held)
         number = np.full(len(u), -1)
-        number[free] = own = np.arange(len(free))
-        diagonal = self.conductance_at_node[free]
+        number[free] = among = np.arange(len(free))
+        own = self._sums(by_first, by_last) + by_well
+        diagonal = (np.where(floating, FLOATING, HELD) * np.where(own > 0, own, self.conductance_at_node))[free]
         inner = (number[rows] >= 0) & (number[columns] >= 0)
-        data = np.concatenate([data[inner], REGULARIZATION * np.where(diagonal > 0, diagonal, 1.0)])
-        place = np.concatenate([number[rows[inner]], own]), np.concatenate([number[columns[inner]], own])
+        data = np.concatenate([data[inner], diagonal])
+        place = np.concatenate([number[rows[inner]], among]), np.concatenate([number[columns[inner]], among])
         change = np.zeros(len(u))
         if len(free):
             change[free] = splu(coo_array((data, place), shape=(len(free), len(free))).tocsc()).solve(leaving[free])
@@ -277,6 +290,6 @@ class _Balance:
             change = self._newton(u, leaving, held)
             discharge = discharge - by_first * change[self.network.first] - by_last * change[self.network.last]
             pumped = pumped - by_well * change
-        if (np.abs(best[0]) <= self._rounding(u) * self.conductance).all():
+        if (np.abs(best[0]) <= self._rounding(u)).all():
             return np.zeros_like(discharge), np.zeros_like(pumped)
         return best
