@@ -23,7 +23,7 @@ def advance(
     farthest: float,
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
-    contacts: tuple[IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray],
+    contacts: tuple[IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray, RecordArray],
     bolts: tuple[FloatArray, ...],
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
@@ -45,7 +45,7 @@ def advance(
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         Which of the supported blocks are moved here; all of them; onto their free axes; movement that supports
         prescribe in a cycle.
-    contacts : block_a, block_b, frame, spring, state, events, slips
+    contacts : block_a, block_b, frame, spring, state, events, slips, growths
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
     bolts : tuple of arrays
         As `add_bolts` takes them; empty arrays where there are none.
