@@ -260,9 +260,7 @@ class Joint:
         raise_faults(rules.faults)
         left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
         left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
-        left += stiffness_faults(
-            self.shear_stiffness, self.shear_stiffness_exponent, self.reference_stress, self.law
-        )
+        left += stiffness_faults(self.shear_stiffness, self.shear_stiffness_exponent, self.reference_stress, self.law)
         if self.residual_aperture > (self.aperture or 0.0):
             left.append(
                 f"residual_aperture = {self.residual_aperture:g} m is above aperture = {self.aperture or 0:g} m, and "

@@ -65,9 +65,7 @@ class ShearCurve(NamedTuple):
     def barton(cls, law: BartonBandis, stress: float) -> ShearCurve:
         """Return Barton and Bandis's: the peak strength over the displacement at the peak."""
         reach = stress / REACH, stress * REACH
-        return cls(
-            1 / law.peak_displacement, 1.0, law.residual_friction, law.roughness, law.wall_strength, *reach
-        )
+        return cls(1 / law.peak_displacement, 1.0, law.residual_friction, law.roughness, law.wall_strength, *reach)
 
     def at(self, stress: float) -> float:
         """Return the stiffness at a normal stress [Pa/m]."""
@@ -100,8 +98,8 @@ def stiffness_faults(
         return []
     if stress is None:
         return [
-            f"shear_stiffness_exponent = {exponent:g}: at which normal stress is the joint as stiff as shear_stiffness? "
-            "Give reference_stress"
+            f"shear_stiffness_exponent = {exponent:g}: at which normal stress is the joint as stiff as "
+            "shear_stiffness? Give reference_stress"
         ]
     if shear_stiffness is not None and exponent is None:
         return [
@@ -109,7 +107,9 @@ def stiffness_faults(
             "or leave shear_stiffness out where barton_bandis gives it, or leave reference_stress out"
         ]
     if shear_stiffness is None and exponent is not None:
-        return [f"shear_stiffness_exponent = {exponent:g} needs shear_stiffness, which the joint has at reference_stress"]
+        return [
+            f"shear_stiffness_exponent = {exponent:g} needs shear_stiffness, which the joint has at reference_stress"
+        ]
     barton = barton_of(law)
     if shear_stiffness is None and barton is None:
         return [
@@ -117,7 +117,5 @@ def stiffness_faults(
             "which the law barton_bandis knows; give that law, or shear_stiffness and shear_stiffness_exponent"
         ]
     if barton is not None and shear_stiffness is None and not barton.jrc > 0:
-        return [
-            "a joint without roughness has no displacement at the peak; give shear_stiffness, or jrc above 0"
-        ]
+        return ["a joint without roughness has no displacement at the peak; give shear_stiffness, or jrc above 0"]
     return []

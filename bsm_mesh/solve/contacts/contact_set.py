@@ -14,12 +14,12 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws.dilation import Dilating
+from bsm_mesh.model.joint_laws.shear_springs import Growing
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
 from bsm_mesh.solve.contacts.forces import ContactSet, rows_by_law
 from bsm_mesh.solve.contacts.history import History
-from bsm_mesh.solve.contacts.shear_springs import Growing
 
 _Value = TypeVar("_Value", bound=np.generic)
 

@@ -13,6 +13,7 @@ from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, ask
 from bsm_mesh.model.joint_laws.dilation import Dilating, Pressures, Strength, slip_of_step
+from bsm_mesh.model.joint_laws.shear_springs import Growing, Springs
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import (
@@ -20,7 +21,6 @@ from bsm_mesh.solve.contacts.force_kernels import (
     pressures_and_trial_shears,
     relative_positions,
 )
-from bsm_mesh.solve.contacts.shear_springs import Growing, Springs
 
 FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache

@@ -23,7 +23,9 @@ def advance(
     farthest: float,
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
-    contacts: tuple[IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray, RecordArray],
+    contacts: tuple[
+        IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray, RecordArray
+    ],
     bolts: tuple[FloatArray, ...],
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
@@ -32,7 +34,7 @@ def advance(
     turns: SingleArray,
     forces: FloatArray,
 ) -> int:  # pragma: no cover - compiled
-    """Go through cycles of unit time, and return how many: fewer where a block has moved too far or a joint become too stiff.
+    """Go through cycles of unit time, and return how many: fewer where one moves too far or a joint is too stiff.
 
     Parameters
     ----------
