@@ -63,6 +63,8 @@ def make_joint(name: str, table: JointTable) -> Joint:
         max_closure=table.max_closure,
         dilation_angle=table.dilation_angle,
         dilation_slip=table.dilation_slip,
+        shear_stiffness_exponent=table.shear_stiffness_exponent,
+        reference_stress=table.reference_stress,
         crushing_strength=table.crushing_strength,
         aperture=table.aperture,
         residual_aperture=table.residual_aperture,

@@ -276,7 +276,7 @@ class _Run:
             if history is None or start is None or joints is None or at.state is None:
                 equations = equations.after(at, None)
                 break
-            path = slip_path_after(joints, start, at.state)
+            path = slip_path_after(start, at.state)
             wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
             if (at.state.failed == history.failed).all() and not wears.any():
                 equations = equations.after(at, path)

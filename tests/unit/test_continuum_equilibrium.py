@@ -25,6 +25,8 @@ LAWS = {
     "brittle": bsm.MohrCoulomb(friction=30.0, cohesion=20e3, residual_friction=20.0),
     "patton": bsm.Patton(friction=25.0, dilation=10.0, cohesion=5e3, residual_friction=20.0),
     "dilating": bsm.MohrCoulomb(friction=30.0, cohesion=20e3),
+    "stiffening": bsm.MohrCoulomb(friction=30.0, cohesion=20e3),
+    "dilating, stiffening": bsm.MohrCoulomb(friction=30.0, cohesion=20e3),
 }
 TANGENT = 1e-5  # of the greatest entry: central differences
 
@@ -33,8 +35,10 @@ def stack(law, tension=0.0, **fields):
     """Return nine blocks on a fixed base."""
     blocks = framed(bsm.Blocks.from_polygons([rectangle(0, -1, 3, 0), *grid(3, 3)], rock="rock"), 3.0, 3.0)
     joint = bsm.Joint("J", normal_stiffness=2e9, shear_stiffness=1e9, law=law, tensile_strength=tension)
-    if law is LAWS["dilating"]:
+    if law is LAWS["dilating"] or law is LAWS["dilating, stiffening"]:
         joint = replace(joint, dilation_angle=20.0, dilation_slip=2e-5)
+    if law is LAWS["stiffening"] or law is LAWS["dilating, stiffening"]:
+        joint = replace(joint, shear_stiffness_exponent=0.7, reference_stress=2e4)
     return bsm.Model(
         blocks=blocks, rocks=[HEAVY], joints=[joint], default_joint="J", supports=[bsm.Fixed(blocks=[0])], **fields
     )
@@ -57,6 +61,8 @@ def test_tangent_is_the_derivative(name, order, points):
     history = replace(
         eq.history,
         initial_pressure=rng.uniform(0, 5e4, len(eq.joints.length)),
+        pressure=rng.uniform(0, 5e4, len(eq.joints.length)),
+        shear=rng.uniform(-1e3, 1e3, len(eq.joints.length)),
         failed=rng.random(len(eq.joints.length)) < 0.3,
     )
     eq = replace(eq, history=history)

@@ -9,6 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ActiveContacts
+from bsm_mesh.model.joint_laws.shear_springs import Springs
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 
 
@@ -73,7 +74,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     kept = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept].sum())
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
-    path = slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)
+    path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
     offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
     history = History(
         active=_active(contacts, at, position, kept),
@@ -89,15 +90,17 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
     return history, changed
 
 
-def slip_path_after(contacts: ContactSet, slides: BoolArray, shear: FloatArray, tangential: FloatArray) -> FloatArray:
+def slip_path_after(
+    contacts: ContactSet, springs: Springs, slides: BoolArray, shear: FloatArray, tangential: FloatArray
+) -> FloatArray:
     """Return how far contacts have slid so far, (m,) [m]: what of the movement along the edge is not elastic counts.
 
     Of those that slide (m,), from the start of a step or window to a shear force (m,) [N/m] at a tangential coordinate
     (m,) [m]; without a coordinate before or after, their path stays.
     """
     moved = tangential - contacts.old_tangential
-    slides = slides & ~np.isnan(moved) & (contacts.shear_stiffness > 0)
-    elastic = (shear - contacts.old_shear)[slides] / contacts.shear_stiffness[slides]
+    slides = slides & ~np.isnan(moved) & (springs.stiffness > 0)
+    elastic = (shear - springs.old_shear)[slides] / springs.stiffness[slides]
     path = contacts.slip_path.copy()
     path[slides] += np.abs(moved[slides] - elastic)
     return path
@@ -106,11 +109,12 @@ def slip_path_after(contacts: ContactSet, slides: BoolArray, shear: FloatArray, 
 def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
     """Return contacts as slip in an accepted step has left them: where strength wore off their shear is cut."""
     closed = at.closed & ~np.isnan(at.tangential)
-    path = slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)
+    path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
     return replace(
         contacts,
         offset=contacts.dilating.opened(contacts.offset, contacts.slip_path, path),
         old_shear=np.where(closed, at.shear, contacts.old_shear),
+        old_pressure=np.where(closed, at.pressure, contacts.old_pressure),
         old_tangential=np.where(closed, at.tangential, contacts.old_tangential),
         failed=at.failed,
         slip_path=path,
@@ -121,7 +125,7 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
     """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[again.candidates.history[stay]]
-    names = ("old_shear", "old_tangential", "first_tangential", "failed", "slip_path")
+    names = ("old_shear", "old_pressure", "old_tangential", "first_tangential", "failed", "slip_path")
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]
