@@ -12,7 +12,6 @@ from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
 from bsm_mesh.solve.algebra.ordering import elimination_order
 from bsm_mesh.solve.algebra.superlu import SuperLU
 
-WORTH_SINGLE = 5000  # [blocks]; below, refining takes what single precision saves
 
 
 class LinearSolver(Protocol):
@@ -76,7 +75,7 @@ def make_linear_solver(
     """
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
-    if name == "pardiso" and corrections and pattern.rows >= WORTH_SINGLE:
+    if name == "pardiso" and corrections and pattern.rows >= pardiso.LARGE:
         return MixedPrecisionPardiso(pattern, threads, single=single)
     if name == "pardiso":
         return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)
