@@ -13,7 +13,6 @@ from bsm_mesh.solve.algebra.ordering import elimination_order
 from bsm_mesh.solve.algebra.superlu import SuperLU
 
 
-
 class LinearSolver(Protocol):
     """A direct solver for a symmetric matrix of 3 x 3 blocks whose pattern stays."""
 
