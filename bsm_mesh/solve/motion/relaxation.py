@@ -15,7 +15,7 @@ import numpy as np
 
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
-from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
 LIGHTEST = MotionSettings(damps_impacts=False, real_masses=False)
@@ -54,7 +54,7 @@ class RelaxationSettings:
     motion: MotionSettings = LIGHTEST
     ramp: float = 60.0
     patience: float = 10.0
-    levels: tuple[float, ...] = (MAX_RMS, 1e-3, 1e-5)
+    levels: tuple[float, ...] = (MAX_RMS, FEW_CHANGE, 1e-5)
     passed: float = 0.5
     max_searches: int = 12
     min_cycles: int = 100
