@@ -14,8 +14,6 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.algebra.constraints import Constraints, rounding
 
-MAX_NAMED = 3  # sentences of a message on parts that are free to move: a reader needs the first few
-
 
 def connected_parts(pattern: BlockPattern) -> IntArray:
     """Return the number of the connected part to which each block belongs, (n,) int32."""
