@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.campaign import comparison, outcome, runner, sizes, store, tables
+from benchmarks.campaign import comparison, copies, outcome, runner, sizes, store, tables
 from benchmarks.campaign.ablation import Ablation
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
@@ -19,7 +19,7 @@ from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
 BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
-BEGIN, END = "<!-- made by the campaign: begin -->", "<!-- made by the campaign: end -->"
+MARKS = "<!-- made by the {}: begin -->", "<!-- made by the {}: end -->"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,6 +61,11 @@ def parser() -> argparse.ArgumentParser:
     table.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     table.add_argument("--pack", type=Path, metavar="FILE.xz", help="write the records packed")
     _against(table)
+    twins = kinds.add_parser("twins", help="what verdicts hang on where twins disagree: copies that round otherwise")
+    twins.set_defaults(do=print_twins)
+    twins.add_argument("files", nargs="+", type=Path)
+    twins.add_argument("--copies", type=int, default=10, help="of every such model (default %(default)s)")
+    twins.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     show = kinds.add_parser("show", help="make one model again, run and judge it")
     show.set_defaults(do=show_model)
     show.add_argument("family")
@@ -133,7 +138,8 @@ def print_tables(given: argparse.Namespace) -> int:
     changed = f"; {head['ablation']}" if head.get("ablation") else ""
     said = f"Commit {head['commit']}, bsm_mesh {head['engine']}{changed}; at most {limit:g} processor seconds a model."
     if given.into:
-        _write_into(given.into, said, parts)
+        body = [said, *(f"### {t}\n\n{tables.as_markdown(r) if len(r) > 1 else 'None.'}" for t, r in parts)]
+        _write_into(given.into, "campaign", body)
         return 0
     print(said)
     for title, rows in parts:
@@ -159,14 +165,25 @@ def compared(former: Path, records: dict[store.Key, Record], limit: float) -> li
     ]
 
 
-def _write_into(page: Path, said: str, parts: list[tuple[str, list[tables.Row]]]) -> None:
+def _write_into(page: Path, maker: str, body: list[str]) -> None:
     text = page.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
+    first, last = (mark.format(maker) for mark in MARKS)
+    before, begin, rest = text.partition(first)
+    _, end, after = rest.partition(last)
     if not begin or not end:
-        raise ValueError(f"{page} has no lines '{BEGIN}' and '{END}' to write between")
-    body = [said, *(f"### {t}\n\n{tables.as_markdown(rows) if len(rows) > 1 else 'None.'}" for t, rows in parts)]
+        raise ValueError(f"{page} has no lines '{first}' and '{last}' to write between")
     page.write_text(before + begin + "\n\n" + "\n\n".join(body) + "\n\n" + end + after, encoding="utf-8")
+
+
+def print_twins(given: argparse.Namespace) -> int:
+    """Print what the verdicts of models hang on whose twins disagree, or write it into a page."""
+    _, records = store.read(given.files)
+    rows = copies.of_twins(records, given.copies, lambda name: print(name, file=sys.stderr))
+    if given.into:
+        _write_into(given.into, "twins", [tables.as_markdown(rows) if len(rows) > 1 else "None."])
+    else:
+        print(tables.as_text(rows) if len(rows) > 1 else "none")
+    return 0
 
 
 def show_model(given: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from benchmarks.campaign import comparison, runner, store, tables
-from benchmarks.campaign.__main__ import BEGIN, END, main
+from benchmarks.campaign.__main__ import MARKS, main
 
 HEAD = {"engine": "e", "limit": 5.0, "commit": "c"}
 
@@ -107,7 +107,8 @@ def test_packed_records_come_back(tmp_path):
 def test_a_page_is_written_between_its_marks(tmp_path):
     log, page = tmp_path / "log.jsonl", tmp_path / "page.md"
     runner.Log(log, HEAD).keep({"family": "wall", "seed": 0, **record()})
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    begin, end = (mark.format("campaign") for mark in MARKS)
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
     assert main(["table", str(log), "--into", str(page)]) == 0
     text = page.read_text()
     assert "| wall | 1 | 1 |" in text

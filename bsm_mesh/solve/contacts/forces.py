@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
@@ -22,7 +22,6 @@ from bsm_mesh.solve.contacts.force_kernels import (
     relative_positions,
 )
 
-FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 
 
@@ -99,7 +98,7 @@ class Evaluation:
     @property
     def at_strength(self) -> BoolArray:
         """Which contacts carry their full shear strength, (m,): they slip, or are about to."""
-        full: BoolArray = self.closed & ~(self.sticking & (np.abs(self.shear) < FULL * self.strength))
+        full: BoolArray = self.closed & ~(self.sticking & (np.abs(self.shear) < (1 - ROUNDING) * self.strength))
         return full
 
 
