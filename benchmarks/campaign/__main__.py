@@ -15,11 +15,12 @@ from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
 from benchmarks.campaign.outcome import Record
 from benchmarks.campaign.trial import Family, trial_of
+from benchmarks.pages import write_between
 from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
 BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
-BEGIN, END = "<!-- made by the campaign: begin -->", "<!-- made by the campaign: end -->"
+MAKER = "the campaign"  # in the marks of pages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -118,22 +119,23 @@ def print_tables(given: argparse.Namespace) -> int:
     head, records = store.read(given.files)
     large = {key: record for key, record in records.items() if key[0] not in FAMILIES}
     small = {key: records[key] for key in sorted(records.keys() - large.keys(), key=_place)}
-    limit = float(head["limit"])
+    limits = list(dict.fromkeys(float(store.read([path])[0]["limit"]) for path in given.files))
+    limit = limits[0]
     parts: list[tuple[str, list[tables.Row]]] = []
     if small:
         parts += [("Families", tables.of_families(small, limit)), ("Oracles", tables.of_oracles(small))]
         parts += [("Contradictions", tables.of_contradictions(small))]
         parts += [("Without a verdict", tables.of_undecided(small, limit))]
     if large:
-        parts.append(("Large scenes", tables.of_models(large, limit)))
-    if given.against:
-        parts += compared(given.against, records, limit)
+        parts.append(_of_large(large, given))
+    if given.against and small:
+        parts += compared(given.against, small, limit)
     if given.pack:
         store.pack(head, records, given.pack)
-    changed = f"; {head['ablation']}" if head.get("ablation") else ""
-    said = f"Commit {head['commit']}, bsm_mesh {head['engine']}{changed}; at most {limit:g} processor seconds a model."
+    said = f"{_told(head)}; at most {', '.join(f'{most:g}' for most in limits)} processor seconds a model."
     if given.into:
-        _write_into(given.into, said, parts)
+        made = [(title, tables.as_markdown(rows) if len(rows) > 1 else "") for title, rows in parts]
+        write_between(given.into, MAKER, said, made)
         return 0
     print(said)
     for title, rows in parts:
@@ -143,6 +145,18 @@ def print_tables(given: argparse.Namespace) -> int:
 
 def _place(key: store.Key) -> tuple[int, int]:
     return list(FAMILIES).index(key[0]), key[1]
+
+
+def _of_large(records: dict[store.Key, Record], given: argparse.Namespace) -> tuple[str, list[tables.Row]]:
+    """Return the table of large scenes with its title."""
+    order = [f"{size} {named.name}" for size, (_, chosen) in sizes.SIZES.items() for named in chosen]
+    records = {key: records[key] for key in sorted(records, key=lambda key: order.index(key[0]))}
+    limits = store.limits_of(given.files)
+    if not given.against:
+        return "Large scenes", tables.of_models(records, limits)
+    head, before = store.read([given.against])
+    former = store.limits_of([given.against])
+    return f"Large scenes, against {_told(head)}", tables.of_models(records, limits, before, former)
 
 
 def compared(former: Path, records: dict[store.Key, Record], limit: float) -> list[tuple[str, list[tables.Row]]]:
@@ -159,14 +173,11 @@ def compared(former: Path, records: dict[store.Key, Record], limit: float) -> li
     ]
 
 
-def _write_into(page: Path, said: str, parts: list[tuple[str, list[tables.Row]]]) -> None:
-    text = page.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{page} has no lines '{BEGIN}' and '{END}' to write between")
-    body = [said, *(f"### {t}\n\n{tables.as_markdown(rows) if len(rows) > 1 else 'None.'}" for t, rows in parts)]
-    page.write_text(before + begin + "\n\n" + "\n\n".join(body) + "\n\n" + end + after, encoding="utf-8")
+def _told(head: Record) -> str:
+    """Return where the records of a file come from."""
+    changed = f"; {head['ablation']}" if head.get("ablation") else ""
+    where = "".join(f", {head[key]}" for key in ("date", "processor") if key in head)
+    return f"Commit {head['commit']}, bsm_mesh {head['engine']}{where}{changed}"
 
 
 def show_model(given: argparse.Namespace) -> int:
