@@ -101,7 +101,7 @@ def print_findings(case: Case, rows: dict[str, list[Row]]) -> None:
 
 
 def draw(case: Case, rows: dict[str, list[Row]], path: Path) -> None:
-    """Draw processor seconds against blocks, logarithmic both ways: hollow where there was no answer, dashed the floor."""
+    """Draw processor seconds against blocks, logarithmic: hollow without an answer, dashed the floor."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""What a command costs from its start to its end: Python, imports, compiled kernels from their cache, the work itself."""
+"""What a command costs from start to end: Python, imports, compiled kernels from their cache, the work itself."""
 
 from __future__ import annotations
 
