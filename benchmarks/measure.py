@@ -29,6 +29,7 @@ WORK = {  # kind of work: functions of the program that do it; what they call of
         "bsm_mesh.solve.algebra.superlu:SuperLU.factorize",
     ),
     "solution": ("bsm_mesh.solve.algebra.pardiso:Pardiso.solve", "bsm_mesh.solve.algebra.superlu:SuperLU.solve"),
+    "motion": ("bsm_mesh.solve.motion.threads:advance_window",),
 }
 PARTS = (*WORK, "rest")
 

@@ -46,11 +46,11 @@ def write_into(page: Path, paths: Iterable[Path]) -> None:
 
 def of_scenes(found: Found) -> list[list[str]]:
     """Return a row a run: verdict, cost, and the parts of its time."""
-    heads = ["factorization", "solution", "contacts, assembly", "rest"]
+    heads = ["factorization", "solution", "contacts, assembly", "motion", "rest"]
     rows = [["scene", "program", "blocks", "verdict", "processor s", "GB", "factorizations", *heads]]
     for name, program, row in _each(found, solved=True):
         parts, whole = row.get("parts", {}), spent(row)
-        sums = (("factorization",), ("solution",), ("contacts", "assembly"), ("model", "rest"))
+        sums = (("factorization",), ("solution",), ("contacts", "assembly"), ("motion",), ("model", "rest"))
         shares = [f"{100 * sum(parts.get(key, 0.0) for key in keys) / whole:.0f} %" for keys in sums]
         split = shares if program in _ours(name) else [""] * len(sums)
         count = str(row.get("factorizations", ""))

@@ -119,8 +119,7 @@ def print_tables(given: argparse.Namespace) -> int:
     head, records = store.read(given.files)
     large = {key: record for key, record in records.items() if key[0] not in FAMILIES}
     small = {key: records[key] for key in sorted(records.keys() - large.keys(), key=_place)}
-    limits = list(dict.fromkeys(float(store.read([path])[0]["limit"]) for path in given.files))
-    limit = limits[0]
+    limit = float(head["limit"])
     parts: list[tuple[str, list[tables.Row]]] = []
     if small:
         parts += [("Families", tables.of_families(small, limit)), ("Oracles", tables.of_oracles(small))]
@@ -132,7 +131,7 @@ def print_tables(given: argparse.Namespace) -> int:
         parts += compared(given.against, small, limit)
     if given.pack:
         store.pack(head, records, given.pack)
-    said = f"{_told(head)}; at most {', '.join(f'{most:g}' for most in limits)} processor seconds a model."
+    said = " ".join(dict.fromkeys(f"{_told(store.read([path])[0])}." for path in given.files))
     if given.into:
         made = [(title, tables.as_markdown(rows) if len(rows) > 1 else "") for title, rows in parts]
         write_between(given.into, MAKER, said, made)
@@ -177,7 +176,8 @@ def _told(head: Record) -> str:
     """Return where the records of a file come from."""
     changed = f"; {head['ablation']}" if head.get("ablation") else ""
     where = "".join(f", {head[key]}" for key in ("date", "processor") if key in head)
-    return f"Commit {head['commit']}, bsm_mesh {head['engine']}{where}{changed}"
+    told = f"Commit {head['commit']}, bsm_mesh {head['engine']}{where}{changed}"
+    return f"{told}; at most {head['limit']:g} processor seconds a model"
 
 
 def show_model(given: argparse.Namespace) -> int:

@@ -83,7 +83,7 @@ def test_a_page_is_written_from_stored_rows(tmp_path):
     tables.write_into(page, [tmp_path / "a", tmp_path / "b"])
     text = page.read_text()
     assert "Commit a; Commit b" in text
-    assert "| wall | bsm | 1000 | stable | 4.00 | 0.50 | 3 | 25 % | 0 % | 50 % | 25 % |" in text
+    assert "| wall | bsm | 1000 | stable | 4.00 | 0.50 | 3 | 25 % | 0 % | 50 % | 0 % | 25 % |" in text
     assert "| wall | bsm | 1.00 | 10000 | 4 | 52 |" in text
     assert "| start | help | 106 | 1.00 |" in text
     assert "pymunk" not in text
