@@ -15,11 +15,12 @@ from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
 from benchmarks.campaign.outcome import Record
 from benchmarks.campaign.trial import Family, trial_of
+from benchmarks.pages import write_between
 from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
 BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
-MARKS = "<!-- made by the {}: begin -->", "<!-- made by the {}: end -->"
+MAKER = "the campaign"  # in the marks of pages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -130,16 +131,15 @@ def print_tables(given: argparse.Namespace) -> int:
         parts += [("Contradictions", tables.of_contradictions(small))]
         parts += [("Without a verdict", tables.of_undecided(small, limit))]
     if large:
-        parts.append(("Large scenes", tables.of_models(large, limit)))
-    if given.against:
-        parts += compared(given.against, records, limit)
+        parts.append(_of_large(large, given))
+    if given.against and small:
+        parts += compared(given.against, small, limit)
     if given.pack:
         store.pack(head, records, given.pack)
-    changed = f"; {head['ablation']}" if head.get("ablation") else ""
-    said = f"Commit {head['commit']}, bsm_mesh {head['engine']}{changed}; at most {limit:g} processor seconds a model."
+    said = " ".join(dict.fromkeys(f"{_told(store.read([path])[0])}." for path in given.files))
     if given.into:
-        body = [said, *(f"### {t}\n\n{tables.as_markdown(r) if len(r) > 1 else 'None.'}" for t, r in parts)]
-        _write_into(given.into, "campaign", body)
+        made = [(title, tables.as_markdown(rows) if len(rows) > 1 else "") for title, rows in parts]
+        write_between(given.into, MAKER, said, made)
         return 0
     print(said)
     for title, rows in parts:
@@ -149,6 +149,18 @@ def print_tables(given: argparse.Namespace) -> int:
 
 def _place(key: store.Key) -> tuple[int, int]:
     return list(FAMILIES).index(key[0]), key[1]
+
+
+def _of_large(records: dict[store.Key, Record], given: argparse.Namespace) -> tuple[str, list[tables.Row]]:
+    """Return the table of large scenes with its title."""
+    order = [f"{size} {named.name}" for size, (_, chosen) in sizes.SIZES.items() for named in chosen]
+    records = {key: records[key] for key in sorted(records, key=lambda key: order.index(key[0]))}
+    limits = store.limits_of(given.files)
+    if not given.against:
+        return "Large scenes", tables.of_models(records, limits)
+    head, before = store.read([given.against])
+    former = store.limits_of([given.against])
+    return f"Large scenes, against {_told(head)}", tables.of_models(records, limits, before, former)
 
 
 def compared(former: Path, records: dict[store.Key, Record], limit: float) -> list[tuple[str, list[tables.Row]]]:
@@ -165,14 +177,12 @@ def compared(former: Path, records: dict[store.Key, Record], limit: float) -> li
     ]
 
 
-def _write_into(page: Path, maker: str, body: list[str]) -> None:
-    text = page.read_text(encoding="utf-8")
-    first, last = (mark.format(maker) for mark in MARKS)
-    before, begin, rest = text.partition(first)
-    _, end, after = rest.partition(last)
-    if not begin or not end:
-        raise ValueError(f"{page} has no lines '{first}' and '{last}' to write between")
-    page.write_text(before + begin + "\n\n" + "\n\n".join(body) + "\n\n" + end + after, encoding="utf-8")
+def _told(head: Record) -> str:
+    """Return where the records of a file come from."""
+    changed = f"; {head['ablation']}" if head.get("ablation") else ""
+    where = "".join(f", {head[key]}" for key in ("date", "processor") if key in head)
+    told = f"Commit {head['commit']}, bsm_mesh {head['engine']}{where}{changed}"
+    return f"{told}; at most {head['limit']:g} processor seconds a model"
 
 
 def print_twins(given: argparse.Namespace) -> int:
@@ -180,7 +190,7 @@ def print_twins(given: argparse.Namespace) -> int:
     _, records = store.read(given.files)
     rows = copies.of_twins(records, given.copies, lambda name: print(name, file=sys.stderr))
     if given.into:
-        _write_into(given.into, "twins", [tables.as_markdown(rows) if len(rows) > 1 else "None."])
+        write_between(given.into, "the twins", tables.as_markdown(rows) if len(rows) > 1 else "None.", [])
     else:
         print(tables.as_text(rows) if len(rows) > 1 else "none")
     return 0

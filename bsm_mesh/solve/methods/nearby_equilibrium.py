@@ -58,12 +58,14 @@ class NearbyEquilibrium:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return the equilibrium, or the last state before contacts were updated in vain."""
-        step, inner = equations, goal.max_residual
-        if step.residual_at(step.start).max_norm < inner and not step.supports_move:
+        step = equations
+        if step.residual_at(step.start).max_norm < goal.max_residual and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
         shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
         position = step.elastic_position
         step = step.allowing_settlement(position)
+        # To rest, not to the goal of a step: Newton's method converges here, and would have to be begun anew.
+        inner = min(goal.max_residual, SETTINGS.confirmed * goal.rest)
         wanted = max(FEW_CHANGE, inner)
         for update in range(SETTINGS.max_updates + 1):
             rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
