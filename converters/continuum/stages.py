@@ -262,7 +262,10 @@ class _Run:
         return now, at, True
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it."""
+        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it.
+
+        Where failing takes force away the others take it over from where they are then, as blocks do from step to step.
+        """
         start = equations.history
         for _ in range(MAX_FAILURES):
             at, converged = find_equilibrium(equations, self.state.u)
@@ -282,8 +285,12 @@ class _Run:
                 equations = equations.after(at, path)
                 break
             self.state.u = at.u
-            worn = replace(history, failed=at.state.failed, parted=at.state.parted, slip_path=path)
-            equations = replace(equations, history=worn)
+            failed = replace(history, failed=at.state.failed, parted=at.state.parted)
+            if replace(equations, history=failed).at(at.u, at.multipliers).is_balanced:
+                equations = replace(equations, history=replace(failed, slip_path=path))
+            else:
+                equations = equations.after(at, path)
+                start = equations.history
         else:
             converged = False
         return equations, at, converged
