@@ -119,10 +119,10 @@ def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], numb
     return ""
 
 
-def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
+def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
     """Return which block moved how far where small displacements do not hold; empty where they do.
 
-    What all blocks do together is no matter. A block moves far that turns by more than `MOVED`, or whose faces move
+    What all blocks do together is no matter. A block moves far that turns by more than `most`, or whose faces move
     against those of a neighbour by more than that part of its size.
 
     Parameters
@@ -133,6 +133,8 @@ def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
         Their movement.
     present : (n,) bool
         Which of them are there.
+    most : float [-; rad]
+        How far they may move.
     """
     size, faces = np.sqrt(blocks.moments.area), find_faces(blocks)
     a, b = blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]
@@ -143,11 +145,11 @@ def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
     share = apart / np.minimum(size[a], size[b]) * (present[a] & present[b])
     turned = np.abs(position[:, 2]) * present
     limit = f"and small displacements hold up to {100 * MOVED:g} %"
-    if share.max(initial=0.0) > max(MOVED, turned.max()):
+    if share.max(initial=0.0) > max(most, turned.max()):
         worst = int(share.argmax())
         one, other = (a[worst], b[worst]) if size[a[worst]] <= size[b[worst]] else (b[worst], a[worst])
         return f"{one} moved {100 * share[worst]:.3g} % of its size against block {other}, {limit}"
-    if turned.max() > MOVED:
+    if turned.max() > most:
         return f"{int(turned.argmax())} turned by {turned.max():.3g} rad, {limit}"
     return ""
 

@@ -138,7 +138,7 @@ class Continuum:
             end = run.first(present) if stage is None else run.next(stage, number, before, present)
             seconds = self.seconds + time.perf_counter() - began
             found.append(stage_solution(self, end, elasticity, seconds, notes))
-            if not end.converged:
+            if not found[-1].converged:
                 break
         return tuple(found)
 
