@@ -20,6 +20,7 @@ from bsm_mesh.results.results import Results
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first
+MET = 0.01  # of the mean contact force: what a corner bears less that met another block's at a node of the mesh
 BROKEN = 1e-3  # of the length of faces without a joint: what breaks less is whole rock
 MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definition
 
@@ -68,18 +69,43 @@ def _new_contacts(model: Model, contacts: ContactForces) -> str:
     return f"gaps close: blocks {one} and {other} press on each other and did not touch at first"
 
 
+def corners_met(model: Model, contacts: ContactForces) -> str:
+    """Return what corners bear that slid past a node of the mesh, in words; empty where they bear next to nothing.
+
+    Blocks about a node that have no face in common press on each other once they have moved. Small displacements have no
+    such contacts, and elements no interface there.
+    """
+    a, b = contacts.block_a, contacts.block_b
+    size = np.hypot(contacts.normal_force, contacts.shear_force)
+    bears = size > 0
+    met = bears & ~_have_a_face(model.blocks, a, b)
+    if not met.any() or size[met].max() <= MET * size[bears].mean():
+        return ""
+    one = met.sum() == 1
+    corners = "a corner that met another bears" if one else f"{met.sum()} corners that met others bear up to"
+    return f"{corners} {size[met].max() / 1e3:.3g} kN/m in the blocks, and nothing in the elements"
+
+
+def _have_a_face(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
+    """Return which pairs of blocks (k,) have a face in common."""
+    faces, owner = find_faces(blocks), blocks.owner
+    known: BoolArray = np.isin(_key(blocks, a, b), _key(blocks, owner[faces.edge_a], owner[faces.edge_b]))
+    return known
+
+
+def _key(blocks: Blocks, one: IntArray, other: IntArray) -> IntArray:
+    """Return one number for every pair of blocks (k,), in either order."""
+    return np.minimum(one, other).astype(np.int64) * blocks.count + np.maximum(one, other)
+
+
 def _touching(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
     """Return which pairs of blocks (k,) have a face or a corner in common."""
-    faces, owner, count = find_faces(blocks), blocks.owner, blocks.count
+    owner, count = blocks.owner, blocks.count
     corners = sp.csr_matrix(
         (np.ones(len(owner), np.int8), (owner, blocks.nodes)), shape=(count, blocks.nodes.max() + 1)
     )
     shared = np.asarray(corners[a].multiply(corners[b]).sum(axis=1)).ravel() > 0
-
-    def key(one: IntArray, other: IntArray) -> IntArray:
-        return np.minimum(one, other).astype(np.int64) * count + np.maximum(one, other)
-
-    touching: BoolArray = shared | np.isin(key(a, b), key(owner[faces.edge_a], owner[faces.edge_b]))
+    touching: BoolArray = shared | _have_a_face(blocks, a, b)
     return touching
 
 

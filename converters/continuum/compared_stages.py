@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bsm_mesh.converters.continuum.comparability import Comparability, obstacle
+from bsm_mesh.converters.continuum.comparability import Comparability, corners_met, obstacle
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.mesh import Mesher
 from bsm_mesh.converters.continuum.references import Request, solve_references
@@ -102,8 +102,12 @@ def compare_stages(
     kind = Comparability.WITH_INTERFACES if references.interfaces else Comparability.COMPARABLE
     found = []
     for number, stage in enumerate(results.stages):
-        if reason := reasons[number] or references.obstacle(model, number):
+        if reason := reasons[number]:
             found.append(_refused(stage.name, reason))
+            continue
+        if reason := references.obstacle(model, number):
+            corners = corners_met(model, stage.contacts)
+            found.append(_refused(stage.name, f"{reason}; {corners}" if corners else reason))
             continue
         compared = compare_stage(model, results, number, references)
         found.append(ComparedStage(name=stage.name, kind=kind, reason="", comparison=compared))
