@@ -83,7 +83,8 @@ def corners_met(model: Model, contacts: ContactForces) -> str:
         return ""
     one = met.sum() == 1
     corners = "a corner that met another bears" if one else f"{met.sum()} corners that met others bear up to"
-    return f"{corners} {size[met].max() / 1e3:.3g} kN/m in the blocks, and nothing in the elements"
+    force = float(f"{size[met].max() / 1e3:.3g}")
+    return f"{corners} {force:g} kN/m in the blocks, and nothing in the elements"
 
 
 def _have_a_face(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:

@@ -91,7 +91,8 @@ def test_corners_that_met_at_a_node_are_told(name, met):
     met_force = np.hypot(contacts.normal_force, contacts.shear_force) * (side < 1e-3)
     assert (met_force.max() > 0) == met
     (stage,) = compare_stages(loaded.model, results, refine=False)
-    told = f"{np.count_nonzero(met_force)} corners that met others bear up to {met_force.max() / 1e3:.3g} kN/m"
+    most = float(f"{met_force.max() / 1e3:.3g}")
+    told = f"{np.count_nonzero(met_force)} corners that met others bear up to {most:g} kN/m"
     assert (told in stage.sentence) == met
 
 

@@ -17,8 +17,8 @@ from bsm_mesh.converters.continuum.mesh import Discretization
 from bsm_mesh.converters.continuum.stages import Continuum, _Run
 from bsm_mesh.results.records import ContactStatus
 from tests.scenes.continuum import HEAVY
-from tests.scenes.models import framed
-from tests.scenes.shapes import grid, rectangle
+from tests.scenes.models import framed, model_of
+from tests.scenes.shapes import grid, rectangle, square
 
 LAWS = {
     "mohr_coulomb": bsm.MohrCoulomb(friction=30.0, cohesion=20e3),
@@ -178,3 +178,21 @@ def test_equations_of_one_pattern_are_solved_in_one_order():
     for A in (*same, 2 * sp.tril(eq.elastic(), format="csc")):
         u, _ = free.solve(A, eq.load, none)
         assert_allclose(A @ u[free.free], eq.load[free.free], atol=1e-9 * np.abs(eq.load).max())
+
+
+def test_a_start_at_the_blocks_finds_the_equilibrium_near_them():
+    """A block glued between two others is pushed off the lower one.
+
+    Glue that held holds, F = 2 K u; glue that broke bears nothing, F = K u. Both are equilibria.
+    """
+    stiffness, push = 1e9, 1e5
+    joint = bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=30.0, cohesion=1e6), tensile_strength=8e4)
+    loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, push))]
+    model = model_of([square(0, 0), square(0, 1), square(0, 2)], fixed=(0, 2), gamma=0.0, loads=loads)
+    model = model.replace(joints=[joint])
+    continuum = Continuum(model, Discretization(order=1, joints=True))
+    for moved, expected in ((0.0, 0.5), (0.5, 0.5), (1.2, 1.0)):
+        position = np.array([(0, 0, 0), (0, moved * push / stiffness, 0), (0, 0, 0)])
+        (stage,) = continuum.solve("nominal", near=[position])
+        assert stage.converged
+        assert_allclose(stage.displacement[1, 1], expected * push / stiffness, rtol=1e-3)
