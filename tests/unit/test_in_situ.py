@@ -112,6 +112,25 @@ def test_the_start_says_how_far_it_was_from_equilibrium():
     assert stage.max_displacement > 1e-6
 
 
+def test_a_joint_whose_closure_has_a_limit_fits_no_more_once_it_opened():
+    """A block is pushed off the lower joint and back beyond where it was: the lower bears K times its overlap then."""
+    p0, stiffness, limit = 1e5, 1e9, 5e-4
+    joint = bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=35.0), max_closure=limit)
+    loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -5 * p0)]
+    stages = [bsm.Stage(name=f"{k}", loads=[load]) for k, load in enumerate(loads)]
+    given = model_of([square(0, 0), square(0, 1), square(0, 2)], fixed=(0, 2), gamma=0.0)
+    given = given.replace(joints=[joint], in_situ=bsm.InSitu(stress={"yy": -p0}), stages=stages)
+    results = bsm.run(given)
+    lower = 1 / (stiffness / p0 + 1 / limit)  # the overlap under p0
+    u = results.stages[-1].displacement[1, 1]
+    upper = lower + u  # both overlaps, of which the upper joint never opened
+    in_upper = stiffness * upper / (1 - upper / limit) if upper > 0 else 0.0
+    assert u < 0
+    assert_allclose(stiffness * (lower - u) - in_upper, 2 * p0, rtol=1e-6)
+    compared = [stage.comparison for stage in compare_stages(given, results)]
+    assert max(comparison.force_error.l2 for comparison in compared) < 1e-6
+
+
 @pytest.mark.parametrize(("cycles", "stiffness"), [(1, 1e9), (2, 1e9), (1, 2e7)])
 def test_a_joint_that_opened_closes_again_where_it_opened(cycles, stiffness):
     """A block pressed between two others is pushed off one of them and let go: it ends where it was.
