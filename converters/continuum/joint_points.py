@@ -161,7 +161,7 @@ class JointPoints:
         springs = self._springs(opening, slip - history.slip, history, friction_at)
         trial = springs.old_shear + springs.stiffness * (slip - history.slip)
         lift, slope, more = self._lift(opening, trial, history, springs, slides=friction_at is None)
-        pressure, stiffness = self._pressures(opening - lift, history.initial_pressure)
+        pressure, stiffness = self._pressures(opening - lift, history)
         residual = np.where(history.parted, 0.0, self.residual_tension)
         tension = np.where(history.failed, residual, self.tension)
         closed = history.present & (pressure >= -tension) & ((pressure > 0) | (tension > 0))
@@ -235,7 +235,7 @@ class JointPoints:
             return found
 
         def pressures(overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
-            pressure, stiffness = self._pressures(-everywhere(overlap), history.initial_pressure)
+            pressure, stiffness = self._pressures(-everywhere(overlap), history)
             return pressure[rows], stiffness[rows]
 
         def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -254,15 +254,22 @@ class JointPoints:
             more[rows] += slope[rows] / stiffness * by_trial
         return lift, slope, more
 
-    def _pressures(self, opening: FloatArray, initial: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return pressures and their derivatives by the closure (q,), negative ones too."""
-        pressure, stiffness = initial - self.normal_stiffness * opening, self.normal_stiffness
+    def _pressures(self, opening: FloatArray, history: JointHistory) -> tuple[FloatArray, FloatArray]:
+        """Return pressures and their derivatives by the closure (q,), negative ones too.
+
+        Sides that have come apart fit together no more: they close again where they opened, by the stiffness alone.
+        """
+        initial, stiffness = history.initial_pressure, self.normal_stiffness
+        pressure = initial - stiffness * opening
         rows = np.flatnonzero(np.isfinite(self.closure_limit))
         if rows.size:
             stiffness = stiffness.copy()
             joint = self.normal_stiffness[rows], self.closure_limit[rows], np.zeros(len(rows))
             overlap = closure.overlap_at(initial[rows], *joint) - opening[rows]
-            pressure[rows], stiffness[rows] = closure.pressure_at(overlap, *joint)
+            whole = ~history.parted[rows]
+            fitting = closure.pressure_at(overlap, *joint)
+            for values, fits, not_so in zip((pressure, stiffness), fitting, (joint[0] * overlap, joint[0]), strict=True):
+                values[rows] = np.where(whole, fits, not_so)
         return pressure, stiffness
 
     def _respond(self, pressure: FloatArray, trial: FloatArray, history: JointHistory) -> tuple[Any, ...]:
