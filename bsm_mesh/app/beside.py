@@ -14,12 +14,11 @@ from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.beside import Beside, number_of, unknown_stages
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.beside import found_beside, set_beside, values_of_run
-from bsm_mesh.results.results import Results
+from bsm_mesh.results.results import Results, Source
 
 if TYPE_CHECKING:
     from bsm_mesh.model.histories import History
 
-Source = str | os.PathLike[str] | Results
 NAME = "measured.csv"  # in the results folder of a model that was built in Python
 
 
