@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,10 +15,14 @@ from bsm_mesh.results.beside import line_movement
 from bsm_mesh.results.histories import Recorded
 from bsm_mesh.results.results import Results
 
+Curves: TypeAlias = dict[int, dict[str, tuple[FloatArray, FloatArray]]]
+"""Of a line by stage and quantity: values [m], and their distances from the first point [m]."""
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HEIGHT = 2.9  # inches a chart
+NOTHING = 1e-9  # of the greatest movement of all stages: less is rounding
 PLACES = 240  # along a line
 WORDS = {"towards": "towards the first point", "across": "across, to the left", "extension": "extension"}
 FAINT = {"towards": 1.0, "across": 0.55, "extension": 1.0}  # where both are drawn
@@ -39,8 +43,9 @@ def draw_profiles(results: Results, title: str, figure: Figure | None = None) ->
 
 def _charts(results: Results, quantities: Sequence[str], title: str, figure: Figure | None) -> Figure | None:
     lines = [one for one in results.recorded if one.kind == "line" and one.points]
-    stages = stages_that_count(results)
-    if not lines or not stages:
+    curves = {one.name: _curves(results, one, quantities) for one in lines}
+    stages = _moving(curves)
+    if not stages:
         return None
     columns = min(2, len(lines))
     rows = -(-len(lines) // columns)
@@ -51,19 +56,36 @@ def _charts(results: Results, quantities: Sequence[str], title: str, figure: Fig
     looks = looks_of(results, lines, stages)
     key: dict[str, Any] = {}
     for place, recorded in zip(axes, lines, strict=False):
-        for drawn in _draw_line(place, results, recorded, quantities, looks):
+        for drawn in _draw_line(place, results, recorded, curves[recorded.name], looks):
             key.setdefault(drawn.get_label(), drawn)
     entitle(figure, title)
     add_key(figure, list(key.values()))
     return figure
 
 
-def _draw_line(axes: Any, results: Results, recorded: Recorded, quantities: Sequence[str], looks: Looks) -> list[Any]:
+def _moving(curves: dict[str, Curves]) -> list[int]:
+    """Return the stages at whose end any line has moved."""
+    stages = list(dict.fromkeys(stage for by_stage in curves.values() for stage in by_stage))
+    size = {
+        stage: max(
+            float(np.abs(np.nan_to_num(values)).max(initial=0.0))
+            for by_stage in curves.values()
+            for values, _ in by_stage.get(stage, {}).values()
+        )
+        for stage in stages
+    }
+    return [stage for stage in stages if size[stage] > NOTHING * max(size.values())]
+
+
+def _draw_line(axes: Any, results: Results, recorded: Recorded, curves: Curves, looks: Looks) -> list[Any]:
     """Draw the quantities of a line that are asked for; return what the key explains."""
-    chosen = _chosen(recorded, quantities)
-    distance, curves = _curves(results, recorded, chosen, looks.stages)
-    beside = {quantity: by_source(results, recorded, quantity) for quantity in chosen}
-    everything = [values for curve in curves.values() for values in curve.values()]
+    curves = {stage: curve for stage, curve in curves.items() if stage in looks.stages}
+    chosen = _chosen(recorded, list(next(iter(curves.values()))))
+    beside = {
+        quantity: {key: listed for key, listed in by_source(results, recorded, quantity).items() if key[1] in curves}
+        for quantity in chosen
+    }
+    everything = [curve[quantity][0] for curve in curves.values() for quantity in chosen]
     everything += [
         np.array([each for one in listed for each in (one.value, one.until) if each is not None])
         for found in beside.values()
@@ -77,11 +99,12 @@ def _draw_line(axes: Any, results: Results, recorded: Recorded, quantities: Sequ
         more = f", {WORDS[quantity]}" if len(chosen) > 1 else ""
         look = {"alpha": FAINT[quantity] if more else 1.0, "linewidth": 1.6}
         for stage, curve in curves.items():
-            if np.isfinite(curve[quantity]).any():
+            values, distance = curve[quantity]
+            if np.isfinite(values).any():
                 marks = {"marker": "o", "markersize": 2.5} if quantity == "extension" else {}
                 name = looks.names[stage].replace("$", r"\$")
                 drawn += axes.plot(
-                    distance[quantity], curve[quantity] / factor, color=looks.colour(stage), label=f"{name}{more}",
+                    distance, values / factor, color=looks.colour(stage), label=f"{name}{more}",
                     zorder=4, **look, **marks,
                 )  # fmt: skip
         for (_, stage), listed in beside[quantity].items():
@@ -104,27 +127,24 @@ def _chosen(recorded: Recorded, quantities: Sequence[str]) -> list[str]:
     return [quantity for quantity in quantities if quantity in chosen]
 
 
-def _curves(
-    results: Results, recorded: Recorded, quantities: Sequence[str], stages: Sequence[int]
-) -> tuple[dict[str, FloatArray], dict[int, dict[str, FloatArray]]]:
-    """Return distances [m] by quantity, and by stage and quantity what the run finds there [m].
+def _curves(results: Results, recorded: Recorded, quantities: Sequence[str]) -> Curves:
+    """Return what the run finds at the end of the stages that count.
 
     Extensions are those of the points that were recorded, displacements anywhere along the line.
     """
-    recorded_at = np.concatenate([[0.0], recorded.distances])
-    order = np.argsort(recorded_at, kind="stable")
-    places = np.linspace(0.0, float(recorded_at.max()), PLACES)
-    distance = {quantity: recorded_at[order] if quantity == "extension" else places for quantity in quantities}
+    anchors = np.concatenate([[0.0], recorded.distances])
+    order = np.argsort(anchors, kind="stable")
+    places = np.linspace(0.0, float(anchors.max()), PLACES)
     series = results.histories[recorded.name]
-    curves: dict[int, dict[str, FloatArray]] = {}
-    for stage in stages:
-        if quantities == ["extension"]:
-            rows = np.flatnonzero(series.stage == stage)
-            if len(rows):
-                curves[stage] = {"extension": np.concatenate([[0.0], series.values[rows[-1]]])[order]}
-        else:
-            curves[stage] = line_movement(results, results.stages[stage], recorded.points, places)
-    return distance, {stage: {name: curve[name] for name in quantities} for stage, curve in curves.items()}
+    curves: Curves = {}
+    for stage in stages_that_count(results):
+        if "extension" not in quantities:
+            movement = line_movement(results, results.stages[stage], recorded.points, places)
+            curves[stage] = {quantity: (movement[quantity], places) for quantity in quantities}
+        elif len(rows := np.flatnonzero(series.stage == stage)):
+            values = np.concatenate([[0.0], series.values[rows[-1]]])
+            curves[stage] = {"extension": (values[order], anchors[order])}
+    return curves
 
 
 def _dress(axes: Any, recorded: Recorded, quantities: Sequence[str], unit: str) -> None:

@@ -106,7 +106,7 @@ def _of_stage(results: Results, recorded: Recorded, number: int) -> Iterator[tup
     """Return quantities and their values at the end of a stage, of a line at places along it."""
     if recorded.kind == "line":
         length = float(np.hypot(*(np.array(recorded.points) - recorded.points[0]).T).max())
-        distance = np.linspace(0.0, length, ALONG)
+        distance = np.union1d(np.linspace(0.0, length, ALONG), recorded.distances)
         for quantity, values in line_movement(results, results.stages[number], recorded.points, distance).items():
             for at, value in zip(distance.tolist(), values.tolist(), strict=True):
                 yield quantity, value, at
