@@ -6,6 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
+from bsm_mesh.app.beside_tables import HEADER as BESIDE_HEADER
+from bsm_mesh.app.beside_tables import beside_rows
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
@@ -105,6 +107,8 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", JOINT_HEADER, joints)
+    if beside := beside_rows(results):
+        print_table("Beside measured and other values", BESIDE_HEADER, beside, texts=3)
     for stage in results.stages:
         for remark in stage.notes:
             say(f"{named_stage(stage.name)}: {remark}")

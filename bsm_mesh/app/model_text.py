@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.beside import NAME, table_of
+from bsm_mesh.app.beside_tables import NAME, table_of
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
 from bsm_mesh.model.blocks import Blocks
@@ -69,8 +69,8 @@ def files_of_model(model: Model, options: Options) -> Given:
         MESH: lambda path: write_polygons(model.blocks, path),
         MODEL: lambda path: write_text(path, text),
     }
-    if any(history.measured for history in model.histories):
-        files[NAME] = lambda path: write_text(path, table_of(model.histories))
+    if beside := {history.name: history.measured for history in model.histories if history.measured}:
+        files[NAME] = lambda path: write_text(path, table_of(beside))
     return files
 
 

@@ -70,6 +70,7 @@ def as_given(model: Model) -> Results:
     from bsm_mesh.model.supports import bars_of
     from bsm_mesh.model.water_pressure import WaterLoad
     from bsm_mesh.results.evidence import Evidence
+    from bsm_mesh.results.histories import recorded_of
     from bsm_mesh.solve.algebra.loads import external_loads
     from bsm_mesh.solve.bolts.installed import InstalledBolts
     from bsm_mesh.solve.bolts.record import bolt_forces
@@ -95,6 +96,7 @@ def as_given(model: Model) -> Results:
         model_digest=model.digest,
         title=model.title,
         default_joint=model.default_joint,
+        recorded=tuple(map(recorded_of, model.histories)),
         finished=True,
         model=model,
     )

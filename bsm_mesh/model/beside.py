@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -76,6 +77,11 @@ class Beside:
     def middle(self) -> float:
         """The value, or the middle of the range."""
         return self.value if self.until is None else (self.value + self.until) / 2
+
+    def difference(self, found: float) -> float:
+        """Return by how much what was found is more than the value; of a range from its nearer end, 0 within it."""
+        low, high = sorted((self.value, self.value if self.until is None else self.until))
+        return found if math.isnan(found) else found - min(max(found, low), high)
 
 
 def values_beside(rules: Rules, value: object) -> tuple[Beside, ...]:

@@ -105,16 +105,20 @@ def values_of_run(results: Results, recorded: Recorded, source: str) -> tuple[Be
 def _of_stage(results: Results, recorded: Recorded, number: int) -> Iterator[tuple[str, float, float | None]]:
     """Return quantities and their values at the end of a stage, of a line at places along it."""
     if recorded.kind == "line":
-        length = float(np.hypot(*(np.array(recorded.points) - recorded.points[0]).T).max())
-        distance = np.union1d(np.linspace(0.0, length, ALONG), recorded.distances)
-        for quantity, values in line_movement(results, results.stages[number], recorded.points, distance).items():
-            for at, value in zip(distance.tolist(), values.tolist(), strict=True):
-                yield quantity, value, at
+        yield from along_line(results, results.stages[number], recorded)
         return
     series = results.histories.get(recorded.name)
     if series is not None and series.recorded.kind == recorded.kind:
         for quantity in QUANTITIES[recorded.kind]:
             yield quantity, at_the_end(series, quantity, number), None
+
+
+def along_line(results: Results, stage: StageResult, recorded: Recorded) -> Iterator[tuple[str, float, float | None]]:
+    """Return quantities of a line, their values [m] and distances [m]: at many places, and at those recorded."""
+    distance = np.union1d(np.linspace(0.0, max(recorded.distances), ALONG), recorded.distances)
+    for quantity, values in line_movement(results, stage, recorded.points, distance).items():
+        for at, value in zip(distance.tolist(), values.tolist(), strict=True):
+            yield quantity, value, at
 
 
 def set_beside(results: Results, values: dict[str, tuple[Beside, ...]]) -> Results:
