@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError, nearest
-from bsm_mesh.model.beside import Beside, faults_beside, number_of, unknown_stages
+from bsm_mesh.model.beside import Beside, faults_beside, unknown_stages
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.beside import set_beside, values_of_run
 from bsm_mesh.results.results import Results, Source
@@ -84,7 +85,20 @@ def _of_run(results: Results, other: Results, source: str, place: str) -> dict[s
     }
     if not any(values.values()):
         raise ModelError(f"{place}: recorded none of the histories {', '.join(one.name for one in results.recorded)}")
-    names = [stage.name for stage in results.stages]
-    return {  # stages that only the other one has say nothing here
-        name: tuple(one for one in listed if number_of(one.stage, names) is not None) for name, listed in values.items()
-    }
+    kept = _same_stages([stage.name for stage in results.stages], [stage.name for stage in other.stages])
+    return {name: tuple(one for one in listed if kept(one.stage)) for name, listed in values.items()}
+
+
+def _same_stages(ours: Sequence[str], theirs: Sequence[str]) -> Callable[[str | None], bool]:
+    """Return which stages of another run, None the last one, stand beside stages of this one.
+
+    Those of the same name, and the last beside the last, unless the other run goes on beyond this one's last stage.
+    """
+    goes_on = ours[-1] != INITIAL and ours[-1] in theirs[:-1]
+
+    def kept(stage: str | None) -> bool:
+        if stage is None:
+            return not goes_on
+        return stage in (ours if goes_on else ours[:-1])
+
+    return kept

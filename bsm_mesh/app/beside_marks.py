@@ -53,9 +53,10 @@ class Looks:
         """Return the dash of a source."""
         return DASHES[self.sources.index(source) % len(DASHES)]
 
-    def label(self, source: str, stage: int) -> str:
-        """Return what the key says of values of a source: their stage too, where several are drawn."""
-        told = source if len(self.stages) == 1 else f"{source}, {self.names[stage]}"
+    def label(self, stage: int, source: str | None = None) -> str:
+        """Return what the key says of a stage of the run, or of values of a source: the stage too, of several."""
+        stage_name = self.names[stage] if len(self.names) > 1 else "computed"
+        told = stage_name if source is None else source if len(self.stages) == 1 else f"{source}, {stage_name}"
         return told.replace("$", r"\$")
 
 
@@ -103,5 +104,5 @@ def draw_beside(
             axes.plot([at, at], ends, color=colour, linewidth=RANGE, alpha=0.4, solid_capstyle="butt", zorder=2.5)
     style = {"linestyle": looks.dash(source) if curve or joined else "none", "linewidth": 1.3 if curve else 0.9}
     marked = {} if curve else {"marker": looks.mark(source), "markersize": 6, "markerfacecolor": "white"}
-    (drawn,) = axes.plot(place, height, color=colour, zorder=3, label=looks.label(source, stage), **style, **marked)
+    (drawn,) = axes.plot(place, height, color=colour, zorder=3, label=looks.label(stage, source), **style, **marked)
     return drawn

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bsm_mesh.app.tables import engineering
+from bsm_mesh.errors import named_stage
 from bsm_mesh.model.beside import UNITS, Beside, number_of
 from bsm_mesh.results.beside import found_beside
 from bsm_mesh.results.results import Results
@@ -34,6 +35,15 @@ def beside_rows(results: Results) -> list[tuple[str, ...]]:
                 found = found_beside(results, recorded, one)
                 rows.append((recorded.name, names[number], *_told(one, found)))
     return rows
+
+
+def beside_lines(results: Results) -> list[str]:
+    """Return the same in lines that fit a terminal."""
+    last = results.stages[-1].name
+    return [
+        f"{history}{'' if stage == last else f', {named_stage(stage)}'}, {quantity}: {computed}; {source}: {value}"
+        for history, stage, quantity, computed, value, source, _ in beside_rows(results)
+    ]
 
 
 def _told(one: Beside, found: float) -> tuple[str, ...]:

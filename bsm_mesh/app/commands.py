@@ -6,8 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
-from bsm_mesh.app.beside_tables import HEADER as BESIDE_HEADER
-from bsm_mesh.app.beside_tables import beside_rows
+from bsm_mesh.app.beside_tables import beside_lines
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.histories import history_file
 from bsm_mesh.app.progress import Progress
@@ -107,8 +106,10 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table(f"What comes down{most}", DOWN_HEADER, down, texts=2)
     if joints := joint_rows(results):
         print_table("Joints", JOINT_HEADER, joints)
-    if beside := beside_rows(results):
-        print_table("Beside measured and other values", BESIDE_HEADER, beside, texts=3)
+    if beside := beside_lines(results):
+        say("Histories at the end, and what is set beside them:")
+        for line in beside:
+            say(f"  {line}")
     for stage in results.stages:
         for remark in stage.notes:
             say(f"{named_stage(stage.name)}: {remark}")

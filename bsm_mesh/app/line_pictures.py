@@ -102,9 +102,8 @@ def _draw_line(axes: Any, results: Results, recorded: Recorded, curves: Curves, 
             values, distance = curve[quantity]
             if np.isfinite(values).any():
                 marks = {"marker": "o", "markersize": 2.5} if quantity == "extension" else {}
-                name = looks.names[stage].replace("$", r"\$")
                 drawn += axes.plot(
-                    distance, values / factor, color=looks.colour(stage), label=f"{name}{more}",
+                    distance, values / factor, color=looks.colour(stage), label=f"{looks.label(stage)}{more}",
                     zorder=4, **look, **marks,
                 )  # fmt: skip
         for (_, stage), listed in beside[quantity].items():

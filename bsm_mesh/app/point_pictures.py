@@ -45,7 +45,7 @@ def draw_points(results: Results, title: str, figure: Figure | None = None) -> F
     for stage, curve in curves.items():
         if np.isfinite(curve).any():
             key += axes.plot(place, np.array(curve) / factor, "o-", color=looks.colour(stage), linewidth=1.6,
-                             markersize=4, zorder=4, label=looks.names[stage].replace("$", r"\$"))  # fmt: skip
+                             markersize=4, zorder=4, label=looks.label(stage))  # fmt: skip
     key += _draw_beside(axes, beside, factor, looks, len(points))
     axes.set_xticks(place, [one.name for one in points], fontsize=8, parse_math=False,
                     rotation=0 if len(points) <= MOST_LEVEL else 60)  # fmt: skip

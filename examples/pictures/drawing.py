@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 from PIL import Image
@@ -27,14 +28,17 @@ class Drawn:
     target : str
         The file, relative to the checkout.
     models : tuple of str
-        Model files, relative to the checkout, ``demo/NAME`` of the starter cavern, or ``tutorial/NAME`` of the files
-        of docs/tutorial.md; a panel each.
+        Model files, relative to the checkout, ``demo/NAME`` of the starter cavern, ``tutorial/NAME`` of the files
+        of docs/tutorial.md, ``cassiar/NAME`` of the slope under other water, or ``module:function`` that returns
+        results; a panel each.
     name : str
         The picture, as `bsm-mesh plot --only` knows it; ``movement.gif``, or ``step N``.
     columns : int
         In how many columns several panels stand.
     window : (x0, y0, x1, y1), optional [m]
         What is seen.
+    beside : tuple of (name, model)
+        What is set beside the histories, models as above.
     script : str
         What draws it instead, relative to the checkout.
     elsewhere : str
@@ -48,6 +52,7 @@ class Drawn:
     name: str = ""
     columns: int = 1
     window: Window | None = None
+    beside: tuple[tuple[str, str], ...] = ()
     script: str = ""
     elsewhere: str = ""
     shows: str
@@ -61,7 +66,7 @@ def draw(picture: Drawn, folder: Path) -> None:
     if picture.script:
         subprocess.run([sys.executable, picture.script], cwd=ROOT, check=True)
         return
-    panels = [_panel(picture, _results(model, folder)) for model in picture.models]
+    panels = [_panel(picture, _results(model, folder), folder) for model in picture.models]
     target = ROOT / picture.target
     if target.suffix == ".gif":
         target.write_bytes(panels[0].read_bytes())
@@ -72,12 +77,18 @@ def draw(picture: Drawn, folder: Path) -> None:
 @cache
 def _results(model: str, folder: Path) -> Path:
     """Return the results folder of a model."""
-    out = folder / model.replace("/", "_").removesuffix(".toml")
+    out = folder / model.replace("/", "_").replace(":", "_").removesuffix(".toml")
+    if ":" in model:
+        module, _, function = model.partition(":")
+        getattr(import_module(module), function)().save(out)
+        return out
     path = ROOT / model
     if model.startswith("demo/"):
         path = _demo(folder) / model.removeprefix("demo/")
     if model.startswith("tutorial/"):
         path = _tutorial(folder) / model.removeprefix("tutorial/")
+    if model.startswith("cassiar/"):
+        path = _cassiar(folder) / model.removeprefix("cassiar/")
     _command("run", str(path), "-q", "-o", str(out))
     return out
 
@@ -103,7 +114,18 @@ def _tutorial(folder: Path) -> Path:
     return case
 
 
-def _panel(picture: Drawn, results: Path) -> Path:
+@cache
+def _cassiar(folder: Path) -> Path:
+    """Return the folder with the Cassiar slope from zero stress under each water table, and under rising water."""
+    from examples.cassiar_slope.slope import write_from_zero_stress
+
+    case = folder / "cassiar"
+    case.mkdir()
+    write_from_zero_stress(case)
+    return case
+
+
+def _panel(picture: Drawn, results: Path, folder: Path) -> Path:
     """Draw one panel and return its file."""
     if picture.name == "movement.gif":
         asked = ["--animate"]
@@ -112,6 +134,8 @@ def _panel(picture: Drawn, results: Path) -> Path:
     else:
         asked = ["--stage", "-1", "--only", picture.name]
         asked += [] if picture.window is None else ["--window", *(f"{each:g}" for each in picture.window)]
+        for name, model in picture.beside:
+            asked += ["--with", f"{name}={_results(model, folder)}"]
     drawn = _command("plot", str(results), *asked)
     return Path(drawn.strip().splitlines()[-1])
 
