@@ -16,6 +16,7 @@ from examples.numbers.pages import markdown
 from examples.numbers.tutorial import write_files
 
 ROOT = Path(__file__).parents[2]
+WIDEST, COLOURS = 2000, 128  # pixels; both keep the files small
 Window = tuple[float, float, float, float]
 
 
@@ -150,14 +151,16 @@ def _command(*arguments: str) -> str:
 
 
 def _joined(panels: Sequence[Path], columns: int) -> Image.Image:
-    """Return pictures side by side."""
+    """Return pictures side by side, no wider than pages show, in as few colours as the eye tells apart."""
     images = [Image.open(panel).convert("RGB") for panel in panels]
     rows = -(-len(images) // columns)
     width, height = max(image.width for image in images), max(image.height for image in images)
     whole = Image.new("RGB", (columns * width, rows * height), "white")
     for number, image in enumerate(images):
         whole.paste(image, (number % columns * width, number // columns * height))
-    return whole
+    if whole.width > WIDEST:
+        whole = whole.resize((WIDEST, round(whole.height * WIDEST / whole.width)), Image.Resampling.LANCZOS)
+    return whole.quantize(COLOURS, dither=Image.Dither.NONE)
 
 
 def table(pictures: Sequence[Drawn]) -> str:

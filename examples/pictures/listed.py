@@ -103,6 +103,13 @@ PICTURES = (
         mended="new",
     ),
     Drawn(
+        target=f"{EX}/03_stratified_slope/layered.png",
+        models=(f"{EX}/03_stratified_slope/layered.toml",),
+        name=FINAL,
+        shows="The upper two of many layers at rest on a floor, as Wang Fig. 4.22",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/04_bolted_opening/final_position.png",
         models=tuple(f"{EX}/04_bolted_opening/{name}.toml" for name in ("unbolted", "roof_bolt", "two_bolts", "model")),
         name=FINAL,
