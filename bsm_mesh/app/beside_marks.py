@@ -41,7 +41,7 @@ class Looks:
     def colour(self, stage: int, source: str | None = None) -> str:
         """Return the colour of a stage; where only one is drawn every source has its own."""
         if source is not None and len(self.stages) == 1:
-            return COLOURS[(1 + self.sources.index(source)) % len(COLOURS)]
+            return COLOURS[1 + self.sources.index(source) % (len(COLOURS) - 1)]  # never that of the run
         number = self.stages.index(stage) if stage in self.stages else len(self.stages)
         return COLOURS[number % len(COLOURS)]
 

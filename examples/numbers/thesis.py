@@ -11,7 +11,7 @@ import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh.converters import read_blocks
-from bsm_mesh.geometries import stratified_slope
+from bsm_mesh.geometries.stratified_slope import build as build_slope
 from examples.numbers import runs
 from examples.numbers.pages import Table, markdown
 from examples.numbers.runs import admits, load, moved, proves, run, statics, verdict
@@ -118,7 +118,7 @@ def layered_sizes() -> str:
     for length, count, gap in ((2.0, 6, 2.0), (2.5, 5, 2.5), (3.0, 4, 2.0), (3.0, 4, 3.0), (4.0, 3, 2.0)):
         sizes = {"length": length, "blocks": count, "gap": gap, "floor": 10.0, "layered": True}
         with tempfile.TemporaryDirectory() as folder:
-            path = stratified_slope.build(Path(folder) / "slope.msh", **sizes)
+            path = build_slope(Path(folder) / "slope.msh", **sizes)
             model = usual.replace(blocks=read_blocks(path, blocks="regions"))
         told = []
         for scheme in ("continuation", "wang"):

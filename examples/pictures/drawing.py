@@ -16,7 +16,7 @@ from examples.numbers.pages import markdown
 from examples.numbers.tutorial import write_files
 
 ROOT = Path(__file__).parents[2]
-WIDEST, COLOURS = 2000, 128  # pixels; both keep the files small
+WIDEST, COLOURS = 2000, 255  # pixels; both keep the files small
 Window = tuple[float, float, float, float]
 
 
@@ -160,7 +160,9 @@ def _joined(panels: Sequence[Path], columns: int) -> Image.Image:
         whole.paste(image, (number % columns * width, number // columns * height))
     if whole.width > WIDEST:
         whole = whole.resize((WIDEST, round(whole.height * WIDEST / whole.width)), Image.Resampling.LANCZOS)
-    return whole.quantize(COLOURS, dither=Image.Dither.NONE)
+    return whole.quantize(
+        COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+    )  # thin lines keep theirs
 
 
 def table(pictures: Sequence[Drawn]) -> str:

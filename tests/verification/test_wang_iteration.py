@@ -169,7 +169,7 @@ def test_layers_come_to_rest_on_a_floor_where_blocks_have_mass(name, steps):
     along, above = np.cos(dip) * x - np.sin(dip) * y, np.sin(dip) * x + np.cos(dip) * y
     lower, upper = ((above > k) & (above < k + 1) & (along < 0) for k in (0, 1))
     moved = np.hypot(*results.stages[-1].displacement[:, :2].T)
-    assert_allclose(moved[lower].min(), 2.0, atol=0.1)  # to the floor along the face
+    assert_allclose(moved[lower].min(), 2.0, atol=0.2)  # along the face to the floor, and a little over it
     assert moved[upper].min() > moved[lower].max() + 1.0
     assert moved[~(lower | upper)].max() < 0.01
     assert bsm.run(model, wang()).status != "stable"
