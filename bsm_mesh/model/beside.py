@@ -98,7 +98,7 @@ def faults_beside(name: str, kind: str, measured: Iterable[Beside], length: floa
     for one in measured:
         if one.quantity not in QUANTITIES[kind]:
             yield (
-                f"history '{name}': a {kind} has no {one.quantity}{nearest(one.quantity, QUANTITIES[kind])}; "
+                f"history '{name}': a {kind} has no {one.quantity}; "
                 f"measured values of it are {', '.join(QUANTITIES[kind])}"
             )
         elif kind != "line" and one.distance is not None:
