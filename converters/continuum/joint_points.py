@@ -207,7 +207,7 @@ class JointPoints:
         else:
             lift = np.zeros_like(moved)
             lift[self.dilating.rows] = ~history.parted[self.dilating.rows] * self.dilating.opening(history.opened_by)
-            pressed = self._pressures(opening - lift, history.initial_pressure)
+            pressed = self._pressures(opening - lift, history)
         return self.growing.springs(given, moved, history.pressure, pressed[0][rows], pressed[1][rows])
 
     def _lift(
@@ -268,7 +268,9 @@ class JointPoints:
             overlap = closure.overlap_at(initial[rows], *joint) - opening[rows]
             whole = ~history.parted[rows]
             fitting = closure.pressure_at(overlap, *joint)
-            for values, fits, not_so in zip((pressure, stiffness), fitting, (joint[0] * overlap, joint[0]), strict=True):
+            for values, fits, not_so in zip(
+                (pressure, stiffness), fitting, (joint[0] * overlap, joint[0]), strict=True
+            ):
                 values[rows] = np.where(whole, fits, not_so)
         return pressure, stiffness
 
