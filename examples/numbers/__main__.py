@@ -11,6 +11,7 @@ import sys
 from examples.numbers import (
     cassiar,
     dupont,
+    elasticity,
     joint_laws,
     licences,
     rough_joint,
@@ -24,7 +25,20 @@ from examples.numbers import (
 from examples.numbers.command import write_or_check
 from examples.numbers.pages import Table
 
-PARTS = (tutorial, tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, licences, dupont, cassiar)
+PARTS = (
+    tutorial,
+    tunnel,
+    thesis,
+    statics,
+    schemes,
+    elasticity,
+    safety,
+    joint_laws,
+    rough_joint,
+    licences,
+    dupont,
+    cassiar,
+)
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 
 
