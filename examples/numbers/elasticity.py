@@ -12,7 +12,7 @@ from bsm_mesh.converters.continuum import nominal_elasticity
 from examples.numbers.pages import Table, markdown
 from tests.scenes.models import LINEAR
 from tests.scenes.shapes import gmsh_quads, gmsh_triangles, grid, voronoi
-from tests.scenes.uniform_stress import STRESSES, effective_stiffness, model_under, with_outline
+from tests.scenes.uniform_stress import STRESSES, effective_stiffness, with_outline
 
 PAGE = "docs/theory.md"
 YOUNG = 50e9
@@ -26,7 +26,7 @@ ROWS = (  # mesh, stiffness, Poisson's ratio
 
 
 class Answer(NamedTuple):
-    """What a mesh answers with: constants over exact ones (but Poisson's ratios), scatter of stresses over the stress."""
+    """What a mesh answers with: moduli over exact ones, Poisson's ratios, scatter of stresses over the stress."""
 
     modulus: float
     poisson: float
