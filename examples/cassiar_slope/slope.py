@@ -66,6 +66,11 @@ def with_levels(model, highest=0.8, shape=0.5, crest=CREST):
     return model.replace(stages=tuple(stages))
 
 
+def with_head(model, head):
+    """Return the model with another rule for the pressure under its tables."""
+    return model.replace(stages=[replace(stage, water=replace(stage.water, head=head)) for stage in model.stages])
+
+
 def with_k0(model, k0):
     """Return the model with the stress set before, under a ground that follows the slope."""
     ground = ((CREST - 250, 330.0), (CREST, 330.0), (0.0, 0.0), (200.0, 0.0))
