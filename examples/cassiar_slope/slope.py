@@ -36,7 +36,7 @@ def with_geometry(model, blocks="elements", **parameters):
         cut = converters.read_blocks(path, blocks=blocks)
     known = ("height", "slope_angle", "fault_level", "joint_f_level")
     points = cassiar_slope.monitoring_points(**{k: v for k, v in parameters.items() if k in known})
-    return model.replace(blocks=cut), points
+    return model.replace(blocks=cut, histories=()), points  # the histories' points may lie in the air there
 
 
 def with_joints(model, change, which=None):

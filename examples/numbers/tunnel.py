@@ -33,9 +33,7 @@ ERRORS = ("section sigma_v L2", "greatest", "all blocks r < 3a L2")
 
 
 @cache
-def solved(
-    kind: str, stiffness: str, size: float, far: float = section.FAR
-) -> tuple[bsm.Model, converters.Comparison]:
+def solved(kind: str, stiffness: str, size: float, far: float = section.FAR) -> tuple[bsm.Model, converters.Comparison]:
     """Return a model of one linear step, and its comparison with the continuum."""
     return section.solve(size, kind, stiffness, far)
 
