@@ -1,9 +1,8 @@
 """One model, three programs: ``python -m benchmarks.exports --python PYTHON`` beside compas_dem (RBE) and LMGC90.
 
-With ``--into PAGE`` the table takes the place of what stands between the marks of a page.
-
 PYTHON is one with compas_dem, compas_cra and compas_lmgc90. Forces are summed between every two blocks; where statics
-does not determine them the programs may well differ: rigid contacts here, springs there.
+does not determine them the programs may well differ: rigid contacts here, springs there. With ``--into PAGE`` the table
+takes the place of what stands between that page's marks.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ import argparse
 import csv
 import subprocess
 import sys
-import time
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,16 +21,21 @@ import bsm_mesh as bsm
 from benchmarks.continuum import marks, put
 from bsm_mesh.converters.exports import export
 from bsm_mesh.results import Results
+from examples.numbers.pages import markdown
 from tests.scenes.arch import arch
 from tests.scenes.shapes import turned
 
 Pairs = dict[tuple[int, int], np.ndarray]
+COMMAND = "python -m benchmarks.exports"
 HEADER = (
-    "| model | program | verdict or movement | on the supports, vertical | greatest difference of a pair | seconds |"
+    "model",
+    "program",
+    "verdict or movement",
+    "on the supports, vertical",
+    "greatest difference of a pair",
 )
 STEPS = 400  # of 0.01 s, LMGC90
 OTHERS = ("compas_dem", "compas_cra", "compas_lmgc90")
-COMMAND = "python -m benchmarks.exports"
 AT_REST = 1e-3  # m in these 4 s: less is rounding and settling
 
 
@@ -90,27 +93,24 @@ def on_supports(pairs: Pairs, fixed: list[int]) -> float:
     )
 
 
-def rows_of(name: str, model: bsm.Model, python: str) -> list[str]:
+def rows_of(name: str, model: bsm.Model, python: str) -> list[tuple[str, ...]]:
     """Return the rows of a model, one a program."""
     fixed = list(model.supports[0].blocks)
-    begun = time.perf_counter()
     results = bsm.run(model)
-    seconds, ours = time.perf_counter() - begun, forces_between(results)
+    ours = forces_between(results)
     scale = float(-results.stages[0].loads[:, 1].sum())
     moves = results.status != "stable"
-    found = [(name, "bsm-mesh", str(results.status), None if moves else ours, seconds)]
+    found = [(name, "bsm-mesh", str(results.status), None if moves else ours)]
     with TemporaryDirectory() as folder:
         for program, arguments in (("compas_dem", ["RBE", "forces.csv"]), ("lmgc90", [str(STEPS), "forces.csv"])):
             script = Path(folder) / f"for_{program}.py"
             export(model, program, script)
-            begun = time.perf_counter()
             done = subprocess.run([python, script.name, *arguments], cwd=folder, capture_output=True, text=True)
-            seconds = time.perf_counter() - begun
             pairs = read_pairs(Path(folder) / "forces.csv") if done.returncode == 0 else None
             said = "forces found" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["none"])[-1]
             if program == "lmgc90" and done.returncode == 0:
                 said, pairs = _movement(Path(folder) / "movements.csv", pairs)
-            found.append((name, program, said, pairs, seconds))
+            found.append((name, program, said, pairs))
             (Path(folder) / "forces.csv").unlink(missing_ok=True)
     return [_row(*one, ours, scale, fixed) for one in found]
 
@@ -123,14 +123,14 @@ def _movement(path: Path, pairs: Pairs) -> tuple[str, Pairs | None]:
 
 
 def _row(
-    name: str, program: str, said: str, pairs: Pairs | None, seconds: float, ours: Pairs, scale: float, fixed: list[int]
-) -> str:
+    name: str, program: str, said: str, pairs: Pairs | None, ours: Pairs, scale: float, fixed: list[int]
+) -> tuple[str, ...]:
     if pairs is None:
-        return f"| {name} | {program} | {said} | | | {seconds:.1f} |"
+        return name, program, said, "", ""
     zero = np.zeros(2)
     worst = max(float(np.hypot(*(pairs.get(k, zero) - ours.get(k, zero)))) for k in {*pairs, *ours})
     weight = f"{on_supports(pairs, fixed) / 1e3:.3f} kN/m"
-    return f"| {name} | {program} | {said} | {weight} | {worst / scale:.2g} of the weight | {seconds:.1f} |"
+    return name, program, said, weight, f"{worst / scale:.2g} of the weight"
 
 
 def versions(python: str) -> str:
@@ -142,8 +142,8 @@ def versions(python: str) -> str:
 
 
 def main() -> None:
-    """Print the table, or put it into a page."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.exports", description=__doc__)
+    """Make the table, and print it or put it into a page."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
     parser.add_argument("--python", default=sys.executable, help="a Python with compas_dem, compas_cra, compas_lmgc90")
     parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     given = parser.parse_args()
@@ -155,14 +155,11 @@ def main() -> None:
         "blocks on 30 degrees, friction 28": slope(28.0),
     }
     said = versions(given.python)
-    for friction in (28.0, 32.0):  # compiled code is read before the first row
-        bsm.run(slope(friction))
-    rows = [row for name, model in models.items() for row in rows_of(name, model, given.python)]
-    text = "\n".join([said, "", HEADER, "|---" * 6 + "|", *rows])
+    table = markdown(HEADER, [row for name, model in models.items() for row in rows_of(name, model, given.python)])
     if given.into:
-        put(given.into, f"\n{text}\n", marks(COMMAND))
+        put(given.into, f"\n{said}\n\n{table}\n", marks(COMMAND))
     else:
-        print(text)
+        print(said, table, sep="\n\n")
 
 
 if __name__ == "__main__":

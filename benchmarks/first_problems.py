@@ -1,10 +1,12 @@
 """The problems of docs/first_problems.md from nothing to a verdict, as typed: ``python -m benchmarks.first_problems``.
 
-Prints blocks, verdict and processor time of each.
+Blocks, verdict and processor time of each. With ``--into PAGE`` the table takes the place of what stands between that
+page's marks.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import resource
 import shlex
@@ -13,9 +15,12 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from benchmarks.continuum import marks, put
 from docs.code_blocks import files_of, typed
+from examples.numbers.pages import markdown
 
 PAGE = Path(__file__).parents[1] / "docs/first_problems.md"
+COMMAND = "python -m benchmarks.first_problems"
 
 
 def processor_time() -> float:
@@ -24,8 +29,9 @@ def processor_time() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def main() -> None:
-    """Run every problem in a folder of its own and print its row."""
+def table() -> str:
+    """Run every problem in a folder of its own and return the table."""
+    rows = []
     for section in PAGE.read_text(encoding="utf-8").split("\n## ")[1:]:
         with TemporaryDirectory() as folder:
             for name, content in files_of(section).items():
@@ -38,7 +44,20 @@ def main() -> None:
             seconds = processor_time() - begun
             (told,) = Path(folder).glob("out/*/summary.json")
             end = json.loads(told.read_text(encoding="utf-8"))
-            print(section.splitlines()[0], end["blocks"], end["status"], f"{seconds:.0f} s", sep=" | ", flush=True)
+            title = section.splitlines()[0]
+            rows.append((title[0].lower() + title[1:], str(end["blocks"]), end["status"], f"{seconds:.0f}"))
+    return markdown(("problem", "blocks", "verdict", "processor time, s"), rows) + "\n"
+
+
+def main() -> None:
+    """Make the table, and print it or put it into a page."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    page = parser.parse_args().into
+    if page:
+        put(page, table(), marks(COMMAND))
+    else:
+        print(table())
 
 
 if __name__ == "__main__":

@@ -30,15 +30,15 @@ def eq_3_46(x, depth):
     return sigma_h, sigma_v
 
 
-def solve(size, kind="triangles", stiffness="wang"):
-    """Return model and comparison for an element size [m]."""
+def solve(size, kind="triangles", stiffness="wang", far=FAR):
+    """Return model and comparison for an element size and a distance to the right and the bottom [m]."""
     with tempfile.TemporaryDirectory() as folder:
         path = circular_tunnel.build(
             Path(folder) / "tunnel.msh",
             radius=A,
             depth=DEPTH,
-            below=FAR,
-            width=FAR,
+            below=far,
+            width=far,
             mesh=kind,
             size=size,
             **({} if kind == "radial" else {"size_at_wall": 0.22 * size, "grading_distance": 10.0}),

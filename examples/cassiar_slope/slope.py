@@ -44,7 +44,7 @@ def with_geometry(model, blocks="elements", **parameters):
         cut = converters.read_blocks(path, blocks=blocks)
     known = ("height", "slope_angle", "fault_level", "joint_f_level")
     points = cassiar_slope.monitoring_points(**{k: v for k, v in parameters.items() if k in known})
-    return model.replace(blocks=cut), points
+    return model.replace(blocks=cut, histories=()), points  # the histories' points may lie in the air there
 
 
 def with_joints(model, change, which=None):
@@ -72,6 +72,11 @@ def with_levels(model, highest=0.8, shape=0.5, crest=CREST):
         table = tuple(zip((crest * share).tolist(), level.tolist(), strict=True))
         stages.append(replace(stage, water=replace(stage.water, table=table)))
     return model.replace(stages=tuple(stages))
+
+
+def with_head(model, head):
+    """Return the model with another rule for the pressure under its tables."""
+    return model.replace(stages=[replace(stage, water=replace(stage.water, head=head)) for stage in model.stages])
 
 
 def with_k0(model, k0):

@@ -33,6 +33,10 @@ def _serpentine(joint):
     return replace(joint, normal_stiffness=43e6, law=replace(joint.law, friction=24.0))
 
 
+def _argillite(joint):
+    return replace(joint, normal_stiffness=44e6, law=replace(joint.law, friction=30.0))
+
+
 def _table_8_3(joint):
     return replace(joint, shear_stiffness=2.7e6 if joint.name in ("dyke", "contact") else 6.8e6)
 
@@ -47,6 +51,7 @@ def of_the_ground(base):
     yield "Mohr-Coulomb joints, Table 8.3's cohesion, brittle", brittle, None
     yield "the same, perfectly plastic", slope.with_joints(brittle, _plastic), None
     yield "faults as weak as serpentinite", slope.with_joints(base, _serpentine, ("north_fault", "fault_a1")), None
+    yield "dyke and contact as the argillite's", slope.with_joints(base, _argillite, ("dyke", "contact")), None
     for factor in (0.5, 2.0, 10.0):
         yield f"normal stiffness x {factor:g}", slope.with_joints(base, _stiffer(factor)), None
     yield "Ks of Table 8.3 without the star", slope.with_joints(base, _table_8_3), None
@@ -55,6 +60,7 @@ def of_the_ground(base):
     for part in (0.75, 0.85):
         yield f"high water at {part:g} of the height (0.8)", slope.with_levels(base, part), None
     yield "water tables straight from crest to toe", slope.with_levels(base, 0.8, shape=1.0), None
+    yield "pressure of seepage parallel to the table (depth)", slope.with_head(base, "parallel"), None
     for k0 in (0.5, 1.0, 1.5):
         yield f"stress set first, K = {k0:g}", slope.with_k0(base, k0), None
     yield "contact points of Gauss", base.replace(contact_points="gauss"), None

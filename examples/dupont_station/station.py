@@ -124,6 +124,11 @@ def with_rock_tension(model, strength):
     return model.replace(rocks=rocks)
 
 
+def with_bolts(model, **change):
+    """Return Case 2 with bolts changed."""
+    return model.replace(bolts=[replace(bolt, **change) for bolt in model.bolts])
+
+
 def movement_of(results):
     """Return how the blocks that are left have moved at the end of a run."""
     stage = results.stages[-1]

@@ -1,4 +1,4 @@
-"""Everything that Case 1 assumes, one thing changed at a time."""
+"""Everything that Case 1 assumes, and the bolts of Case 2, one thing changed at a time."""
 
 from examples.dupont_station import station
 
@@ -43,6 +43,17 @@ def of_the_mesh(base):
         ("zone 2 m farther", {"zone_offset": 2.0}),
     ):
         yield name, station.on_layout(base, **parameters)
+
+
+def of_the_bolts(base):
+    """Yield name and model of Case 2 with other bolts."""
+    for bond in (150e3, 600e3):
+        yield f"bond of {bond / 1e3:g} kN/m (300)", station.with_bolts(base, bond_strength=bond)
+    yield "grout of 2 GPa (rigid until it slips)", station.with_bolts(base, bond_stiffness=2e9)
+    yield "plates of 200 kN (none)", station.with_bolts(base, plate=200e3)
+    for spacing in (1.0, 2.0):
+        yield f"{spacing:g} m apart along the station (1.5)", station.with_bolts(base, spacing=spacing)
+    yield "every other bolt left out", base.replace(bolts=base.bolts[::2])
 
 
 def layouts(base):

@@ -11,6 +11,7 @@ import sys
 from examples.numbers import (
     cassiar,
     dupont,
+    elasticity,
     flow,
     joint_laws,
     licences,
@@ -25,7 +26,21 @@ from examples.numbers import (
 from examples.numbers.command import write_or_check
 from examples.numbers.pages import Table
 
-PARTS = (tutorial, tunnel, thesis, statics, schemes, safety, joint_laws, rough_joint, flow, licences, dupont, cassiar)
+PARTS = (
+    tutorial,
+    tunnel,
+    thesis,
+    statics,
+    schemes,
+    elasticity,
+    safety,
+    joint_laws,
+    rough_joint,
+    flow,
+    licences,
+    dupont,
+    cassiar,
+)
 TABLES: dict[str, Table] = {table.name: table for part in PARTS for table in part.TABLES}
 
 

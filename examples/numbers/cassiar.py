@@ -71,6 +71,11 @@ def by_the_thesis(cycles: int) -> bsm.Results:
     return bsm.run(slope.at_once(slope.load()), dataclasses.replace(slope.OPTIONS, scheme="wang", max_steps=cycles))
 
 
+def at_rest() -> dict[str, np.ndarray]:
+    """Return those of `routes` that come to rest."""
+    return {name: points for name, points in routes().items() if not np.isnan(points).any()}
+
+
 def _standing(results: bsm.Results) -> np.ndarray:
     found = slope.at_the_end(results)
     return found if results.status == "stable" else np.full_like(found, np.nan)
@@ -95,26 +100,28 @@ def by_routes() -> str:
 
 
 def table_8_4() -> str:
-    """Return Table 8.4 with the ranges over routes and meshes, and what of them is settlement."""
-    by_route = np.array([points for points in routes().values() if not np.isnan(points).any()])
+    """Return Table 8.4 with the ranges over routes and meshes, how many agree, and what of them is settlement."""
+    by_route = np.array(list(at_rest().values()))
     meshes = [told.once for name, told in varied(sweep.of_the_mesh).items() if name.startswith("elements")]
     by_mesh = np.array([main_case().once, *meshes])
     settled, by_water = main_case().whole[0], main_case().since_dry[-1]
     lines = []
     for k in range(7):
-        published = [
-            "-" if value is None else f"{value:.2f}" for value in (slope.UDEC[k], slope.BLOSMER[k], slope.OBSERVED[k])
-        ]
-        ours = (
-            _range(by_route[:, k]),
-            _range(by_mesh[:, k]),
-            _length(settled[k]),
-            _length(by_water[k]),
-        )
-        lines.append((f"{k + 1}", *published, *ours))
-    header = ("point", "UDEC", "BLOSMER", "observed", "range over routes", f"over elements of {min(sweep.SIZES)} to "
-              f"{max(sweep.SIZES)} m", "of it settlement: dry", "from the dry state")  # fmt: skip
+        told = [slope.UDEC[k], slope.BLOSMER[k], slope.OBSERVED[k]]
+        published = ["-" if value is None else f"{value:.2f}" for value in told]
+        known = [value for value in told if value is not None]
+        ours = [cell for found in (by_route[:, k], by_mesh[:, k]) for cell in (_range(found), _within(found, known))]
+        lines.append((f"{k + 1}", *published, *ours, _length(settled[k]), _length(by_water[k])))
+    elements = f"over elements of {min(sweep.SIZES)} to {max(sweep.SIZES)} m"
+    ours = ("range over routes", "agrees", elements, "agrees", "of it settlement: dry", "from the dry state")
+    header = ("point", "UDEC", "BLOSMER", "observed", *ours)
     return markdown(header, lines)
+
+
+def _within(found: np.ndarray, published: Sequence[float]) -> str:
+    """Return how many lie between the least and the greatest published, rounded as these are."""
+    rounded = found.round(2)
+    return f"{((rounded >= min(published)) & (rounded <= max(published))).sum()} of {len(found)}"
 
 
 def conditions() -> str:
@@ -188,17 +195,25 @@ def findings_of(told: Told) -> dict[str, str]:
     """Return the marks of `FINDINGS`, at once and as the water rises: `+` or `no`; `slides` where it is not at rest."""
     found = {}
     for way, verdict, high in (("at once", told.at_once, told.once), ("rising", told.rising, told.whole[-1])):
-        more = (np.diff(told.since_dry[:, :5], axis=0) > -SAME).all() and told.since_dry[-1, :5].min() > SAME
-        holds = {
-            "a": high[:5].min() > 2 * high[5:].max(),
-            "b": high.argmax() == 0,
-            "c": (high / told.whole[0]).argmax() == 4,
-            "d": (high[:5] > told.whole[0, :5]).all() if way == "at once" else more,
-            "e": slope.BLOSMER[0] / 2 < high[0] < 2 * slope.BLOSMER[0],
-        }
+        holds = holding(high, told.whole[0])
+        if way == "rising":
+            holds["d"] = bool(
+                (np.diff(told.since_dry[:, :5], axis=0) > -SAME).all() and told.since_dry[-1, :5].min() > SAME
+            )
         rests = verdict == "stable"
         found |= {f"{mark}, {way}": ("+" if yes else "no") if rests else "slides" for mark, yes in holds.items()}
     return found
+
+
+def holding(high: np.ndarray, dry: np.ndarray) -> dict[str, bool]:
+    """Return which of `FINDINGS` hold of the points under high water and dry, both from zero stress [m]."""
+    return {
+        "a": bool(high[:5].min() > 2 * high[5:].max()),
+        "b": bool(high.argmax() == 0),
+        "c": bool((high / dry).argmax() == 4),
+        "d": bool((high[:5] > dry[:5]).all()),
+        "e": bool(slope.BLOSMER[0] / 2 < high[0] < 2 * slope.BLOSMER[0]),
+    }
 
 
 FINDINGS = (
@@ -225,18 +240,21 @@ def findings() -> str:
     every = [varied(variations) for variations in (sweep.of_the_ground, sweep.of_the_section)]
     every.append({name: told for name, told in varied(sweep.of_the_mesh).items() if name.startswith("elements")})
     marks = [[findings_of(told) for told in runs.values()] for runs in every]
-    base = findings_of(main_case())
+    base, dry = findings_of(main_case()), main_case().whole[0]
+    by_route = [holding(points, dry) for points in at_rest().values()]
     lines = []
     for mark, text, published in FINDINGS:
         for way in WAYS:
             key = f"{mark}, {way}"
             rested = [[each[key] for each in runs if each[key] != "slides"] for runs in marks]
             counts = [f"{runs.count('+')} of {len(runs)}" for runs in rested]
-            lines.append((f"({mark}) {text}: {way}", published, base[key], *counts))
+            over = f"{sum(each[mark] for each in by_route)} of {len(by_route)}" if way == "at once" else "-"
+            lines.append((f"({mark}) {text}: {way}", published, base[key], over, *counts))
     for way in WAYS:
         slides = [f"{sum(each[f'a, {way}'] == 'slides' for each in runs)} of {len(runs)}" for runs in marks]
-        lines.append((f"the wedge slides away: {way}", "in the end it did", "no", *slides))
-    header = ("finding", "published", "main case", "other ground", "other section", "other elements")
+        over = f"{len(routes()) - len(by_route)} of {len(routes())}" if way == "at once" else "-"
+        lines.append((f"the wedge slides away: {way}", "in the end it did", "no", over, *slides))
+    header = ("finding", "published", "main case", "routes", "other ground", "other section", "other elements")
     return markdown(header, lines)
 
 

@@ -44,4 +44,14 @@ def factors() -> str:
     return markdown(("file", "strength of the joint", "factor by formula", "found between", "verdict"), rows)
 
 
-TABLES: tuple[Table, ...] = (Table(name="rough-joint", page=PAGE, make=factors, tolerance=0.01),)
+def tested() -> str:
+    """Return the line that a laboratory puts through its tests."""
+    cohesion, slope = line()
+    return f"""The line: {cohesion / 1e3:.0f} kPa and {math.degrees(math.atan(slope)):.1f}°. On the slope the stress is
+{STRESS / 1e3:.0f} kPa. What does the line say there?"""
+
+
+TABLES: tuple[Table, ...] = (
+    Table(name="rough-joint-line", page=PAGE, make=tested),
+    Table(name="rough-joint", page=PAGE, make=factors, tolerance=0.01),
+)

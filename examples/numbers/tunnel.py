@@ -27,14 +27,15 @@ MESHES = (
     ("quads", "wang", (1.4, 0.7, 0.35)),
     ("radial", "wang", (0.52, 0.26, 0.13)),
 )
+DISTANCES = (11.0, 16.0, section.FAR, 44.0)
 EDGES = np.array([2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 ERRORS = ("section sigma_v L2", "greatest", "all blocks r < 3a L2")
 
 
 @cache
-def solved(kind: str, stiffness: str, size: float) -> tuple[bsm.Model, converters.Comparison]:
+def solved(kind: str, stiffness: str, size: float, far: float = section.FAR) -> tuple[bsm.Model, converters.Comparison]:
     """Return a model of one linear step, and its comparison with the continuum."""
-    return section.solve(size, kind, stiffness)
+    return section.solve(size, kind, stiffness, far)
 
 
 def convergence() -> str:
@@ -63,6 +64,19 @@ def stresses() -> str:
         ]
         tables.append(markdown((f"{name}, x [m]", *(f"{model.blocks.count} blocks" for model, _ in runs)), lines))
     return "\n\n".join(tables)
+
+
+def domain() -> str:
+    """Return by how much the continuum's vertical stress on the section changes with the distance to the sides."""
+    found = []
+    for far in DISTANCES:
+        model, comparison = solved("triangles", "wang", 0.9, far)
+        on = blocks_on_line(model.blocks, (section.A, 0), (5 * section.A, 0))
+        _, fem, infinite = section.binned(comparison.along(on), 1, EDGES).T
+        found.append(fem / infinite)  # each mesh has its blocks elsewhere: over Eq. 3.46 at the same places
+    changes = np.abs(np.array(found) / found[-1] - 1).max(axis=1)
+    lines = [(f"{far:g} m", f"{100 * change:.1f} %") for far, change in zip(DISTANCES, changes, strict=True)]
+    return markdown(("to the right and the bottom", f"sigma_v differs from that of {DISTANCES[-1]:g} m"), lines[:-1])
 
 
 def excavated() -> str:
@@ -133,5 +147,6 @@ def _errors(blocks: bsm.Blocks) -> tuple[float, ...]:
 TABLES: tuple[Table, ...] = (
     Table(name="tunnel-stresses", page=PAGE, make=stresses, tolerance=0.02, is_slow=True),
     Table(name="tunnel-convergence", page=PAGE, make=convergence, tolerance=0.02, is_slow=True),
+    Table(name="tunnel-domain", page=PAGE, make=domain, tolerance=0.02, is_slow=True),
     Table(name="tunnel-excavated", page=PAGE, make=excavated, tolerance=0.02, is_slow=True),
 )

@@ -35,6 +35,7 @@ def numbers() -> str:
     factor = bsm.factor_of_safety(models[1])
     beside = compare_stages(models[1], bolted)[-1]
     rows = [
+        ("blocks", str(area.size)),
         ("without bolts", bare.status.value),
         ("comes down", f"{bare.unstable_blocks.size} blocks, {area[bare.unstable_blocks].sum():.1f} m2"),
         ("with bolts", last.status.value),

@@ -60,6 +60,15 @@ def test_two_degrees_are_no_razors_edge() -> None:
         assert slope.at_the_end(results, points)[0] == pytest.approx(first, rel=0.35)
 
 
+@pytest.mark.parametrize("angle", [38.0, 42.0])
+def test_a_face_of_another_angle_is_a_model(angle: float) -> None:
+    """The points of the histories then lie in the air, or deep inside; those of the geometry are in blocks."""
+    model, points = slope.with_geometry(slope.load(), slope_angle=angle)
+    found = slope.at_the_end(bsm.run(slope.at_once(model), bsm.Options(scheme="linear")), points)
+    assert found.shape == (7,)
+    assert np.isfinite(found).all()
+
+
 def test_the_tables_of_the_model_files_are_the_assumed_ones() -> None:
     """Dupuit's parabola from 0.5 to 0.8 of the height at the crest down to the toe, never above the ground."""
     crest = -330 / TAN_FACE

@@ -47,11 +47,21 @@ def turned(points: np.ndarray, degrees: float, shift: Sequence[float] = (0.0, 0.
 
 def gmsh_triangles(width: float, height: float, size: float) -> np.ndarray:
     """Return the triangles (n, 3, 2) of a rectangle meshed by Gmsh."""
+    return _gmsh_cells(width, height, size, corners=3)
+
+
+def gmsh_quads(width: float, height: float, size: float) -> np.ndarray:
+    """Return the quadrilaterals (n, 4, 2) into which Gmsh joins the triangles of a rectangle."""
+    return _gmsh_cells(width, height, size, corners=4)
+
+
+def _gmsh_cells(width: float, height: float, size: float, corners: int) -> np.ndarray:
     import gmsh
 
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.RecombineAll", int(corners == 4))
         gmsh.option.setNumber("Mesh.MeshSizeMin", size)
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         gmsh.model.occ.addRectangle(0, 0, 0, width, height)
@@ -60,8 +70,8 @@ def gmsh_triangles(width: float, height: float, size: float) -> np.ndarray:
         tags, xyz, _ = gmsh.model.mesh.getNodes()
         place = np.zeros(int(tags.max()) + 1, dtype=int)
         place[tags.astype(int)] = np.arange(len(tags))
-        corners = gmsh.model.mesh.getElementsByType(2)[1].astype(int).reshape(-1, 3)
-        return xyz.reshape(-1, 3)[:, :2][place[corners]]
+        cells = gmsh.model.mesh.getElementsByType(corners - 1)[1].astype(int).reshape(-1, corners)  # types 2 and 3
+        return xyz.reshape(-1, 3)[:, :2][place[cells]]
     finally:
         gmsh.finalize()
 

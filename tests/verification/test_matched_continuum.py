@@ -12,37 +12,12 @@ import bsm_mesh as bsm
 from bsm_mesh.converters import solve_continuum
 from bsm_mesh.converters.continuum import affine_stiffness, matched_elasticity, nominal_elasticity
 from tests.scenes.models import LINEAR
+from tests.scenes.shapes import gmsh_quads, voronoi
+from tests.scenes.uniform_stress import effective_stiffness, parallelograms, with_outline
 
 EXACT = 1e-8  # a lattice of equal blocks strains uniformly; only rounding is lost
 DISORDERED = 0.06  # of c11; found 3 % on these meshes of some 400 blocks
 E = 50e9
-STRESSES = np.array([[(1.0, 0), (0, 0)], [(0, 0), (0, 1)], [(0, 1), (1, 0)]]) * 1e6
-
-
-def model_under(blocks, rock, stress):
-    """Return the blocks under tractions of a uniform stress on their whole outline, one block in the middle held."""
-    edges = blocks.boundaries["outline"]
-    along = blocks.edge_vectors[edges]
-    tractions = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None] @ stress
-    centroid = blocks.moments.centroid
-    middle = int(np.argmin(np.hypot(*(centroid - centroid.mean(axis=0)).T)))
-    return bsm.Model(
-        blocks=blocks,
-        rocks=[rock],
-        supports=[bsm.Fixed(blocks=[middle])],
-        loads=[bsm.EdgeTractions(boundary="outline", values=np.repeat(tractions[:, None], 2, axis=1))],
-    )
-
-
-def effective_stiffness(blocks, rock, inner, solve):
-    """Return the 3 x 3 stiffness [Pa] from the mean strains of the inner blocks under three stresses."""
-    plane = np.column_stack([np.ones(inner.sum()), blocks.moments.centroid[inner]])
-    strains = []
-    for stress in STRESSES:
-        displacement = solve(model_under(blocks, rock, stress)).displacement
-        H = np.linalg.lstsq(plane, displacement[inner, :2], rcond=None)[0][1:].T
-        strains.append((H[0, 0], H[1, 1], H[0, 1] + H[1, 0]))
-    return 1e6 * np.linalg.inv(np.array(strains).T)
 
 
 def by_blocks(model):
@@ -51,53 +26,6 @@ def by_blocks(model):
 
 def by_matched_continuum(model):
     return solve_continuum(model, elasticity="matched")
-
-
-def with_outline(polygons):
-    blocks = bsm.Blocks.from_polygons(polygons, rock="rock", merge_tolerance=1e-7)
-    return bsm.Blocks(
-        **{n: getattr(blocks, n) for n in ("vertices", "offsets", "nodes", "rock", "rock_names", "edge_joint")},
-        boundaries={"outline": blocks.outer_edges},
-    )
-
-
-def parallelograms(n, first, second):
-    corners = np.array([(i, j) for j in range(n) for i in range(n)])[:, None] + [(0, 0), (1, 0), (1, 1), (0, 1)]
-    return list(corners @ np.array([first, second]))
-
-
-def voronoi(count, rounds):
-    """Return the cells in the unit square of random points, moved to their centroids `rounds` times."""
-    from scipy.spatial import Voronoi
-
-    points = np.random.default_rng(3).random((count, 2))
-    for _ in range(rounds + 1):
-        mirrored = [np.where(np.arange(2) == axis, 2 * side - points, points) for axis in (0, 1) for side in (0, 1)]
-        diagram = Voronoi(np.concatenate([points, *mirrored]))
-        cells = [diagram.vertices[diagram.regions[diagram.point_region[i]]].clip(0, 1) for i in range(count)]
-        points = bsm.Blocks.from_polygons(cells, rock="rock").moments.centroid
-    return cells
-
-
-def recombined(size):
-    gmsh = pytest.importorskip("gmsh")
-    gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("Mesh.Algorithm", 6)
-        gmsh.option.setNumber("Mesh.RecombineAll", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", size)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-        gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
-        gmsh.model.occ.synchronize()
-        gmsh.model.mesh.generate(2)
-        tags, xyz, _ = gmsh.model.mesh.getNodes()
-        place = np.zeros(int(tags.max()) + 1, dtype=int)
-        place[tags.astype(int)] = np.arange(len(tags))
-        corners = gmsh.model.mesh.getElementsByType(3)[1].astype(int).reshape(-1, 4)
-        return list(xyz.reshape(-1, 3)[:, :2][place[corners]])
-    finally:
-        gmsh.finalize()
 
 
 @pytest.mark.parametrize(
@@ -134,10 +62,13 @@ def test_parallelograms_are_exact(first, second, choice):
 
 @pytest.mark.parametrize("choice", ["wang", "homogeneous"])
 @pytest.mark.parametrize(
-    ("polygons", "most"), [(lambda: recombined(0.05), 4), (lambda: voronoi(400, 20), 12)], ids=["quads", "voronoi"]
+    ("polygons", "most"),
+    [(lambda: gmsh_quads(1.0, 1.0, 0.05), 4), (lambda: voronoi(1.0, 1.0, 400, 20), 12)],
+    ids=["quads", "voronoi"],
 )
 def test_disordered_meshes(polygons, most, choice):
     """The matched continuum strains like the blocks where each block has its own affine stiffness."""
+    pytest.importorskip("gmsh")
     rock = bsm.Rock("rock", unit_weight=0, young=E, poisson=0.25, stiffness=choice)
     blocks = with_outline(polygons())
     assert np.diff(blocks.offsets).max() <= most
