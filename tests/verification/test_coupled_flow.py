@@ -91,3 +91,5 @@ def test_what_does_not_settle_is_not_converged():
     stage = bsm.run(on_two_joints(max_rounds=1)).stages[-1]
     assert stage.status is Status.NOT_CONVERGED
     assert "do not settle: after 1 turn" in stage.reason
+    for cure in ("max_rounds", "tolerance", "smaller stages", "(asked: 1e-09)"):
+        assert cure in stage.reason

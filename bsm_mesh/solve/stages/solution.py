@@ -243,7 +243,8 @@ class StageSolution:
             return stage, False
         reason = (
             f"flow and blocks do not settle: after {counted(found.rounds, 'turn')} pressures still change by "
-            f"{found.change:.2g} of the greatest"
+            f"{found.change:.2g} of the greatest (asked: {run.flow.tolerance(number):.2g}); where they become fewer, give "
+            "[flow] a larger max_rounds, or a tolerance you can bear; where they do not, change levels in smaller stages"
         )
         return replace(stage, status=Status.NOT_CONVERGED, reason=reason), True
 
