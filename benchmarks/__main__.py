@@ -12,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from benchmarks import tables
 from benchmarks.cases import CASES, PEER, run_entry
 from benchmarks.report import Row, draw, keep, machine, print_findings, print_head, print_row
 
@@ -22,6 +23,9 @@ def main() -> None:
     """Run what is asked for."""
     arguments = sys.argv[1:]
     given = parser().parse_args(arguments)
+    if given.tables:
+        tables.write_into(Path(given.into), [Path(path) for path in given.tables])
+        return
     if given.worker:
         (n,) = given.sizes
         print(json.dumps(run_entry(CASES[given.scene[0]], given.worker, int(n), given)))
@@ -32,7 +36,7 @@ def main() -> None:
     found: dict[str, dict[str, list[Row]]] = {}
     for name in given.scene or CASES:
         found[name] = run_case(name, given)
-        keep(found, folder / "rows.json")
+        keep(found, given.threads, folder / "rows.json")
     print(f"\nwritten to {folder}: {', '.join(f'{name}.png' for name in found)}, rows.json")
 
 
@@ -51,6 +55,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--k0", type=float, default=1.0, help="in-situ stress ratio where a scene has one (default 1)")
     made.add_argument("--max-steps", type=int, default=500, help="of bsm")
     made.add_argument("--trace", action="store_true", help="print every step of bsm")
+    made.add_argument("--tables", nargs="+", metavar="ROWS", help="nothing is run: rows.json of earlier runs")
+    made.add_argument("--into", default="docs/performance.md", metavar="PAGE", help="of --tables (default %(default)s)")
     made.add_argument("--worker", metavar="NAME", help=argparse.SUPPRESS)
     made.add_argument("--command", help=argparse.SUPPRESS)
     return made

@@ -15,6 +15,7 @@ from inspect import signature
 from benchmarks import linear, meshes
 from benchmarks.measure import PARTS
 from benchmarks.programs import Build, Row, run_bsm, run_command, run_limit, run_pymunk
+from benchmarks.startup import COMMANDS, run_start
 from tests.scenes import large
 
 PEER = "peer"  # the entry of a command given by ``--peer``
@@ -138,6 +139,12 @@ CASES = {
             "results": meshes.run_writing,
         },
         parts=("read", "convert", "write"),
+    ),
+    "start": Case(
+        title="A command from start to end, second use: the import, the help, and the wall of examples/tilted_wall",
+        sizes=(106,),
+        programs={kind: partial(run_start, kind) for kind in COMMANDS},
+        parts=(),
     ),
 }
 

@@ -54,8 +54,17 @@ ELEMENTS_SAYING = (
     "A cantilever of squares as quads, and with one triangle at its end: by how much its sag is short of a fine mesh's:"
 )
 TUNNEL, MODULI = "staged_tunnel/model", (10e9, 20e9, 50e9, 100e9)
-ROCKS = ("joints", "rock", "stage", "what compare says")
-ROCKS_SAYING = "The tunnel by stages, in elastic rock instead of rigid:"
+ROCKS = ("joints", "rock", "stage", "what compare says", "of elements begun where the blocks rest")
+ROCKS_SAYING = (
+    "The tunnel by stages, in elastic rock instead of rigid. Joints that break leave several equilibria: the last "
+    "column is of another of the elements, found from where the blocks came to rest:"
+)
+TUNNELS, STIFFER = ("staged_tunnel/model", "staged_tunnel/weak"), (1, 10, 100)
+RIGID = ("model", "stiffness of the joints", "stage", "displacement by", "joint forces by", "blocks", "elements")
+RIGID_SAYING = (
+    "Tunnels by stages in rigid rock. Joints so many times as stiff leave all forces as they are and make "
+    "displacements so many times smaller, so that no corner meets another at a node of the mesh:"
+)
 KIRSCH = 24  # blocks along a quarter of the hole
 ANGLE = 1e-4  # degrees; to which the limit of a slope is sought
 CLOSED = ("closed form", "what", "found, or off by")
@@ -127,8 +136,7 @@ def closed_rows() -> Iterator[tuple[str, ...]]:
         while high - low > ANGLE:
             middle = (low + high) / 2
             stage = solve_continuum(on_a_slope(middle, friction, ROCK), order=1, joints=True)
-            stays = stage.converged and np.hypot(*stage.displacement[1, :2]) < 1.0
-            low, high = (middle, high) if stays else (low, middle)
+            low, high = (middle, high) if stage.converged else (low, middle)
         yield f"block on a slope, friction {friction:g} degrees", "slides beyond", f"{(low + high) / 2:.3f} degrees"
     water = bsm.Water(table=[(-5, 3.0), (5, 3.0)], unit_weight=10e3)
     stage = solve_continuum(on_a_slope(0.0, 30.0, ROCK).replace(water=water), order=2, joints=True)
@@ -151,6 +159,30 @@ def element_rows() -> Iterator[tuple[str, ...]]:
                 yield f"{columns} x {columns // 4}", f"{poisson:g}", str(order), *errors
 
 
+def rigid_rows() -> Iterator[tuple[str, ...]]:
+    """Return a row for every tunnel in rigid rock, stiffness of its joints and stage."""
+    for name in TUNNELS:
+        loaded = load_model_file(ROOT / "examples" / f"{name}.toml", lambda _: None)
+        for times in STIFFER:
+            stiffness = ("normal_stiffness", "shear_stiffness")
+            joints = [
+                dataclasses.replace(joint, **{part: times * getattr(joint, part) for part in stiffness})
+                for joint in loaded.model.joints
+            ]
+            model = loaded.model.replace(joints=joints)
+            results = bsm.run(model, loaded.options)
+            elements = solve_continuum_stages(model, order=1, joints=True)
+            for number, stage in enumerate(compare_stages(model, results, refine=False)):
+                compared, off = stage.comparison, ("-", "-")
+                if compared is not None and compared.force_error is not None:
+                    moves = [f"{100 * error.l2:.2g} %" for error in compared.displacement_errors] or ["nothing moves"]
+                    off = moves[0], f"{100 * compared.force_error.l2:.2g} %"
+                found = "-" if number >= len(elements) else "equilibrium" if elements[number].converged else "none"
+                verdict = results.stages[number].status.value.replace("_", " ")
+                stiff = "as given" if times == 1 else f"{times} times"
+                yield name, stiff, stage.name, *off, verdict, found
+
+
 def rock_rows() -> Iterator[tuple[str, ...]]:
     """Return a row for every modulus of the rock about a tunnel by stages, and stage."""
     loaded = load_model_file(ROOT / "examples" / f"{TUNNEL}.toml", lambda _: None)
@@ -160,9 +192,16 @@ def rock_rows() -> Iterator[tuple[str, ...]]:
         for young in MODULI:
             rocks = [dataclasses.replace(rock, young=young, poisson=0.2) for rock in loaded.model.rocks]
             model = loaded.model.replace(rocks=rocks, joints=joints)
-            stages = compare_stages(model, bsm.run(model, loaded.options), refine=False)
-            for stage in stages[1:]:
-                yield what, f"{young / 1e9:g} GPa", stage.name, stage.sentence
+            results = bsm.run(model, loaded.options)
+            near = "-"
+            for stage in compare_stages(model, results, refine=False)[1:]:
+                if joints is given and stage.name == model.stages[0].name:
+                    first = model.replace(stages=model.stages[:1])
+                    near = compare_stages(first, bsm.run(first, loaded.options), refine=False, near_blocks=True)[
+                        1
+                    ].sentence
+                yield what, f"{young / 1e9:g} GPa", stage.name, stage.sentence, near
+                near = "-"
 
 
 def bolt_rows() -> Iterator[tuple[str, ...]]:
@@ -216,6 +255,7 @@ def main() -> int:
     given = parser.parse_args()
     text = f"{SLOPES_SAYING}\n\n{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
     text = f"{CLOSED_SAYING}\n\n{markdown(CLOSED, closed_rows())}\n{text}"
+    text += f"{RIGID_SAYING}\n\n{markdown(RIGID, rigid_rows())}\n"
     text += f"{ROCKS_SAYING}\n\n{markdown(ROCKS, rock_rows())}\n"
     text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
     text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"

@@ -61,12 +61,33 @@ def both(scene: Scene, size: float) -> Keys:
     return {**dilating(scene, size), **softening(scene, size)}
 
 
+def closing(scene: Scene, size: float) -> Keys:
+    """Return Mohr-Coulomb's law of joints that close by three times what a block's height of rock closes at first."""
+    return {**plastic(scene, size), "max_closure": max(1e-6, 3 * scene.unit_weight * size / scene.kn)}
+
+
+def stiffening(scene: Scene, size: float) -> Keys:
+    """Return Mohr-Coulomb's law with a shear stiffness by the root of the stress, given under ten blocks' height."""
+    stress = max(1e2, 10 * scene.unit_weight * size)
+    return {**plastic(scene, size), "shear_stiffness_exponent": 0.5, "reference_stress": stress}
+
+
+def barton(scene: Scene, size: float) -> Keys:
+    """Return Barton-Bandis's law, as stiff in shear as its peak over the displacement there."""
+    length = max(0.1, size)
+    law = bsm.BartonBandis(jrc=6, jcs=60e6, residual_friction=0.8 * scene.friction, joint_length=length)
+    return {"law": law, "shear_stiffness": None, "reference_stress": max(1e2, 10 * scene.unit_weight * size)}
+
+
 LAWS: dict[str, Callable[[Scene, float], Keys]] = {
     "Mohr-Coulomb": plastic,
     "residual tensile strength, brittle": tension,
     "softening": softening,
     "dilation": dilating,
     "dilation and softening": both,
+    "shear stiffness by the root of stress": stiffening,
+    "Barton-Bandis, stiffness by its peak": barton,
+    "closure limit": closing,
 }
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.campaign.store import head_of
 from benchmarks.cases import Case
 
 Row = dict[str, Any]
@@ -62,12 +63,19 @@ def _width(form: str) -> int:
     return int(form.split(".")[0].rstrip("d"))
 
 
-def exponent(rows: list[Row], key: str = "seconds") -> float | None:
+def spent(row: Row) -> float:
+    """Return the processor seconds of a row; the wall seconds where a program does not tell those."""
+    return float(row.get("processor", row["seconds"]))
+
+
+def exponent(rows: list[Row]) -> float | None:
     """Return the exponent of growth with the number of blocks over the rows with an answer; None for fewer than two."""
-    answered = [row for row in rows if key in row and row["verdict"] not in NO_ANSWER and row["blocks"] >= 0.9 * ENOUGH]
+    answered = [
+        row for row in rows if "seconds" in row and row["verdict"] not in NO_ANSWER and row["blocks"] >= 0.9 * ENOUGH
+    ]
     if len(answered) < 2:
         return None
-    sizes, values = np.log([row["blocks"] for row in answered]), np.log([row[key] for row in answered])
+    sizes, values = np.log([row["blocks"] for row in answered]), np.log([spent(row) for row in answered])
     return float(np.polyfit(sizes, values, 1)[0])
 
 
@@ -79,7 +87,7 @@ def print_findings(case: Case, rows: dict[str, list[Row]]) -> None:
         for row in found[-1:]:
             floor = row.get("parts", {}).get("factorization", 0.0)
             if floor and "factorizations" in row:
-                texts.append(f"{row['blocks']} blocks: {row['seconds'] / floor:.2f} times its own factorizations")
+                texts.append(f"{row['blocks']} blocks: {spent(row) / floor:.2f} times its own factorizations")
         if texts:
             print(f"{program}: {'; '.join(texts)}")
     if "factorization" not in case.parts:  # its programs do different things
@@ -88,12 +96,12 @@ def print_findings(case: Case, rows: dict[str, list[Row]]) -> None:
     for program, found in list(rows.items())[1:]:
         for row in found:
             if "seconds" in row and row["asked"] in ours and row["asked"] >= ENOUGH:
-                times = row["seconds"] / ours[row["asked"]]["seconds"]
+                times = spent(row) / spent(ours[row["asked"]])
                 print(f"{program}: {times:.3g} times as long at {row['blocks']} blocks ({row['verdict']})")
 
 
 def draw(case: Case, rows: dict[str, list[Row]], path: Path) -> None:
-    """Draw seconds against blocks, logarithmic both ways: hollow where there was no answer, dashed the floor."""
+    """Draw processor seconds against blocks, logarithmic: hollow without an answer, dashed the floor."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -104,19 +112,21 @@ def draw(case: Case, rows: dict[str, list[Row]], path: Path) -> None:
         timed = [row for row in found if "seconds" in row]
         if not timed:
             continue
-        blocks, seconds = ([row[key] for row in timed] for key in ("blocks", "seconds"))
+        blocks, seconds = [row["blocks"] for row in timed], [spent(row) for row in timed]
         growth = exponent(found)
         label = program if growth is None else f"{program} (exponent {growth:.2f})"
         axes.plot(blocks, seconds, "-", color=f"C{number}", marker="o", label=label)
         open_ends = [row for row in timed if row["verdict"] in NO_ANSWER]
         size = {"marker": "o", "s": 60, "zorder": 3, "facecolors": "white", "edgecolors": f"C{number}"}
-        axes.scatter([row["blocks"] for row in open_ends], [row["seconds"] for row in open_ends], **size)
+        axes.scatter([row["blocks"] for row in open_ends], [spent(row) for row in open_ends], **size)
         floors = [row for row in timed if "factorizations" in row and row["parts"]["factorization"] > 0]
         if floors:
             at, floor = [row["blocks"] for row in floors], [row["parts"]["factorization"] for row in floors]
             label = f"{program}, factorizations"
             axes.plot(at, floor, "--", color=f"C{number}", marker=".", label=label)
-    axes.set(xscale="log", yscale="log", xlabel="blocks", ylabel="seconds", title=case.title.partition(":")[0])
+    axes.set(
+        xscale="log", yscale="log", xlabel="blocks", ylabel="processor seconds", title=case.title.partition(":")[0]
+    )
     axes.title.set_fontsize(9)
     axes.grid(which="both", alpha=0.3)
     if axes.lines:
@@ -124,6 +134,14 @@ def draw(case: Case, rows: dict[str, list[Row]], path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-def keep(rows: dict[str, dict[str, list[Row]]], path: Path) -> None:
-    """Write all rows as JSON."""
-    path.write_text(json.dumps({"machine": machine(), "cases": rows}, indent=1), encoding="utf-8")
+def keep(rows: dict[str, dict[str, list[Row]]], threads: int, path: Path) -> None:
+    """Write all rows as JSON, and where they were measured."""
+    content = {"machine": machine(), "where": where(threads), "cases": rows}
+    path.write_text(json.dumps(content, indent=1), encoding="utf-8")
+
+
+def where(threads: int) -> str:
+    """Return commit, date, processor and threads."""
+    head = head_of(0.0)
+    told = f"Commit {head['commit']}, bsm_mesh {head['engine']}, {head['date']}, {head['processor']}"
+    return f"{told}, {f'{threads} threads' if threads > 1 else 'one thread' if threads else 'all cores'}"

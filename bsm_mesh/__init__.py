@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from bsm_mesh.app.study import StudyResults
     from bsm_mesh.model import (
         BartonBandis,
+        Beside,
         Blocks,
         Bolt,
         Drain,
@@ -144,6 +145,7 @@ def study(
 
 __all__ = [
     "BartonBandis",
+    "Beside",
     "Blocks",
     "Bolt",
     "Drain",

@@ -17,6 +17,8 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.signedinteger[Any]]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
+ROUNDING = 1e-9  # part of a number that is far above what the solver's sums lose of it, and below all that is measured
+
 Value = TypeVar("Value")
 Owner = TypeVar("Owner")
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 MAX_SHOWN = 12  # faults, or known names, in a message
+MAX_NAMED = 3  # sentences on one matter in a note or a reason: a reader needs the first few
 LONGEST = 60  # characters of a value in a message
 # What moves the cursor, colours, hides or turns round text on a terminal: control characters but tab and newline, the
 # separators of lines and paragraphs, the marks of writing direction; and bytes of file names that are no text.

@@ -2,7 +2,7 @@
 
 Block 0 is the rock under the layers, those after it are the toe, one a layer from the lowest up; then come
 the blocks of the layers, from the lowest layer up, each from the crest down. With a floor, block 1 is that and the
-layers follow. The sizes stand in Figs. 4.20
+layers follow; or all rock is of layers, down to the bottom and under the floor. The sizes stand in Figs. 4.20
 to 4.22 only; those here are a reconstruction.
 """
 
@@ -14,6 +14,8 @@ from pathlib import Path
 
 from bsm_mesh.geometries.parameters import ParameterChecks
 from bsm_mesh.geometries.quadrilaterals import Quadrilateral, rectangle, sides_of, turn, write_quadrilaterals
+
+SHORTEST = 0.4  # of a block's lesser side: shorter sides are closed where joints meet the outline
 
 
 def build(
@@ -27,6 +29,7 @@ def build(
     gap: float = 2.0,
     step: float = 1.0,
     floor: float = 0.0,
+    layered: bool = False,
     rock: str = "rock",
     **unknown: object,
 ) -> Path:
@@ -58,6 +61,9 @@ def build(
     floor : float
         Length of a level floor in the toe's stead [m], `gap` below the lowest layer along the face; 0: none. It takes
         a dip below 90 degrees.
+    layered : bool
+        With a floor: both joint sets run through all rock, under the layers and under the floor. Where joints leave
+        short sides at the outline these are closed. To be read with ``blocks = "regions"``.
     rock : str
         Name of the rock.
     **unknown
@@ -80,8 +86,12 @@ def build(
     checks.within(0.0, float("inf"), "m", step=step, floor=floor)
     if floor and dip == 90.0:
         checks.add(f"dip = {dip} with a floor: give a dip below 90 degrees")
+    if layered and not floor:
+        checks.add("layered = true without a floor: give a length of the floor")
     checks.group_part(rock=rock)
     checks.raise_faults()
+    if layered:
+        return _all_layers(path, dip, (layers, thickness), (blocks, length), gap, floor, rock)
     crest, end = -blocks * length, gap + (layers - 1) * step + length
     if floor:
         still = _on_a_floor(crest - length, gap, dip, length, floor)
@@ -115,3 +125,44 @@ def _on_a_floor(crest: float, gap: float, dip: float, depth: float, floor: float
         ((left, bottom), (foot[0], bottom), foot, (left, -crest * s)),
         ((foot[0], bottom), (right, bottom), (right, foot[1]), foot),
     ]
+
+
+def _all_layers(
+    path: str | os.PathLike[str],
+    dip: float,
+    layers: tuple[int, float],
+    blocks: tuple[int, float],
+    gap: float,
+    floor: float,
+    rock: str,
+) -> Path:
+    """Write a slope of layers throughout: layers and their thickness [m], blocks on the face and their length [m]."""
+    import shapely
+
+    from bsm_mesh.geometries.block_files import write_blocks
+    from bsm_mesh.geometries.cutting.cut import cut_blocks
+    from bsm_mesh.geometries.joint_sets import JointSet
+    from bsm_mesh.geometries.rock_mass import Region, RockMass
+    from bsm_mesh.geometries.short_sides import close_short_sides
+
+    (count, thickness), (number, length) = layers, blocks
+    crest = -number * length
+    ((left_foot, right_foot, foot, top), ground) = _on_a_floor(crest - length, gap, dip, length, floor)
+    (on_face,) = turn([rectangle(crest, 0.0, 0.0, count * thickness)], dip)
+    start, end, above, behind = on_face
+    outline = [left_foot, right_foot, *ground[1:3], foot, end, above, behind, start, top]
+    mass = RockMass(
+        regions=[Region(outline=outline, rock=rock)],
+        joints=[
+            JointSet(name="set1", dip=-dip, spacing=thickness, start=(0.0, 0.0)),
+            JointSet(name="set2", dip=90.0 - dip, spacing=length, start=(0.0, 0.0)),
+        ],
+        boundaries={
+            "base": [left_foot, right_foot, ground[1]],
+            "left": [left_foot, top],
+            "right": [ground[1], ground[2]],
+            "ground": [ground[2], foot, end, above, behind, start, top],
+        },
+    )
+    shortest = SHORTEST * min(thickness, length)
+    return write_blocks(close_short_sides(cut_blocks(mass), shortest, shapely.Polygon(outline)), path)

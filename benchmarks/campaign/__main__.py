@@ -9,17 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.campaign import comparison, outcome, runner, sizes, store, tables
+from benchmarks.campaign import comparison, copies, outcome, runner, sizes, store, tables
 from benchmarks.campaign.ablation import Ablation
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
 from benchmarks.campaign.outcome import Record
 from benchmarks.campaign.trial import Family, trial_of
+from benchmarks.pages import write_between
 from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
 BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
-BEGIN, END = "<!-- made by the campaign: begin -->", "<!-- made by the campaign: end -->"
+MAKER = "the campaign"  # in the marks of pages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,6 +62,11 @@ def parser() -> argparse.ArgumentParser:
     table.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     table.add_argument("--pack", type=Path, metavar="FILE.xz", help="write the records packed")
     _against(table)
+    twins = kinds.add_parser("twins", help="what verdicts hang on where twins disagree: copies that round otherwise")
+    twins.set_defaults(do=print_twins)
+    twins.add_argument("files", nargs="+", type=Path)
+    twins.add_argument("--copies", type=int, default=10, help="of every such model (default %(default)s)")
+    twins.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     show = kinds.add_parser("show", help="make one model again, run and judge it")
     show.set_defaults(do=show_model)
     show.add_argument("family")
@@ -125,15 +131,15 @@ def print_tables(given: argparse.Namespace) -> int:
         parts += [("Contradictions", tables.of_contradictions(small))]
         parts += [("Without a verdict", tables.of_undecided(small, limit))]
     if large:
-        parts.append(("Large scenes", tables.of_models(large, limit)))
-    if given.against:
-        parts += compared(given.against, records, limit)
+        parts.append(_of_large(large, given))
+    if given.against and small:
+        parts += compared(given.against, small, limit)
     if given.pack:
         store.pack(head, records, given.pack)
-    changed = f"; {head['ablation']}" if head.get("ablation") else ""
-    said = f"Commit {head['commit']}, bsm_mesh {head['engine']}{changed}; at most {limit:g} processor seconds a model."
+    said = " ".join(dict.fromkeys(f"{_told(store.read([path])[0])}." for path in given.files))
     if given.into:
-        _write_into(given.into, said, parts)
+        made = [(title, tables.as_markdown(rows) if len(rows) > 1 else "") for title, rows in parts]
+        write_between(given.into, MAKER, said, made)
         return 0
     print(said)
     for title, rows in parts:
@@ -143,6 +149,18 @@ def print_tables(given: argparse.Namespace) -> int:
 
 def _place(key: store.Key) -> tuple[int, int]:
     return list(FAMILIES).index(key[0]), key[1]
+
+
+def _of_large(records: dict[store.Key, Record], given: argparse.Namespace) -> tuple[str, list[tables.Row]]:
+    """Return the table of large scenes with its title."""
+    order = [f"{size} {named.name}" for size, (_, chosen) in sizes.SIZES.items() for named in chosen]
+    records = {key: records[key] for key in sorted(records, key=lambda key: order.index(key[0]))}
+    limits = store.limits_of(given.files)
+    if not given.against:
+        return "Large scenes", tables.of_models(records, limits)
+    head, before = store.read([given.against])
+    former = store.limits_of([given.against])
+    return f"Large scenes, against {_told(head)}", tables.of_models(records, limits, before, former)
 
 
 def compared(former: Path, records: dict[store.Key, Record], limit: float) -> list[tuple[str, list[tables.Row]]]:
@@ -159,14 +177,23 @@ def compared(former: Path, records: dict[store.Key, Record], limit: float) -> li
     ]
 
 
-def _write_into(page: Path, said: str, parts: list[tuple[str, list[tables.Row]]]) -> None:
-    text = page.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{page} has no lines '{BEGIN}' and '{END}' to write between")
-    body = [said, *(f"### {t}\n\n{tables.as_markdown(rows) if len(rows) > 1 else 'None.'}" for t, rows in parts)]
-    page.write_text(before + begin + "\n\n" + "\n\n".join(body) + "\n\n" + end + after, encoding="utf-8")
+def _told(head: Record) -> str:
+    """Return where the records of a file come from."""
+    changed = f"; {head['ablation']}" if head.get("ablation") else ""
+    where = "".join(f", {head[key]}" for key in ("date", "processor") if key in head)
+    told = f"Commit {head['commit']}, bsm_mesh {head['engine']}{where}{changed}"
+    return f"{told}; at most {head['limit']:g} processor seconds a model"
+
+
+def print_twins(given: argparse.Namespace) -> int:
+    """Print what the verdicts of models hang on whose twins disagree, or write it into a page."""
+    _, records = store.read(given.files)
+    rows = copies.of_twins(records, given.copies, lambda name: print(name, file=sys.stderr))
+    if given.into:
+        write_between(given.into, "the twins", tables.as_markdown(rows) if len(rows) > 1 else "None.", [])
+    else:
+        print(tables.as_text(rows) if len(rows) > 1 else "none")
+    return 0
 
 
 def show_model(given: argparse.Namespace) -> int:

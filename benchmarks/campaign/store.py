@@ -8,10 +8,12 @@ import lzma
 import platform
 import subprocess
 from collections.abc import Iterable
+from datetime import date
 from importlib import metadata
 from pathlib import Path
 
 from benchmarks.campaign.outcome import Record
+from benchmarks.pages import processor
 
 ROOT = Path(__file__).parents[2]
 LIBRARIES = ("numpy", "scipy", "numba", "mkl", "shapely")
@@ -23,6 +25,8 @@ def head_of(limit: float) -> Record:
     return {
         "commit": _git("rev-parse", "--short=12", "HEAD"),
         "engine": engine(),
+        "date": date.today().isoformat(),
+        "processor": processor(),
         "limit": limit,
         "python": platform.python_version(),
         "libraries": {name: _version(name) for name in LIBRARIES},
@@ -62,6 +66,15 @@ def read(paths: Iterable[Path]) -> tuple[Record, dict[Key, Record]]:
         heads.append(head)
         records |= {(line["family"], line["seed"]): line for line in lines}
     return heads[0], records
+
+
+def limits_of(paths: Iterable[Path]) -> dict[Key, float]:
+    """Return the limit of processor seconds of every model in some files."""
+    found: dict[Key, float] = {}
+    for path in paths:
+        head, records = read([path])
+        found |= dict.fromkeys(records, float(head["limit"]))
+    return found
 
 
 def pack(head: Record, records: dict[Key, Record], path: Path) -> None:

@@ -65,24 +65,30 @@ def of_oracles(records: dict[Key, Record]) -> list[Row]:
     ]
 
 
-def of_models(records: dict[Key, Record], limit: float) -> list[Row]:
-    """Return a row a model, for campaigns of few and large ones."""
+def of_models(
+    records: dict[Key, Record],
+    limits: dict[Key, float],
+    before: dict[Key, Record] | None = None,
+    limits_before: dict[Key, float] | None = None,
+) -> list[Row]:
+    """Return a row a model, for campaigns of few and large ones; beside it what a former one made of it, if given."""
     rows = [["model", "blocks", "verdict", "steps", "factorizations", "processor s", "moved"]]
-    for (family, _), record in records.items():
-        numbers = [str(record.get(key, "")) for key in ("steps", "factorizations")]
-        over = "over " if record["status"] == TIMEOUT else ""
+    rows[0] += ["verdict before", "s before", "now over before"] if before is not None else []
+    for key, record in records.items():
+        numbers = [str(record.get(name, "")) for name in ("steps", "factorizations")]
         far = f"{record['moved']:.2g}" if "moved" in record else ""
-        rows.append(
-            [
-                family,
-                str(record.get("blocks", "")),
-                record["status"],
-                *numbers,
-                f"{over}{seconds_of(record, limit):.1f}",
-                far,
-            ]
-        )
+        row = [key[0], str(record.get("blocks", "")), record["status"], *numbers, _taken(record, limits[key]), far]
+        if before is not None:
+            was, limit = before.get(key), (limits_before or {}).get(key, 0.0)
+            row += ["", "", ""] if was is None else [was["status"], _taken(was, limit), ""]
+            if was is not None and TIMEOUT not in (was["status"], record["status"]):
+                row[-1] = f"{record['seconds'] / was['seconds']:.2f}"
+        rows.append(row)
     return rows
+
+
+def _taken(record: Record, limit: float) -> str:
+    return f"{'over ' if record['status'] == TIMEOUT else ''}{seconds_of(record, limit):.1f}"
 
 
 def of_contradictions(records: dict[Key, Record]) -> list[Row]:

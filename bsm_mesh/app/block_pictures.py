@@ -19,6 +19,7 @@ from bsm_mesh.app.marks import (
     arrows,
     told_count,
 )
+from bsm_mesh.app.monitoring import add_monitoring, add_vectors, vectors_beside
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import counted
@@ -30,13 +31,14 @@ COMPRESSION, TENSION = "#1f3b73", "#d55e00"
 
 
 def draw_model(sheet: Sheet) -> str | None:
-    """Draw what is there: rocks, joint sets, supports, loads, bolts, water, numbers of blocks."""
+    """Draw what is there: rocks, joint sets, supports, loads, bolts, water, places of histories, numbers of blocks."""
     add_paper(sheet, rocks=True)
     add_joints(sheet, sets=True)
     add_supports(sheet)
     add_loads(sheet)
     add_water_table(sheet)
     add_bolts(sheet)
+    add_monitoring(sheet)
     add_gravity(sheet)
     told = add_gone(sheet)
     numbers = ", with their numbers where there is room" if add_numbers(sheet) else ""
@@ -77,12 +79,14 @@ def draw_sigma_1(sheet: Sheet) -> str | None:
 
 
 def draw_arrows(sheet: Sheet) -> str | None:
-    """Draw displacements as arrows on the outlines of the blocks."""
+    """Draw displacements as arrows on the outlines of the blocks, and those that are set beside at points."""
     scene = sheet.scene
     vectors = scene.stage.displacement[:, :2]
     size = np.hypot(*vectors.T)
     greatest = _greatest(sheet, size)
-    if greatest <= NOTHING * scene.size:
+    beside = vectors_beside(sheet)
+    longest_beside = max((float(np.hypot(*vector.T).max()) for _, vector in beside.values()), default=0.0)
+    if max(greatest, longest_beside) <= NOTHING * scene.size:
         return None
     add_paper(sheet)
     add_joints(sheet)
@@ -90,9 +94,11 @@ def draw_arrows(sheet: Sheet) -> str | None:
     chosen = stays[scene.spread(middle(scene, stays), MOST_GLYPHS)]
     values, unit = scaled(size[chosen], "m")
     longest = 1.6 * scene.spacing(min(MOST_GLYPHS, len(stays)))
-    drawn = arrows(sheet, middle(scene, chosen), vectors[chosen] * (longest / greatest), values, cmap="plasma")
+    factor = longest / max(greatest, longest_beside)
+    drawn = arrows(sheet, middle(scene, chosen), vectors[chosen] * factor, values, cmap="plasma")
     drawn.set_clim(0, float(values.max(initial=0.0)) or 1.0)
     sheet.scale(drawn, f"displacement, {unit}")
+    add_vectors(sheet, beside, factor)
     _over(sheet)
     count = f"{len(chosen)} of {counted(len(stays), 'block')}"
     return f"displacement, greatest {engineering(greatest, 'm')}, {count}{add_gone(sheet)}"
@@ -163,6 +169,7 @@ def _over(sheet: Sheet) -> None:
     add_joints(sheet)
     add_outline(sheet)
     add_water_table(sheet)
+    add_bolts(sheet)
     add_gravity(sheet)
 
 

@@ -35,7 +35,7 @@ from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import beyond_usual
 from bsm_mesh.model.quantities import MERGE_TOLERANCE
-from bsm_mesh.model.stages import Stage, blocks_in
+from bsm_mesh.model.stages import INITIAL, Stage, blocks_in
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
@@ -95,7 +95,8 @@ def inputs_of(file: ModelFile, path: Path) -> list[Path]:
     """Return the files that a model is made of: the model file, its mesh or script, its tables."""
     script = file.mesh.geometry if (file.mesh.geometry or "").endswith(".py") else None
     lines = (table.along.file for table in file.joint.values() if isinstance(table.along, LineFile))
-    names = [file.mesh.file, script, *(table.table for table in file.bolt), *lines]
+    beside = (name for table in file.history for name in table.measured)
+    names = [file.mesh.file, script, *(table.table for table in file.bolt), *lines, *beside]
     return [path, *(path.parent / name for name in names if name is not None)]
 
 
@@ -145,7 +146,8 @@ def build_model(
     water = _collect(faults, [] if file.water is None else [partial(make_water, file.water, "[water]")])
     flow = _collect(faults, [] if file.flow is None else [partial(make_flow, file.flow)])
     stages = _collect(faults, [partial(make_stage, table) for table in file.stage])
-    histories = _collect(faults, [partial(make_history, table) for table in file.history])
+    stage_names = [INITIAL, *(table.name for table in file.stage)]
+    histories = _collect(faults, [partial(make_history, table, reach, stage_names) for table in file.history])
     options = _collect(faults, [partial(make_options, file.solver, file.falls)])
     _collect(faults, [partial(output_folder, file, path, reach)])
     raise_faults([f"{path.name}: {fault}" for fault in faults])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any
 
@@ -21,7 +21,9 @@ from bsm_mesh.app.model_tables import (
     SupportTable,
     WaterTable,
 )
+from bsm_mesh.app.reach import Reach
 from bsm_mesh.errors import ModelError, placed, raise_faults
+from bsm_mesh.model.beside import unknown_stages
 from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS, JointLaw
@@ -63,6 +65,8 @@ def make_joint(name: str, table: JointTable) -> Joint:
         max_closure=table.max_closure,
         dilation_angle=table.dilation_angle,
         dilation_slip=table.dilation_slip,
+        shear_stiffness_exponent=table.shear_stiffness_exponent,
+        reference_stress=table.reference_stress,
         crushing_strength=table.crushing_strength,
         aperture=table.aperture,
         residual_aperture=table.residual_aperture,
@@ -115,9 +119,14 @@ def _foreign(name: str, key: str) -> str:
     return f"law '{name}' has no {key}{why}; remove it or choose {others}"
 
 
-def make_history(table: HistoryTable) -> History:
-    """Return what is recorded."""
-    return History(**table.model_dump())
+def make_history(table: HistoryTable, reach: Reach, stage_names: Sequence[str]) -> History:
+    """Return what is recorded, and what is set beside it; stages by their names."""
+    from bsm_mesh.converters.beside_files import read_beside
+
+    values = [read_beside(reach.path(name, "measured"), table.name) for name in table.measured]
+    measured = tuple(one for found in values for one in found[table.name])
+    raise_faults(list(unknown_stages(table.name, measured, stage_names)))
+    return History(**table.model_dump(exclude={"measured"}), measured=measured)
 
 
 def make_supports(table: SupportTable, place: str) -> list[Support]:

@@ -16,6 +16,13 @@ from bsm_mesh.app.terminal import say
 @click.option("--stage", metavar="NAME", help="Of this stage only, by name or number, -1 the last.")
 @click.option("--window", nargs=4, type=float, metavar="X0 Y0 X1 Y1", help="Of this part of the model only [m].")
 @click.option("--only", metavar="NAME", help="This picture only, or all that begin with the word: joints, bolts, ...")
+@click.option(
+    "--with",
+    "beside",
+    multiple=True,
+    metavar="[NAME=]PATH",
+    help="Beside the histories: a table (CSV) of measured or others' values, or the folder of another run.",
+)
 @click.option("--animate", is_flag=True, help="The movement as a GIF instead.")
 @click.option("--step", type=click.IntRange(0), metavar="N", help="The position after N steps of the run instead.")
 def plot(
@@ -23,16 +30,22 @@ def plot(
     stage: str | None,
     window: tuple[float, float, float, float] | None,
     only: str | None,
+    beside: tuple[str, ...],
     animate: bool,
     step: int | None,
 ) -> None:
     """Draw PNG pictures of the results in OUT, of every stage.
 
+    Values beside histories are points, or curves, in histories, extensometers, profiles, points and
+    displacement_arrows; those that [[history]] measured names are always there.
+
     --animate and --step need the snapshots of a run with snapshots = "steps" in [output].
     """
+    from bsm_mesh.app.beside import named_source
     from bsm_mesh.app.plot import PictureChoice, draw_in_subprocess
 
-    choice = PictureChoice(stage=stage, window=window, only=only)
+    sources = ((name, str(Path(path).absolute())) for name, path in map(named_source, beside))
+    choice = PictureChoice(stage=stage, window=window, only=only, beside=tuple(sources))
     for path in draw_in_subprocess(out, choice, animate=animate, step=step):
         say(path)
 

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
+from bsm_mesh.app.beside_tables import beside_lines
 from bsm_mesh.app.build_mesh import build_geometry, geometry_faults, stdout_to_stderr
 from bsm_mesh.app.flow_text import FLOW_HEADER, flow_rows
 from bsm_mesh.app.histories import history_file
@@ -108,6 +109,10 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
         print_table("Joints", JOINT_HEADER, joints)
     if water := flow_rows(results.stages[-1]):
         print_table("Flow", FLOW_HEADER, water)
+    if beside := beside_lines(results):
+        say("Histories at the end, and what is set beside them:")
+        for line in beside:
+            say(f"  {line}")
     for stage in results.stages:
         for remark in stage.notes:
             say(f"{named_stage(stage.name)}: {remark}")

@@ -10,18 +10,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.beside_tables import table_of
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.build_mesh import geometry_faults, stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import named_stage, one_line, placed
+from bsm_mesh.files import write_text
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.results.results import Results
 from bsm_mesh.run import run
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.continuum import ComparedStage, Comparison, Difference, Refinement
 
+HISTORIES, CONTINUUM = "compare_histories.csv", "finite elements"
 NOT_COMPARED = 3  # exit code where a stage could not be compared
 HISTORY_HEADER = ("history", "quantity", "blocks", "continuum")
 LEVEL_TITLE = "Halved: greatest displacement, and what changes"
@@ -73,6 +77,7 @@ def compare_model(
                 mesher=mesher,
             )
         files = _written(stages, loaded.model.blocks, added)
+        files += _histories_file(results, stages, added)
         if asked.pictures:
             progress.report("pictures")
             titles = [
@@ -125,6 +130,18 @@ def _written(stages: Sequence[ComparedStage], blocks: Blocks, added: AddedFiles)
                 write_pvd(draft, listed)
             names.append(f"{kind}.pvd")
     return [str(added.folder.path / name) for name in names]
+
+
+def _histories_file(results: Results, stages: Sequence[ComparedStage], added: AddedFiles) -> list[str]:
+    """Write what the elements find of the histories, as `plot --with` takes it; return the path of what there is."""
+    from bsm_mesh.converters.continuum.history_values import beside_of_elements
+
+    values = beside_of_elements(results, results.recorded, stages, CONTINUUM)
+    if not values:
+        return []
+    with added.file(HISTORIES) as draft:
+        write_text(draft, table_of(values))
+    return [str(added.folder.path / HISTORIES)]
 
 
 def drawn(added: AddedFiles, titles: Mapping[str, str]) -> list[str]:

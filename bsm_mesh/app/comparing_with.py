@@ -173,9 +173,7 @@ def field_names(fields: Sequence[str], length: str | None, compression_positive:
             raise ModelError(f"--field {field}: write --field stress=NAME, or --field stress=NAME:kPa")
         arrays[key] = name if colon else array
         if colon:
-            is_stress = key.startswith("s")
-            kind = STRESS if is_stress else COORDINATE
-            factors["stress" if is_stress else "displacement"] = _factor(unit, kind, f"--field {field}")
+            factors[key] = _factor(unit, STRESS if key.startswith("s") else COORDINATE, f"--field {field}")
     if length is not None:
         factors["length"] = _factor(length, COORDINATE, f"--length {length}")
     return FieldNames(arrays=arrays, factors=factors, compression_positive=compression_positive)

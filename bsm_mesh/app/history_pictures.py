@@ -1,25 +1,26 @@
-"""Pictures of the histories: over the steps, with the ends of the stages; and along extensometers."""
+"""The picture of the histories: over the steps, with the ends of the stages and what is set beside them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.beside_marks import COLOURS, RANGE, Looks, by_source, looks_of, stages_that_count
 from bsm_mesh.app.canvas import WIDTH, scaled
 from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.model.beside import Beside
 from bsm_mesh.results.histories import HistorySeries
 from bsm_mesh.results.results import Results
-
-Draw = Callable[[Any, HistorySeries, list[str]], None]  # into axes, a series, with the names of the stages
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")  # Okabe and Ito: told apart by all eyes
+SAME_PLACE = 1e-3  # of the distance: a value beside an extension is of the same anchor
 HEIGHT = 2.6  # inches a chart
 MOVEMENTS = ("point", "line", "block")  # histories of displacements
 ROOM = 0.14  # of the height of the curves, above them for the names of stages
@@ -29,111 +30,117 @@ WORDS = {"u": "to the right", "v": "upwards", "slipping_share": "share at streng
 
 def draw_histories(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
     """Return a chart of every history over the steps of the run; None where there is none."""
-    return _charts(results, list(results.histories.values()), _draw_one, title, figure)
-
-
-def draw_extensometers(results: Results, title: str, figure: Figure | None = None) -> Figure | None:
-    """Return a chart of every line: its extensions over the distance, at the end of every stage; None: no line."""
-    lines = [series for series in results.histories.values() if series.recorded.kind == "line"]
-    return _charts(results, lines, _draw_line, title, figure)
-
-
-def _charts(
-    results: Results, series: list[HistorySeries], draw: Draw, title: str, figure: Figure | None
-) -> Figure | None:
-    """Return a chart of each series, or None where there is none."""
+    series = [_counted(results, one) for one in results.histories.values()]
     if not series:
         return None
-    series = [_counted(results, one) for one in series]
     columns = min(2, len(series))
     rows = -(-len(series) // columns)
     figure = figure or paper((WIDTH / 100, HEIGHT * rows + 0.6))
     axes = figure.subplots(rows, columns, squeeze=False)
     for place in axes.reshape(-1)[len(series) :]:
         place.axis("off")
-    names = [stage.name for stage in results.stages]
     for place, one in zip(axes.reshape(-1), series, strict=False):
-        draw(place, one, names)
+        _draw_one(place, results, one)
     entitle(figure, title)
     return figure
 
 
 def _counted(results: Results, series: HistorySeries) -> HistorySeries:
-    """Return a series from where its displacements count: after an in-situ state that moved the blocks.
-
-    During it they are those since the blocks were given, and would stand beside the others as a jump.
-    """
-    if series.recorded.kind not in MOVEMENTS or not any(stage.origin.any() for stage in results.stages):
+    """Return a series from where its displacements count."""
+    if series.recorded.kind not in MOVEMENTS:
         return series
-    counts = series.stage > 0
+    counts = np.isin(series.stage, stages_that_count(results))
     return replace(series, stage=series.stage[counts], step=series.step[counts], values=series.values[counts])
 
 
-def _draw_line(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
-    """Draw by how much the distances along a line have grown at the end of every stage (as Wang Fig. 8.10)."""
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Curve:
+    """A quantity over the steps: label, unit, values (k,), and what is set beside it by source and stage."""
+
+    label: str
+    unit: str
+    values: FloatArray
+    beside: dict[tuple[str, int], list[Beside]]
+
+
+def _curves(results: Results, series: HistorySeries) -> Iterator[_Curve]:
+    """Return the quantities of a history, and of a point the length of its displacement where that is set beside it."""
     recorded = series.recorded
-    distance = np.concatenate([[0.0], recorded.distances])
-    values, unit = _shown(series.values, "m")
-    order = np.argsort(distance, kind="stable")
-    for number, stage in enumerate(np.unique(series.stage).tolist()):
-        last = np.flatnonzero(series.stage == stage)[-1]
-        along = np.concatenate([[0.0], values[last]])[order]
-        if np.isfinite(along[1:]).any():
-            axes.plot(distance[order], along, color=COLOURS[number % len(COLOURS)], marker="o", markersize=2.5,
-                      linewidth=1.3, label=stage_names[stage].replace("$", r"\$"))  # fmt: skip
-    axes.set_title(f"{recorded.name} (line)", fontsize=10, loc="left", parse_math=False)
-    axes.set_xlabel("distance from the first point, m", fontsize=9)
-    axes.set_ylabel(f"extension, {unit}", fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-    axes.legend(fontsize=8, frameon=False, title="end of stage", title_fontsize=8)
+    for k, (name, unit) in enumerate(zip(recorded.quantities, recorded.units, strict=True)):
+        beside = by_source(results, recorded, "extension" if recorded.distances else name)
+        label = WORDS.get(name, name.replace("_", " "))
+        if recorded.distances:
+            at = recorded.distances[k]
+            label = f"over {at:.3g} m"
+            beside = {
+                key: [one for one in listed if math.isclose(one.distance or 0.0, at, rel_tol=SAME_PLACE)]
+                for key, listed in beside.items()
+            }
+        yield _Curve(label=label, unit=unit, values=series.values[:, k], beside=beside)
+    if lengths := by_source(results, recorded, "displacement"):
+        yield _Curve(label="in all", unit="m", values=np.hypot(series["u"], series["v"]), beside=lengths)
 
 
-def _draw_one(axes: Any, series: HistorySeries, stage_names: list[str]) -> None:
+def _draw_one(axes: Any, results: Results, series: HistorySeries) -> None:
     """Draw a history: the quantities of its first unit to the left axis, of another one to the right."""
-    recorded = series.recorded
-    units = list(dict.fromkeys(recorded.units))
-    colours = iter(COLOURS * len(recorded.quantities))
+    recorded, curves = series.recorded, list(_curves(results, series))
+    units = list(dict.fromkeys(curve.unit for curve in curves))
+    colours = iter(COLOURS * len(curves))
+    looks = looks_of(results, [recorded], stages_that_count(results))
     number = np.arange(1, len(series.step) + 1)
-    lines = []
+    key: dict[str, Any] = {}
     for unit, side in zip(units, (axes, axes.twinx() if len(units) > 1 else axes), strict=False):
-        chosen = [k for k, other in enumerate(recorded.units) if other == unit]
-        values, shown = _shown(series.values[:, chosen], unit)
-        for k, column in zip(chosen, values.T, strict=True):
-            label = WORDS.get(recorded.quantities[k], recorded.quantities[k].replace("_", " "))
-            if recorded.distances:
-                label = f"over {recorded.distances[k]:.3g} m"
-            (line,) = side.plot(
-                number,
-                column,
-                color=next(colours),
-                marker="o",
-                markersize=2.5,
-                linewidth=1.3,
-                linestyle="-" if side is axes else ":",
-            )
-            lines.append((line, f"{label}, {shown}" if shown else label))
+        mine = [curve for curve in curves if curve.unit == unit]
+        factor, shown = _scale(mine, unit)
+        for curve, colour in zip(mine, colours, strict=False):
+            look = {"marker": "o", "markersize": 2.5, "linewidth": 1.3, "linestyle": "-" if side is axes else ":"}
+            (line,) = side.plot(number, curve.values / factor, color=colour, **look)
+            key[f"{curve.label}, {shown}" if shown else curve.label] = line
+            _draw_ends(side, series, curve, factor, looks, colour)
         side.set_ylabel({"": "share of the length"}.get(unit, shown), fontsize=9)
         side.tick_params(labelsize=8)
         if not unit:
             side.set_ylim(-0.03, 1.03)
-    _mark_stages(axes, series, stage_names)
+    key |= {source.replace("$", r"\$"): _grey(axes, looks.mark(source)) for source in looks.sources}
+    _mark_stages(axes, series, [stage.name for stage in results.stages])
     axes.set_title(f"{recorded.name} ({recorded.kind})", fontsize=10, loc="left", parse_math=False)
     begins = "step" if not series.stage.size or series.stage[0] == 0 else "step after the in-situ state"
     axes.set_xlabel(begins, fontsize=9, loc="right")
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-    handles, labels = zip(*lines, strict=True)
-    axes.legend(handles, labels, fontsize=8, frameon=False, ncols=min(4, len(lines)), loc="upper left",
+    axes.legend(list(key.values()), list(key), fontsize=8, frameon=False, ncols=min(4, len(key)), loc="upper left",
                 bbox_to_anchor=(0.0, -0.16))  # fmt: skip
 
 
-def _shown(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
-    """Return values in a unit that suits them."""
+def _scale(curves: list[_Curve], unit: str) -> tuple[float, str]:
+    """Return by what the values of curves of a unit are divided, and the unit that then suits them."""
     if unit not in ("m", "N"):
-        return values, unit
-    prefixed, unit = scaled(np.nan_to_num(values), unit)
-    return np.where(np.isnan(values), np.nan, prefixed), unit
+        return 1.0, unit
+    beside = [one for curve in curves for listed in curve.beside.values() for one in listed]
+    ends = [each for one in beside for each in (one.value, one.until) if each is not None]
+    values = np.nan_to_num(np.concatenate([*(curve.values for curve in curves), np.array(ends)]))
+    prefixed, shown = scaled(values, unit)
+    return (float(np.abs(values).max() / np.abs(prefixed).max()) if values.any() else 1.0), shown
+
+
+def _draw_ends(axes: Any, series: HistorySeries, curve: _Curve, factor: float, looks: Looks, colour: str) -> None:
+    """Draw what is set beside a curve, where the stages end at which it holds; ranges as bars."""
+    for (source, stage), listed in curve.beside.items():
+        rows = np.flatnonzero(series.stage == stage)
+        if not len(rows):
+            continue
+        at = float(rows[-1]) + 1
+        for one in listed:
+            style = {"color": colour, "marker": looks.mark(source), "markersize": 7, "markerfacecolor": "white"}
+            axes.plot([at], [one.middle / factor], linestyle="none", clip_on=False, zorder=5, **style)
+            if one.until is not None:
+                ends = sorted((one.value / factor, one.until / factor))
+                axes.plot([at, at], ends, color=colour, linewidth=RANGE, alpha=0.4, solid_capstyle="butt", zorder=2.5)
+
+
+def _grey(axes: Any, mark: Any) -> Any:
+    """Return what stands for a source in the key."""
+    return axes.plot([], [], linestyle="none", marker=mark, color="#555555", markersize=6, markerfacecolor="white")[0]
 
 
 def _mark_stages(axes: Any, series: HistorySeries, names: list[str]) -> None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bsm_mesh.app.beside_marks import COLOURS
 from bsm_mesh.app.canvas import WIDTH
-from bsm_mesh.app.history_pictures import COLOURS
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.files import whole_file

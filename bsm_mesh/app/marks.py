@@ -23,6 +23,7 @@ NAME_PLACES = ((28, 24), (28, 64), (28, -24), (90, 24), (90, 64), (150, 24))
 NAME_MARGIN = 5  # pixels
 LONGEST_LOAD = 0.06  # of what is seen
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
+ROUNDING = 1e-12  # of the greatest weight or load: what is left of a block's loads but for its weight and water
 ROOM_FOR_NUMBER = 0.022  # of what is seen: size of a block whose number can be read
 ENOUGH = 600  # blocks; the numbers of more are too many
 OF_LOADS = "#8a1c1c"
@@ -173,7 +174,7 @@ def add_loads(sheet: Sheet) -> None:
     applied = stage.loads[:, :2] - stage.water[:, :2] - stage.evidence.weight
     size = np.hypot(*applied.T)
     greatest = float(size[scene.shown].max(initial=0.0))
-    if greatest <= 0:
+    if greatest <= ROUNDING * float(np.abs(stage.loads[:, :2]).max(initial=0.0)):
         return
     blocks = scene.shown[size[scene.shown] > LEAST_LOAD * greatest]
     sense = applied[blocks] / size[blocks, None]

@@ -92,6 +92,13 @@ class JointTable(Table):
     dilation_slip: Annotated[float, In(q.SLIP)] | None = Field(
         default=None, description="slip after which dilation_angle has worn off"
     )
+    shear_stiffness_exponent: Annotated[float, In(q.STIFFNESS_EXPONENT)] | None = Field(
+        default=None, description="power of normal stress over reference_stress by which shear_stiffness grows"
+    )
+    reference_stress: Annotated[float, In(q.REFERENCE_STRESS)] | None = Field(
+        default=None,
+        description="normal stress of shear_stiffness; without that, barton_bandis gives it: peak over displacement",
+    )
     crushing_strength: Annotated[float, In(q.WALL_STRENGTH)] | None = Field(
         default=None, description="effective normal stress that crushes the walls: notes say where; it limits nothing"
     )

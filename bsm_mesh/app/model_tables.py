@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from bsm_mesh.app.bolt_tables import BoltTable
 from bsm_mesh.app.flow_tables import FlowChangeTable, FlowTable
@@ -174,6 +174,14 @@ class StageTable(Table):
     )
 
 
+OneOrSeveral = Annotated[
+    list[PathText],
+    BeforeValidator(
+        lambda value: [value] if isinstance(value, str) else value, json_schema_input_type=str | list[PathText]
+    ),
+]
+
+
 class HistoryTable(Table):
     """What is recorded at every step: exactly one of point, line, block, joint, bolt."""
 
@@ -185,6 +193,9 @@ class HistoryTable(Table):
     block: Annotated[int, In(q.BLOCK)] | None = Field(default=None, description="displacement and rotation of a block")
     joint: str | None = Field(default=None, description="mean slip and opening, share at strength and share open")
     bolt: str | None = Field(default=None, description="greatest axial force of the bolt of this name")
+    measured: OneOrSeveral = Field(
+        default_factory=list, description="tables (CSV) of values to be set beside it, relative to the model file"
+    )
 
 
 class SolverTable(Table):

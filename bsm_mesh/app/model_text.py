@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bsm_mesh.app.beside_tables import NAME, table_of
 from bsm_mesh.app.flow_tables import flow_content
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.histories import History
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS
 from bsm_mesh.model.loads import InSituTraction, LinearField, PointLoad, Pressure, Traction
@@ -63,10 +66,13 @@ def files_of_model(model: Model, options: Options) -> Given:
     except UnicodeEncodeError as error:
         line = text[text.rfind("\n", 0, error.start) + 1 :].partition("\n")[0]
         raise ModelError(f"{line!a}: half a character, which no text file can hold; give it anew") from None
-    return {
+    files: dict[str, Callable[[Path], object]] = {
         MESH: lambda path: write_polygons(model.blocks, path),
         MODEL: lambda path: write_text(path, text),
     }
+    if beside := {history.name: history.measured for history in model.histories if history.measured}:
+        files[NAME] = lambda path: write_text(path, table_of(beside))
+    return files
 
 
 def content_of(model: Model, options: Options) -> Content:
@@ -112,7 +118,7 @@ def content_of(model: Model, options: Options) -> Content:
         "water": {} if model.water is None else _water(model.water),
         "flow": {} if model.flow is None else flow_content(model.flow),
         "stage": tables("stage", model.stages, _stage),
-        "history": tables("history", model.histories, _fields),
+        "history": tables("history", model.histories, _history),
         **tables_of(options),
         "output": {"folder": "."},
     }
@@ -216,6 +222,10 @@ def _stage(stage: Stage) -> Content:
     if stage.flow is not None:
         table["flow"] = flow_content(stage.flow)
     return table if stage.water is None else table | {"water": _water(stage.water)}
+
+
+def _history(history: History) -> Content:
+    return _fields(history, "measured") | ({"measured": [NAME]} if history.measured else {})
 
 
 def _unnamable(blocks: Blocks) -> Iterator[str]:

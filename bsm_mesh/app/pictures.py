@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.beside import with_sources
 from bsm_mesh.app.block_pictures import (
     draw_arrows,
     draw_deformation,
@@ -33,7 +34,7 @@ from bsm_mesh.app.canvas import Sheet, finish, new_sheet
 from bsm_mesh.app.figures import save
 from bsm_mesh.app.flow_pictures import draw_discharge, draw_head
 from bsm_mesh.app.headings import PICTURES_FOLDER, stage_heading, stage_number
-from bsm_mesh.app.history_pictures import draw_extensometers, draw_histories
+from bsm_mesh.app.history_pictures import draw_histories
 from bsm_mesh.app.joint_pictures import (
     draw_opening,
     draw_pressure,
@@ -42,7 +43,9 @@ from bsm_mesh.app.joint_pictures import (
     draw_thrust,
     draw_utilisation,
 )
+from bsm_mesh.app.line_pictures import draw_extensometers, draw_profiles
 from bsm_mesh.app.plot import BAD_INPUT, PictureChoice
+from bsm_mesh.app.point_pictures import draw_points
 from bsm_mesh.app.scene import Scene, Window
 from bsm_mesh.app.storage import load_results
 from bsm_mesh.app.water_pictures import draw_water
@@ -74,7 +77,12 @@ PICTURES: dict[str, Callable[[Sheet], str | None]] = {
 }
 FOLLOWING = ("final_position",)  # shows what has left the model's box
 OF_A_STAGE = "bolt_forces"
-OF_THE_RUN = {"histories": draw_histories, "extensometers": draw_extensometers}
+OF_THE_RUN = {
+    "histories": draw_histories,
+    "extensometers": draw_extensometers,
+    "profiles": draw_profiles,
+    "points": draw_points,
+}
 CHARTS = (OF_A_STAGE, *OF_THE_RUN)  # of no place in the model
 NAMES = (*PICTURES, *CHARTS)
 
@@ -89,8 +97,8 @@ def figure_of(
     results : Results
         What came out.
     name : str
-        One of `NAMES`, or ``joints`` for their state. ``histories`` and ``extensometers`` are
-        of the whole run.
+        One of `NAMES`, or ``joints`` for their state. ``histories``, ``extensometers``, ``profiles`` and
+        ``points`` are of the whole run.
     stage : int or str
         Number of the stage, negative: from the last one; or its name.
     window : (x0, y0, x1, y1), optional [m]
@@ -150,6 +158,8 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
     refuse_window(choice.window, names)
     added = AddedFiles(folder)  # before anything is read: what is drawn belongs to what is there now
     results = load_results(folder)
+    for name, path in choice.beside:
+        results = with_sources(results, {name: path})
     drawn = []
     stages = range(len(results.stages)) if choice.stage is None else [stage_number(results, choice.stage)]
     for number in stages:

@@ -30,11 +30,14 @@ class PictureChoice:
         What is seen; by default the whole model.
     only : str, optional
         Name of a picture, or the word that several begin with, as ``joints``; by default all.
+    beside : tuple of (name, path)
+        Tables, and folders of other runs, that are set beside the histories; the name may be empty.
     """
 
     stage: str | None = None
     window: tuple[float, float, float, float] | None = None
     only: str | None = None
+    beside: tuple[tuple[str, str], ...] = ()
 
 
 def draw_in_subprocess(
@@ -68,7 +71,7 @@ def draw_in_subprocess(
     ]
     if animate or step is not None:
         if choice is not None and choice != PictureChoice():
-            raise ModelError("plot: --animate and --step go with no --stage, --window or --only")
+            raise ModelError("plot: --animate and --step go with no --stage, --window, --only or --with")
         module, arguments = "bsm_mesh.app.animation", [arguments[0], "" if step is None else str(step)]
     return render(folder, module, *arguments)
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bsm_mesh.app.beside import with_sources
 from bsm_mesh.app.block_pictures import draw_model
 from bsm_mesh.app.canvas import finish, new_sheet
 from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.app.scene import Scene, Window
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.records import StageResult
-from bsm_mesh.results.results import Results
+from bsm_mesh.results.results import Results, Source
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,9 +26,16 @@ if TYPE_CHECKING:
 
 
 def plot_results(
-    results: Results, picture: str, stage: int | str, window: Window | None, figure: Figure | None
+    results: Results,
+    picture: str,
+    stage: int | str,
+    window: Window | None,
+    figure: Figure | None,
+    beside: Mapping[str, Source] | Sequence[Source] | Source = (),
 ) -> Figure:
     """Return a picture of a stage; parameters and errors as for `Results.plot`."""
+    if isinstance(beside, str | PathLike | Results) or beside:
+        results = with_sources(results, beside)
     drawn = figure_of(results, picture, stage, window, figure)
     if drawn is None:
         raise ModelError(f"plot: there is nothing to show in '{picture}' of that stage")
@@ -60,6 +70,7 @@ def as_given(model: Model) -> Results:
     from bsm_mesh.model.supports import bars_of
     from bsm_mesh.model.water_pressure import WaterLoad
     from bsm_mesh.results.evidence import Evidence
+    from bsm_mesh.results.histories import recorded_of
     from bsm_mesh.solve.algebra.loads import external_loads
     from bsm_mesh.solve.bolts.installed import InstalledBolts
     from bsm_mesh.solve.bolts.record import bolt_forces
@@ -85,6 +96,7 @@ def as_given(model: Model) -> Results:
         model_digest=model.digest,
         title=model.title,
         default_joint=model.default_joint,
+        recorded=tuple(map(recorded_of, model.histories)),
         finished=True,
         model=model,
     )

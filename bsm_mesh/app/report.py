@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.beside_tables import HEADER as BESIDE_HEADER
+from bsm_mesh.app.beside_tables import beside_rows
 from bsm_mesh.app.flow_text import flow_rows, how_solved
 from bsm_mesh.app.headings import PICTURES_FOLDER, heading
 from bsm_mesh.app.model_text import MODEL
@@ -80,6 +82,8 @@ def content_of(out: Path) -> dict[str, Any]:
         "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
         "fall_header": FALL_HEADER,
         "falls": fall_rows(results),
+        "beside_header": BESIDE_HEADER,
+        "beside": beside_rows(results),
         "facts": _facts(results),
         "assumptions": ASSUMPTIONS,
         "input": _input(model),

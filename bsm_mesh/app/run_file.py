@@ -200,6 +200,8 @@ def _as_run(file: ModelFile, path: Path, folder: Path, options: Options | None) 
     for joint in content["joint"].values():
         if isinstance(joint.get("along"), dict):
             joint["along"]["file"] = _from_folder(path.parent / joint["along"]["file"], folder)
+    for history in content["history"]:
+        history["measured"] = [_from_folder(path.parent / name, folder) for name in history["measured"]]
     if options is not None:
         content |= tables_of(options)
     content["output"]["folder"] = "."

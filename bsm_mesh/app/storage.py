@@ -23,6 +23,7 @@ from bsm_mesh.app.run_writer import Given, RunWriter
 from bsm_mesh.app.summary import finished_stages, read_summary
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
+from bsm_mesh.model.beside import Beside
 from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
@@ -280,7 +281,9 @@ def _load(saved: SavedResults) -> Results:
 
 def _recorded(told: dict[str, Any]) -> Recorded:
     lists = {key: tuple(told.get(key, ())) for key in ("quantities", "units", "distances")}
-    return Recorded(**{**told, **lists})
+    points = tuple((x, y) for x, y in told.get("points", ()))
+    measured = tuple(Beside(**one) for one in told.get("measured", ()))
+    return Recorded(**{**told, **lists, "points": points, "measured": measured})
 
 
 def _route_end(told: dict[str, Any]) -> RouteEnd:

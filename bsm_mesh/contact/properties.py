@@ -16,6 +16,8 @@ from bsm_mesh.model.law_faults import PROBED
 from bsm_mesh.model.materials import law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
+NO_CURVE = (0.0,) * 7  # shear stiffness is constant
+
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class ContactProperties:
@@ -59,6 +61,8 @@ class JointCatalogue:
         Whether slip wears the strength of any law off.
     dilates : bool
         Whether any joint opens as it slides.
+    stiffens : bool
+        Whether the shear stiffness of any joint grows with pressure.
     """
 
     def __init__(self, model: Model) -> None:
@@ -75,6 +79,9 @@ class JointCatalogue:
         self._closure = np.array([*closure, (np.inf, np.inf)])  # the last: rock
         dilation = [(np.tan(np.radians(joint.dilation_angle)), joint.dilation_slip or 0.0) for joint in model.joints]
         self._dilation = np.array([*dilation, (0.0, 0.0)])
+        curves = [joint.shear_curve for joint in model.joints]
+        self.stiffens = any(curve is not None for curve in curves)
+        self._shear_curve = np.array([*(curve or NO_CURVE for curve in curves), NO_CURVE])
         self._floor = least_depth(blocks)
         laws: list[JointLaw] = [joint.law or Elastic() for joint in model.joints]
         tension = [np.inf if joint.law is None else joint.tensile_strength for joint in model.joints]
@@ -116,6 +123,16 @@ class JointCatalogue:
             return np.zeros(0), np.zeros(0)
         slope, last = self._dilation[joint].T
         return slope, last
+
+    def shear_curve_of(self, joint: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return curves (m, 7) and reference stiffness (m,) [Pa/m] in shear of joints (m,), -1: rock.
+
+        Of a model whose joints have constant ones they are empty.
+        """
+        if not self.stiffens:
+            return np.zeros((0, 7)), np.zeros(0)
+        own = np.append(self._joint_stiffness[:, 1], np.inf)
+        return self._shear_curve[joint], own[joint]
 
     def look_up(
         self, placed: FloatArray, sides: tuple[IntArray, ...], corners: FloatArray, directions: FloatArray

@@ -1,5 +1,6 @@
 """What is given: blocks, rocks, joints, supports, loads, bolts, and the model that holds them."""
 
+from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.flow import Drain, Flow, FlowChange, Grout, Well
@@ -15,6 +16,7 @@ from bsm_mesh.model.water import Water
 
 __all__ = [
     "BartonBandis",
+    "Beside",
     "Blocks",
     "Bolt",
     "Drain",

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.errors import as_given, nearest, raise_faults
+from bsm_mesh.model.beside import Beside, faults_beside, values_beside
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.locate import blocks_at
 from bsm_mesh.model.quantities import BLOCK
@@ -37,6 +39,8 @@ class History:
         Of a joint or joint set: mean slip and opening, share of the length at strength, share that is open.
     bolt : str, optional
         Greatest axial force in a bolt, by its name.
+    measured : sequence of Beside
+        What is set beside it in pictures and the report, measured or of another program; it changes nothing else.
 
     Raises
     ------
@@ -50,6 +54,7 @@ class History:
     block: int | None = None
     joint: str | None = None
     bolt: str | None = None
+    measured: tuple[Beside, ...] = field(default=(), metadata={"in_hash": False})
 
     def __post_init__(self) -> None:
         rules = Rules("history", self.name)
@@ -69,18 +74,27 @@ class History:
         rules.number("block", self.block, BLOCK, optional=True)
         rules.text("joint", self.joint, optional=True)
         rules.text("bolt", self.bolt, optional=True)
+        object.__setattr__(self, "measured", values_beside(rules, self.measured))
+        if not rules.faults:
+            rules.faults += faults_beside(self.name, self.kind, self.measured, self.length)
         raise_faults(rules.faults)
         plain_numbers(self)
 
     @property
     def kind(self) -> str:
         """Which of the fields is given."""
-        return next(field.name for field in fields(self)[1:] if getattr(self, field.name) is not None)
+        return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
     @property
     def points(self) -> tuple[tuple[float, float], ...]:
         """The points of a point or a line; none of the others."""
         return (self.point,) if self.point is not None else self.line or ()
+
+    @property
+    def length(self) -> float:
+        """From the first point of a line to the farthest one [m]; 0 of the others."""
+        first, *others = self.points or ((0.0, 0.0),)
+        return max((math.dist(first, other) for other in others), default=0.0)
 
     def blocks(self, blocks: Blocks) -> IntArray:
         """Return the block of each of its `points`, (k,) int32; -1 where there is none."""

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, get_args
 
 from bsm_mesh.errors import placed, raise_faults
 from bsm_mesh.model.joint_laws import Elastic, JointLaw, MohrCoulomb, Weaker
+from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve, barton_of, stiffness_faults
 from bsm_mesh.model.law_faults import dilation_faults, fails_by_slip, law_faults
 from bsm_mesh.model.quantities import (
     APERTURE,
@@ -16,8 +17,10 @@ from bsm_mesh.model.quantities import (
     DILATION,
     FRICTION,
     POISSON,
+    REFERENCE_STRESS,
     SLIP,
     STIFFNESS,
+    STIFFNESS_EXPONENT,
     TENSILE_STRENGTH,
     THICKNESS,
     UNIT_WEIGHT,
@@ -173,7 +176,8 @@ class Joint:
     name : str
         As in the physical group ``joint:name``.
     normal_stiffness, shear_stiffness : float or None [Pa/m]
-        Stiffness per area; None where `filling` gives them.
+        Stiffness per area; None where `filling` gives them. A `shear_stiffness` that is None beside a
+        `reference_stress` is that of the law `BartonBandis`: peak strength over the displacement at the peak.
     filling : Filling or None
         A thick filling, instead of the two stiffnesses.
     law : JointLaw or None
@@ -193,6 +197,11 @@ class Joint:
     max_closure : float or None [m]
         Greatest closure, to which it comes the nearer the stiffer it becomes (`bsm_mesh.model.joint_laws.closure`);
         `normal_stiffness` is that without stress then. None: its normal stiffness is constant.
+    shear_stiffness_exponent : float or None
+        Power of the normal stress over `reference_stress` by which `shear_stiffness` grows
+        (`bsm_mesh.model.joint_laws.shear_stiffness`); None: it is constant, or the law's.
+    reference_stress : float or None [Pa]
+        Normal stress at which the joint is as stiff as `shear_stiffness`, and at which the linear scheme takes it.
     aperture : float or None [m]
         Hydraulic aperture without normal stress, which flow takes; 0: sealed.
     residual_aperture : float [m]
@@ -212,13 +221,16 @@ class Joint:
     crushing_strength: Annotated[float, WALL_STRENGTH] | None = None
     aperture: Annotated[float, APERTURE] | None = None
     residual_aperture: Annotated[float, APERTURE] = 0.0
+    shear_stiffness_exponent: Annotated[float, STIFFNESS_EXPONENT] | None = None
+    reference_stress: Annotated[float, REFERENCE_STRESS] | None = None
 
     def __post_init__(self) -> None:
         rules = Rules("joint", self.name)
         rules.name(self.name)
         rules.numbers(self)
         rules.a_thing("filling", self.filling, Filling, optional=True)
-        given = [self.normal_stiffness is not None, self.shear_stiffness is not None]
+        grows = self.reference_stress is not None or self.shear_stiffness_exponent is not None
+        given = [self.normal_stiffness is not None, self.shear_stiffness is not None or grows]
         if self.filling is not None and any(given):
             rules.faults.append(f"{rules.thing}: give normal_stiffness and shear_stiffness or filling, not both")
         elif self.filling is None and not all(given):
@@ -231,6 +243,12 @@ class Joint:
                 f"{rules.thing}: max_closure is that of bare walls, and a filling keeps them apart; give "
                 "normal_stiffness and shear_stiffness instead of filling, or leave max_closure out"
             )
+        if self.filling is not None and grows:
+            rules.faults.append(
+                f"{rules.thing}: a filling's shear stiffness is G over its thickness at any stress; give "
+                "normal_stiffness and shear_stiffness instead of filling, or leave reference_stress and "
+                "shear_stiffness_exponent out"
+            )
         tension = is_number(self.tensile_strength) and bool(self.tensile_strength > 0)
         if self.law is not None:
             rules.faults.extend(f"{rules.thing}: {text}" for text in law_faults(self.law, tension=tension))
@@ -242,6 +260,7 @@ class Joint:
         raise_faults(rules.faults)
         left = _residual_tension_faults(self.residual_tensile_strength, self.tensile_strength, self.law)
         left += dilation_faults(self.dilation_angle, self.dilation_slip, self.law)
+        left += stiffness_faults(self.shear_stiffness, self.shear_stiffness_exponent, self.reference_stress, self.law)
         if self.aperture is None and self.residual_aperture > 0:
             left.append("residual_aperture is what no stress closes of aperture; give aperture too")
         elif self.aperture is not None and self.residual_aperture > self.aperture:
@@ -256,6 +275,9 @@ class Joint:
         """Return the joint as it is where nothing slips or opens."""
         return replace(
             self,
+            shear_stiffness=self.shear_stiffness if self.filling is not None else self.contact_stiffness[1],
+            shear_stiffness_exponent=None,
+            reference_stress=None,
             law=None,
             tensile_strength=0.0,
             residual_tensile_strength=0.0,
@@ -269,8 +291,22 @@ class Joint:
         if self.filling is not None:
             return self.filling.normal_stiffness, self.filling.shear_stiffness
         assert self.normal_stiffness is not None
-        assert self.shear_stiffness is not None
+        if self.shear_stiffness is None:
+            assert self.shear_curve is not None
+            assert self.reference_stress is not None
+            return self.normal_stiffness, self.shear_curve.at(self.reference_stress)
         return self.normal_stiffness, self.shear_stiffness
+
+    @property
+    def shear_curve(self) -> ShearCurve | None:
+        """Shear stiffness by the normal stress; None: it is constant."""
+        if self.reference_stress is None:
+            return None
+        if self.shear_stiffness is not None and self.shear_stiffness_exponent is not None:
+            return ShearCurve.power(self.shear_stiffness, self.reference_stress, self.shear_stiffness_exponent)
+        barton = barton_of(self.law)
+        assert barton is not None
+        return ShearCurve.barton(barton, self.reference_stress)
 
 
 def confined_modulus(young: float, poisson: float) -> float:

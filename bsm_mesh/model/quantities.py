@@ -156,6 +156,8 @@ CLOSURE = Quantity(unit="m", least=1e-6, most=1, usual=(1e-5, 5e-3), example='"0
 SLIP = Quantity(unit="m", least=1e-6, most=1e3, usual=(1e-4, 1), example='"5 mm"')
 STRENGTH_FACTOR = Quantity(least=1e-6, most=1e6, example="0.8")
 STIFFNESS = Quantity(unit="Pa/m", least=1, most=1e18, usual=(1e5, 1e14), example='"5 GPa/m"')
+STIFFNESS_EXPONENT = Quantity(above=0, most=2, usual=(0.2, 1), example="0.5")
+REFERENCE_STRESS = Quantity(unit="Pa", least=1e2, most=1e10, usual=(1e4, 1e8), example='"1 MPa"')
 THICKNESS = Quantity(unit="m", least=1e-6, most=10, usual=(1e-5, 1), example='"1 mm"')
 
 # Places, directions and movements.

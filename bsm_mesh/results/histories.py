@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray, show_only
+from bsm_mesh.model.beside import Beside
 from bsm_mesh.model.histories import History
 from bsm_mesh.results.joint_faces import joint_faces
 from bsm_mesh.results.joint_sets import joint_set
@@ -35,6 +36,10 @@ class Recorded:
         One of each a column; a share has the unit "".
     distances : tuple of float [m]
         Of a line: of each further point from the first one, a column each.
+    points : tuple of (x, y) [m]
+        Of a point or a line, where the blocks were given.
+    measured : tuple of Beside
+        What is set beside it.
     """
 
     name: str
@@ -42,6 +47,8 @@ class Recorded:
     quantities: tuple[str, ...]
     units: tuple[str, ...]
     distances: tuple[float, ...] = ()
+    points: tuple[tuple[float, float], ...] = ()
+    measured: tuple[Beside, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -84,7 +91,15 @@ def recorded_of(history: History) -> Recorded:
     names, units = zip(*columns, strict=True)
     first, *others = history.points or ((0.0, 0.0),)
     distances = tuple(math.dist(first, other) for other in others)
-    return Recorded(name=history.name, kind=history.kind, quantities=names, units=units, distances=distances)
+    return Recorded(
+        name=history.name,
+        kind=history.kind,
+        quantities=names,
+        units=units,
+        distances=distances,
+        points=history.points,
+        measured=history.measured,
+    )
 
 
 def series_of(recorded: Sequence[Recorded], stages: Sequence[StageResult]) -> dict[str, HistorySeries]:

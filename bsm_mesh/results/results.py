@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.model.blocks import Blocks
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from bsm_mesh.results.histories import HistorySeries, Recorded
     from bsm_mesh.results.spread import RouteEnd
     from bsm_mesh.solve.options import Options
+
+
+Source: TypeAlias = "str | os.PathLike[str] | Results"
+"""What is set beside histories: a table (CSV), a results folder, or other results."""
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -95,6 +100,7 @@ class Results:
         stage: int | str = -1,
         window: tuple[float, float, float, float] | None = None,
         figure: Figure | None = None,
+        beside: Mapping[str, Source] | Sequence[Source] | Source = (),
     ) -> Figure:
         """Return a picture of a stage, as ``bsm-mesh plot`` draws it, to go on with.
 
@@ -102,14 +108,16 @@ class Results:
         ----------
         picture : str
             Its name: ``model``, ``displacement``, ``deformation``, ``sigma_1``, ``joints`` (their state),
-            ``joints_slip``, ``thrust``, ``bolts``, ``bolt_forces``, ``histories`` and
-            ``extensometers`` (of the whole run), ...; an unknown one is answered with all.
+            ``joints_slip``, ``thrust``, ``bolts``, ``bolt_forces``, ``histories``,
+            ``extensometers``, ``profiles`` and ``points`` (of the whole run), ...; an unknown one is answered with all.
         stage : int or str
             Number or name; negative numbers count from the last stage.
         window : (x0, y0, x1, y1), optional [m]
             What is seen; not of charts, as ``bolt_forces`` and ``histories``, which show no place.
         figure : matplotlib.figure.Figure, optional
             What is drawn on; by default a figure of its own, to be saved (``savefig``) or shown by a notebook.
+        beside : path, Results, or several of them, or a mapping of names to them
+            What is set beside the histories: tables (CSV), results folders, other results.
 
         Raises
         ------
@@ -118,7 +126,7 @@ class Results:
         """
         from bsm_mesh.app.plotting import plot_results
 
-        return plot_results(self, picture, stage, window, figure)
+        return plot_results(self, picture, stage, window, figure, beside)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of them."""

@@ -20,6 +20,7 @@ from bsm_mesh.results.results import Results
 
 MOVED = 0.01  # of a block's size, or a radian: beyond it rotations and new contacts matter
 NEW_FORCES = 1e-3  # of all contact forces, between blocks that did not touch at first
+MET = 0.01  # of the mean contact force: what a corner bears less that met another block's at a node of the mesh
 BROKEN = 1e-3  # of the length of faces without a joint: what breaks less is whole rock
 MAY_MOVE_FAR = ("linear",)  # schemes whose displacements are small by definition
 
@@ -68,18 +69,44 @@ def _new_contacts(model: Model, contacts: ContactForces) -> str:
     return f"gaps close: blocks {one} and {other} press on each other and did not touch at first"
 
 
+def corners_met(model: Model, contacts: ContactForces) -> str:
+    """Return what corners bear that slid past a node of the mesh, in words; empty where they bear next to nothing.
+
+    Blocks about a node that have no face in common press on each other once they have moved. Small displacements have
+    no such contacts, and elements no interface there.
+    """
+    a, b = contacts.block_a, contacts.block_b
+    size = np.hypot(contacts.normal_force, contacts.shear_force)
+    bears = size > 0
+    met = bears & ~_have_a_face(model.blocks, a, b)
+    if not met.any() or size[met].max() <= MET * size[bears].mean():
+        return ""
+    one = met.sum() == 1
+    corners = "a corner that met another bears" if one else f"{met.sum()} corners that met others bear up to"
+    force = float(f"{size[met].max() / 1e3:.3g}")
+    return f"{corners} {force:g} kN/m in the blocks, and nothing in the elements"
+
+
+def _have_a_face(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
+    """Return which pairs of blocks (k,) have a face in common."""
+    faces, owner = find_faces(blocks), blocks.owner
+    known: BoolArray = np.isin(_key(blocks, a, b), _key(blocks, owner[faces.edge_a], owner[faces.edge_b]))
+    return known
+
+
+def _key(blocks: Blocks, one: IntArray, other: IntArray) -> IntArray:
+    """Return one number for every pair of blocks (k,), in either order."""
+    return np.minimum(one, other).astype(np.int64) * blocks.count + np.maximum(one, other)
+
+
 def _touching(blocks: Blocks, a: IntArray, b: IntArray) -> BoolArray:
     """Return which pairs of blocks (k,) have a face or a corner in common."""
-    faces, owner, count = find_faces(blocks), blocks.owner, blocks.count
+    owner, count = blocks.owner, blocks.count
     corners = sp.csr_matrix(
         (np.ones(len(owner), np.int8), (owner, blocks.nodes)), shape=(count, blocks.nodes.max() + 1)
     )
     shared = np.asarray(corners[a].multiply(corners[b]).sum(axis=1)).ravel() > 0
-
-    def key(one: IntArray, other: IntArray) -> IntArray:
-        return np.minimum(one, other).astype(np.int64) * count + np.maximum(one, other)
-
-    touching: BoolArray = shared | np.isin(key(a, b), key(owner[faces.edge_a], owner[faces.edge_b]))
+    touching: BoolArray = shared | _have_a_face(blocks, a, b)
     return touching
 
 
@@ -119,10 +146,10 @@ def continuum_obstacle(model: Model, stages: tuple[ContinuumSolution, ...], numb
     return ""
 
 
-def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
+def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray, most: float = MOVED) -> str:
     """Return which block moved how far where small displacements do not hold; empty where they do.
 
-    What all blocks do together is no matter. A block moves far that turns by more than `MOVED`, or whose faces move
+    What all blocks do together is no matter. A block moves far that turns by more than `most`, or whose faces move
     against those of a neighbour by more than that part of its size.
 
     Parameters
@@ -133,6 +160,8 @@ def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
         Their movement.
     present : (n,) bool
         Which of them are there.
+    most : float [-; rad]
+        How far they may move.
     """
     size, faces = np.sqrt(blocks.moments.area), find_faces(blocks)
     a, b = blocks.owner[faces.edge_a], blocks.owner[faces.edge_b]
@@ -143,11 +172,11 @@ def moved_far(blocks: Blocks, position: FloatArray, present: BoolArray) -> str:
     share = apart / np.minimum(size[a], size[b]) * (present[a] & present[b])
     turned = np.abs(position[:, 2]) * present
     limit = f"and small displacements hold up to {100 * MOVED:g} %"
-    if share.max(initial=0.0) > max(MOVED, turned.max()):
+    if share.max(initial=0.0) > max(most, turned.max()):
         worst = int(share.argmax())
         one, other = (a[worst], b[worst]) if size[a[worst]] <= size[b[worst]] else (b[worst], a[worst])
         return f"{one} moved {100 * share[worst]:.3g} % of its size against block {other}, {limit}"
-    if turned.max() > MOVED:
+    if turned.max() > most:
         return f"{int(turned.argmax())} turned by {turned.max():.3g} rad, {limit}"
     return ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bsm_mesh.converters.continuum.comparability import Comparability, obstacle
+from bsm_mesh.converters.continuum.comparability import Comparability, corners_met, obstacle
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.mesh import Mesher
 from bsm_mesh.converters.continuum.references import Request, solve_references
@@ -64,6 +64,7 @@ def compare_stages(
     refine: bool = True,
     refinements: int = 0,
     mesher: Mesher | None = None,
+    near_blocks: bool = False,
 ) -> tuple[ComparedStage, ...]:
     """Return every stage of a run with its class, beside the continuum solutions of its model where it has any.
 
@@ -85,6 +86,9 @@ def compare_stages(
         How often elements and interfaces are halved to find where they lead, instead of the second order.
     mesher : Mesher or None
         Meshes the inside of the blocks; None: as `build_continuum_mesh` says.
+    near_blocks : bool
+        Whether the last part of every stage begins where the blocks came to rest, joints broken as they are there:
+        joints that break leave several equilibria, and this is the elements' own one near by.
 
     Raises
     ------
@@ -96,14 +100,20 @@ def compare_stages(
     reasons = [obstacle(model, results, stage) for stage in results.stages]
     if all(reasons):
         return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))
-    asked = Request(order=order, joints=joints, refine=refine, refinements=refinements, mesher=mesher)
+    asked = Request(
+        order=order, joints=joints, refine=refine, refinements=refinements, mesher=mesher, near_blocks=near_blocks
+    )
     count = 1 + max(number for number, reason in enumerate(reasons) if not reason)
     references = solve_references(model, results, count, asked)
     kind = Comparability.WITH_INTERFACES if references.interfaces else Comparability.COMPARABLE
     found = []
     for number, stage in enumerate(results.stages):
-        if reason := reasons[number] or references.obstacle(model, number):
+        if reason := reasons[number]:
             found.append(_refused(stage.name, reason))
+            continue
+        if reason := references.obstacle(model, number):
+            corners = corners_met(model, stage.contacts)
+            found.append(_refused(stage.name, f"{reason}; {corners}" if corners else reason))
             continue
         compared = compare_stage(model, results, number, references)
         found.append(ComparedStage(name=stage.name, kind=kind, reason="", comparison=compared))

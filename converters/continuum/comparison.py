@@ -71,6 +71,8 @@ class Comparison:
         The bolt in which they differ most.
     slipping : (float, float)
         Share of the joints' length that slips, is at 99 % of its strength or more, or is open: blocks, continuum.
+    corners : str
+        What corners that met others at nodes of the mesh bear in the blocks alone, in words; empty: next to nothing.
     histories : tuple of HistoryValue
         The model's histories at the end of the stage.
     refined : float or None
@@ -104,6 +106,7 @@ class Comparison:
     bolt_error: Difference | None
     worst_bolt: str
     slipping: tuple[float, float]
+    corners: str
     histories: tuple[HistoryValue, ...]
     refined: float | None
     refinement: Refinement | None
@@ -183,7 +186,8 @@ class Comparison:
             coarse = "the contact points of both" if self.is_rigid else "the elements, or the contact points of both,"
             refined += f": {coarse} are too coarse for displacements"
         study = f"; {self.refinement.sentence}" if self.refinement else ""
-        return f"{begin}{enumerated(parts)}{refined}{study}."
+        corners = f"; {self.corners}" if self.corners and self.force_error is not None else ""
+        return f"{begin}{enumerated(parts)}{corners}{refined}{study}."
 
 
 def enumerated(parts: Sequence[str]) -> str:

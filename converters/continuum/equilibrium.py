@@ -37,6 +37,7 @@ from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 
 BALANCED = 1e-9  # of the greatest force: the residual at which a state counts as equilibrium
 ROUNDING = 10 * np.finfo(float).eps  # of the greatest stiffness times the greatest displacement
+MOST_ROUNDING = 1e-6  # of the greatest force: where rounding may leave more, nothing shows what is in balance
 MAX_ITERATIONS = 150
 MAX_FROZEN = 4  # times that friction is frozen before the state counts as not found
 FROZEN_ITERATIONS = 25
@@ -182,7 +183,8 @@ class Iterate:
     @property
     def is_balanced(self) -> bool:
         """Whether this counts as equilibrium."""
-        return bool(np.abs(self.left).max(initial=0.0) <= BALANCED * self.scale + self.rounding)
+        rounding = min(self.rounding, MOST_ROUNDING * self.scale)
+        return bool(np.abs(self.left).max(initial=0.0) <= BALANCED * self.scale + rounding)
 
     @property
     def size(self) -> float:

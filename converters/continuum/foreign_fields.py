@@ -45,8 +45,9 @@ class FieldNames:
         Names in the file of "displacement", "stress", or of their parts "ux", "uy", "sxx", "syy", "sxy"; what is not
         named is looked for among names that programs use.
     factors : mapping of str to float
-        By which the values are multiplied: "displacement" to metres, "stress" to pascals, "length" (of the mesh) to
-        metres; where not given as the name in the file tells ("Sigma XX (MPa)"), else 1.
+        By which the values are multiplied: "displacement", or its parts "ux" and "uy", to metres, "stress", or its
+        parts "sxx", "syy" and "sxy", to pascals, "length" (of the mesh) to metres; where not given as the name in the
+        file tells ("Sigma XX (MPa)"), else 1. A part's own counts before that of the whole.
     compression_positive : bool
         Whether stresses are positive in compression.
     """
@@ -112,7 +113,7 @@ def plane_fields(result: ForeignResult, names: FieldNames) -> PlaneFields:
         else:
             continue
         for part, (at_points, column) in values.items():
-            (point if at_points else cell)[part] = sign * _factor(result, names, quantity, arrays[part]) * column
+            (point if at_points else cell)[part] = sign * _factor(result, names, parts, part, arrays[part]) * column
     if not used:
         raise ModelError(
             f"{result.source}: neither a displacement nor a stress is found among its arrays ({_known(result)}); "
@@ -134,11 +135,18 @@ def length_factor(result: ForeignResult, names: FieldNames) -> float:
     return factor_of(result.length_unit, LENGTHS, f"{result.source}: coordinates", "--length m")
 
 
-def _factor(result: ForeignResult, names: FieldNames, quantity: str, array: str) -> float:
-    if quantity in names.factors:
-        return names.factors[quantity]
-    known, key, unit = (STRESSES, "sxx", "kPa") if quantity == "stress" else (LENGTHS, "ux", "mm")
-    return factor_of(unit_in(array), known, f"{result.source}: '{array}'", f'--field {key}="{array}":{unit}')
+def _factor(result: ForeignResult, names: FieldNames, parts: Sequence[str], part: str, array: str) -> float:
+    """Return by what an array is multiplied: as given for the part, for the whole, or as its name tells."""
+    is_stress = part.startswith("s")
+    for key in (part, "stress" if is_stress else "displacement"):
+        if key in names.factors:
+            return names.factors[key]
+    known, unit = (STRESSES, "kPa") if is_stress else (LENGTHS, "mm")
+    what, cure = f"{result.source}: '{array}'", f'--field {part}="{array}":{unit}'
+    named, others = unit_in(array), [other for other in parts if other in names.factors]
+    if others and not named:
+        raise ModelError(f"{what}: {others[0]} was given a unit and {part} none; give each its own, for example {cure}")
+    return factor_of(named, known, what, cure)
 
 
 def _spellings(part: str) -> Sequence[str]:

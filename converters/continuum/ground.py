@@ -100,4 +100,5 @@ def initial_history(model: Model, joints: JointPoints, water: PoreWater | None) 
     pressure = -joints.lumped(x * n[0] + y * n[1])
     if water is not None:
         pressure = pressure - joints.lumped(water.at_joints)
-    return replace(history, initial_pressure=pressure, shear=joints.lumped(x * t[0] + y * t[1]))
+    shear = joints.lumped(x * t[0] + y * t[1])
+    return replace(history, initial_pressure=pressure, pressure=np.maximum(pressure, 0.0), shear=shear)

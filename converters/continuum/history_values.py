@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from bsm_mesh.converters.continuum.solution import ContinuumSolution
+from bsm_mesh.model.beside import UNITS, Beside
 from bsm_mesh.model.model import Model
-from bsm_mesh.results.histories import Recorder
+from bsm_mesh.results.beside import along_line
+from bsm_mesh.results.histories import Recorded, Recorder
 from bsm_mesh.results.results import Results
+
+if TYPE_CHECKING:
+    from bsm_mesh.converters.continuum.compared_stages import ComparedStage
 
 
 class HistoryValue(NamedTuple):
@@ -46,3 +53,34 @@ def history_values(
         for quantity, unit in zip(one.quantities, one.units, strict=True)
     ]
     return tuple(HistoryValue(*column, a, b) for column, a, b in zip(columns, ours, fem, strict=True))
+
+
+def beside_of_elements(
+    results: Results, recorded: Sequence[Recorded], stages: Sequence[ComparedStage], source: str
+) -> dict[str, tuple[Beside, ...]]:
+    """Return what the elements find of the histories at the end of the compared stages, by the histories' names.
+
+    Lines move as points do, each with its block's average displacement and rotation.
+    """
+    found: dict[str, list[Beside]] = {}
+    numbers = {stage.name: number for number, stage in enumerate(results.stages)}
+    for compared in stages:
+        comparison = compared.comparison
+        if comparison is None:
+            continue
+        for one in comparison.histories:
+            if one.quantity in UNITS and math.isfinite(one.fem):
+                value = Beside(quantity=one.quantity, value=one.fem, stage=compared.name, source=source)
+                found.setdefault(one.history, []).append(value)
+        theirs = replace(
+            results.stages[numbers[compared.name]],
+            displacement=comparison.matched.displacement,
+            present=comparison.matched.present,
+        )
+        for line in (each for each in recorded if each.kind == "line"):
+            found.setdefault(line.name, []).extend(
+                Beside(quantity=quantity, value=value, stage=compared.name, distance=at, source=source)
+                for quantity, value, at in along_line(results, theirs, line)
+                if math.isfinite(value)
+            )
+    return {name: tuple(values) for name, values in found.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.joint_laws.shear_springs import Springs
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -17,7 +18,7 @@ class JointHistory:
         Normal force at no opening, compression positive.
     offset : (q,) float64 [m]
         Relative displacement that counts as no opening: of blocks put back later, that of their neighbours until then.
-    slip, shear : (q,) float64 [m], [N/m]
+    slip, shear, pressure : (q,) float64 [m], [N/m], [N/m]
         At the end of the last state of equilibrium.
     slip_path, opened_by : (q,) float64 [m]
         How far the points have slid so far, elastic part apart; and had at the end of the last state of equilibrium.
@@ -35,6 +36,7 @@ class JointHistory:
     offset: FloatArray
     slip: FloatArray
     shear: FloatArray
+    pressure: FloatArray
     slip_path: FloatArray
     opened_by: FloatArray
     failed: BoolArray
@@ -59,6 +61,8 @@ class JointState:
         Derivative of the shear force by the pressure.
     by_slip, shear_by_slip : (q,) float64 [Pa]
         Derivatives of pressure and shear by the slip of points that open as they slide.
+    springs : Springs
+        Shear springs of the points.
     strength : (q,) float64 [N/m]
         Greatest shear force.
     closed, touching, sticking, failed, parted : (q,) bool
@@ -73,6 +77,7 @@ class JointState:
     by_pressure: FloatArray
     by_slip: FloatArray
     shear_by_slip: FloatArray
+    springs: Springs
     strength: FloatArray
     closed: BoolArray
     touching: BoolArray
@@ -87,6 +92,7 @@ def remember(history: JointHistory, state: JointState, path: FloatArray) -> Join
         history,
         slip=state.slip,
         shear=state.shear,
+        pressure=state.pressure,
         slip_path=path,
         opened_by=path,
         failed=state.failed,

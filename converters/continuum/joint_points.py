@@ -17,6 +17,7 @@ from bsm_mesh.converters.continuum.rock_faces import interface_dilations, interf
 from bsm_mesh.converters.continuum.tangents import PointStiffness
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, ask, closure, wear_length_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
+from bsm_mesh.model.joint_laws.shear_springs import Growing, Springs
 from bsm_mesh.model.model import Model
 
 TOUCHING = 1e-10  # of a point's length: sides nearer than this have not parted, and keep their cohesion
@@ -45,6 +46,8 @@ class JointPoints:
         Greatest closure; infinite: none.
     dilating : Dilating
         The points that open as they slide.
+    growing : Growing
+        The points whose shear stiffness grows with pressure.
     joints : int
         How many joints the model has.
     laws : tuple of JointLaw
@@ -66,6 +69,7 @@ class JointPoints:
     residual_tension: FloatArray
     closure_limit: FloatArray
     dilating: Dilating
+    growing: Growing
     joints: int
     laws: tuple[JointLaw, ...]
     opening_rows: Any
@@ -80,8 +84,8 @@ class JointPoints:
 
     @property
     def are_linear(self) -> bool:
-        """Whether no joint in use has a law or a closure limit: none slips, opens or stiffens."""
-        return bool((np.isinf(self.tension) & np.isinf(self.closure_limit)).all())
+        """Whether no joint in use has a law, a closure limit or a growing stiffness: none slips, opens or stiffens."""
+        return not len(self.growing.rows) and bool((np.isinf(self.tension) & np.isinf(self.closure_limit)).all())
 
     @property
     def wear_length(self) -> FloatArray:
@@ -111,6 +115,7 @@ class JointPoints:
             offset=zero,
             slip=zero,
             shear=zero,
+            pressure=zero,
             slip_path=zero,
             opened_by=zero,
             failed=none,
@@ -139,6 +144,7 @@ class JointPoints:
             offset=np.where(fresh, self.opening_rows @ u, history.offset),
             slip=np.where(fresh, self.slip_rows @ u, history.slip),
             shear=np.where(fresh, 0.0, history.shear),
+            pressure=np.where(fresh, 0.0, history.pressure),
             slip_path=np.where(fresh, 0.0, history.slip_path),
             opened_by=np.where(fresh, 0.0, history.opened_by),
             failed=np.where(fresh, np.isfinite(self.tension), history.failed),
@@ -152,9 +158,10 @@ class JointPoints:
         a convex energy.
         """
         opening, slip = self.opening_rows @ u - history.offset, self.slip_rows @ u
-        trial = history.shear + self.shear_stiffness * (slip - history.slip)
-        lift, slope = self._lift(opening, trial, history, slides=friction_at is None)
-        pressure, stiffness = self._pressures(opening - lift, history.initial_pressure)
+        springs = self._springs(opening, slip - history.slip, history, friction_at)
+        trial = springs.old_shear + springs.stiffness * (slip - history.slip)
+        lift, slope, more = self._lift(opening, trial, history, springs, slides=friction_at is None)
+        pressure, stiffness = self._pressures(opening - lift, history)
         residual = np.where(history.parted, 0.0, self.residual_tension)
         tension = np.where(history.failed, residual, self.tension)
         closed = history.present & (pressure >= -tension) & ((pressure > 0) | (tension > 0))
@@ -166,9 +173,10 @@ class JointPoints:
         shear, by_pressure, strength, sticking, failed = answer
         opens = np.where(closed & ~sticking, slope, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            softer = np.where(opens > 0, 1 / (1 + opens * np.abs(by_pressure) * stiffness / self.shear_stiffness), 1.0)
+            softer = np.where(opens > 0, 1 / (1 + opens * np.abs(by_pressure) * stiffness / springs.stiffness), 1.0)
         stiffness = stiffness * softer
         by_slip = np.copysign(opens, shear) * stiffness
+        stiffness = stiffness * np.where(opens > 0, more, 1.0)
         return JointState(
             opening=opening,
             slip=slip,
@@ -178,6 +186,7 @@ class JointPoints:
             by_pressure=by_pressure if friction_at is None else np.zeros_like(pressure),
             by_slip=by_slip,
             shear_by_slip=by_pressure * by_slip,
+            springs=springs,
             strength=strength,
             closed=closed,
             touching=history.present & ~closed & ~parted,
@@ -186,22 +195,39 @@ class JointPoints:
             parted=history.parted | (parted & np.isfinite(self.tension)),
         )
 
-    def _lift(
-        self, opening: FloatArray, trial: FloatArray, history: JointHistory, *, slides: bool
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return by how much slip has opened the points, (q,) [m], and the slope by which more would.
+    def _springs(
+        self, opening: FloatArray, moved: FloatArray, history: JointHistory, friction_at: FloatArray | None
+    ) -> Springs:
+        """Return the shear springs at openings and slips since the last equilibrium (q,) [m]; others as `evaluate`."""
+        given, rows = (self.shear_stiffness, history.shear), self.growing.rows
+        if not len(rows):
+            return Springs(*given, moved[:0], moved[:0])
+        if friction_at is not None:
+            pressed = friction_at, np.zeros_like(moved)
+        else:
+            lift = np.zeros_like(moved)
+            lift[self.dilating.rows] = ~history.parted[self.dilating.rows] * self.dilating.opening(history.opened_by)
+            pressed = self._pressures(opening - lift, history)
+        return self.growing.springs(given, moved, history.pressure, pressed[0][rows], pressed[1][rows])
 
-        The slip is that of before, and with `slides` that since then, which the pressure that it leads to lets go by.
+    def _lift(
+        self, opening: FloatArray, trial: FloatArray, history: JointHistory, springs: Springs, *, slides: bool
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return by how much slip has opened the points, (q,) [m], the slope by which more would, and a factor.
+
+        The factor, of the derivative of the pressure by the closure, is that of springs which grow, as in `tangents` of
+        the contacts. The slip is that of before, and with `slides` that since then, which the pressure that it leads to
+        lets go by.
         """
         dilating, rows = self.dilating, self.dilating.rows
-        lift, slope = np.zeros(len(opening)), np.zeros(len(opening))
+        lift, slope, more = np.zeros(len(opening)), np.zeros(len(opening)), np.ones(len(opening))
         if not len(rows):
-            return lift, slope
+            return lift, slope, more
         whole = ~history.parted[rows]
         room = dilating.room(history.opened_by)
         lift[rows] = whole * dilating.opening(history.opened_by)
         if not slides:
-            return lift, slope
+            return lift, slope, more
 
         def everywhere(values: FloatArray) -> FloatArray:
             found = np.zeros(len(opening))
@@ -209,7 +235,7 @@ class JointPoints:
             return found
 
         def pressures(overlap: FloatArray) -> tuple[FloatArray, FloatArray]:
-            pressure, stiffness = self._pressures(-everywhere(overlap), history.initial_pressure)
+            pressure, stiffness = self._pressures(-everywhere(overlap), history)
             return pressure[rows], stiffness[rows]
 
         def strength(pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -218,22 +244,34 @@ class JointPoints:
             )
             return found[rows], by_pressure[rows]
 
-        overlap, springs = lift[rows] - opening[rows], self.shear_stiffness[rows]
-        slip = slip_of_step(overlap, trial[rows], springs, dilating.slope, room, pressures, strength)
+        overlap, stiffness = lift[rows] - opening[rows], springs.stiffness[rows]
+        slip = slip_of_step(overlap, trial[rows], stiffness, dilating.slope, room, pressures, strength)
         slip = np.where(whole & history.present[rows], slip, 0.0)
         lift[rows] += dilating.slope * np.minimum(slip, room)
         slope[rows] = np.where((slip > 0) & (slip < room), dilating.slope, 0.0)
-        return lift, slope
+        if len(springs.by_closure):
+            by_trial = np.sign(trial[rows]) * springs.trial_by_closure[rows] - slip * springs.by_closure[rows]
+            more[rows] += slope[rows] / stiffness * by_trial
+        return lift, slope, more
 
-    def _pressures(self, opening: FloatArray, initial: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return pressures and their derivatives by the closure (q,), negative ones too."""
-        pressure, stiffness = initial - self.normal_stiffness * opening, self.normal_stiffness
+    def _pressures(self, opening: FloatArray, history: JointHistory) -> tuple[FloatArray, FloatArray]:
+        """Return pressures and their derivatives by the closure (q,), negative ones too.
+
+        Sides that have come apart fit together no more: they close again where they opened, by the stiffness alone.
+        """
+        initial, stiffness = history.initial_pressure, self.normal_stiffness
+        pressure = initial - stiffness * opening
         rows = np.flatnonzero(np.isfinite(self.closure_limit))
         if rows.size:
             stiffness = stiffness.copy()
             joint = self.normal_stiffness[rows], self.closure_limit[rows], np.zeros(len(rows))
             overlap = closure.overlap_at(initial[rows], *joint) - opening[rows]
-            pressure[rows], stiffness[rows] = closure.pressure_at(overlap, *joint)
+            whole = ~history.parted[rows]
+            fitting = closure.pressure_at(overlap, *joint)
+            for values, fits, not_so in zip(
+                (pressure, stiffness), fitting, (joint[0] * overlap, joint[0]), strict=True
+            ):
+                values[rows] = np.where(whole, fits, not_so)
         return pressure, stiffness
 
     def _respond(self, pressure: FloatArray, trial: FloatArray, history: JointHistory) -> tuple[Any, ...]:
@@ -261,8 +299,11 @@ class JointPoints:
         least = part * history.present
         elastic = self.elastic_stiffness(history)
         normal = np.where(state.closed, 1.0, least) * state.normal_stiffness + more * elastic.normal
-        shear = np.where(state.sticking, 1.0, least) * self.shear_stiffness + more * elastic.shear + state.shear_by_slip
+        springs = state.springs
+        shear = np.where(state.sticking, 1.0, least) * springs.stiffness + more * elastic.shear + state.shear_by_slip
         cross = np.where(state.closed & ~state.sticking, -state.by_pressure * state.normal_stiffness, 0.0)
+        if len(springs.trial_by_closure):
+            cross -= np.where(state.closed & state.sticking, springs.trial_by_closure, 0.0)
         return PointStiffness(normal, shear, cross, -state.by_slip)
 
     def elastic_stiffness(self, history: JointHistory) -> PointStiffness:
@@ -272,10 +313,11 @@ class JointPoints:
         return PointStiffness(normal, shear, none, none)
 
 
-def slip_path_after(points: JointPoints, history: JointHistory, state: JointState) -> FloatArray:
+def slip_path_after(history: JointHistory, state: JointState) -> FloatArray:
     """Return how far points have slid so far, (q,) [m]: what of their slip is not elastic counts."""
-    slides = state.closed & ~state.sticking & (points.shear_stiffness > 0)
-    elastic = (state.shear - history.shear)[slides] / points.shear_stiffness[slides]
+    springs = state.springs
+    slides = state.closed & ~state.sticking & (springs.stiffness > 0)
+    elastic = (state.shear - springs.old_shear)[slides] / springs.stiffness[slides]
     path = history.slip_path.copy()
     path[slides] += np.abs((state.slip - history.slip)[slides] - elastic)
     return path

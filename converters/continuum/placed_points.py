@@ -19,11 +19,13 @@ from bsm_mesh.converters.continuum.joint_points import JointPoints
 from bsm_mesh.converters.continuum.mesh import ContinuumMesh
 from bsm_mesh.converters.continuum.rock_faces import (
     interface_closures,
+    interface_curves,
     interface_dilations,
     interface_laws,
     interface_tensions,
 )
 from bsm_mesh.model.joint_laws.dilation import Dilating
+from bsm_mesh.model.joint_laws.shear_springs import Growing
 from bsm_mesh.model.model import Model
 
 Rule = tuple[FloatArray, FloatArray]
@@ -79,6 +81,7 @@ def joint_points(model: Model, mesh: ContinuumMesh, interfaces: Interfaces, basi
         residual_tension=residual_tension[joint] * length,
         closure_limit=interface_closures(model)[joint],
         dilating=Dilating.among(*interface_dilations(model)[:, joint]),
+        growing=Growing.among(interface_curves(model)[joint], stiffness[:, 1], length, stiffness[:, 1] * length),
         joints=len(model.joints),
         laws=interface_laws(model),
         opening_rows=sp.csr_matrix(sp.diags(normal[0]) @ jump[0] + sp.diags(normal[1]) @ jump[1]),

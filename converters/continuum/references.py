@@ -25,6 +25,7 @@ class Request:
     refine: bool = True
     refinements: int = 0
     mesher: Mesher | None = None
+    near_blocks: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -74,8 +75,9 @@ def solve_references(model: Model, results: Results, count: int, asked: Request)
     small, interfaces, order = results.scheme in MAY_MOVE_FAR, elements.joints, elements.order
     present = [stage.present for stage in results.stages[:count]]  # chips that came loose are taken away here too
     continuum = Continuum(solved, elements, present)
-    nominal = continuum.solve("nominal", count)
-    matched = nominal if is_all_rigid(model) else continuum.solve("matched", count)
+    near = [stage.displacement + stage.origin for stage in results.stages[:count]] if asked.near_blocks else []
+    nominal = continuum.solve("nominal", count, near)
+    matched = nominal if is_all_rigid(model) else continuum.solve("matched", count, near)
     halved, finer = [nominal], nominal[:0]
     for level in range(1, asked.refinements + 1):
         halved.append(_converged(Continuum(solved, replace(elements, refinements=level), present), halved[-1]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.joint_laws import Elastic, JointLaw
+from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
 from bsm_mesh.model.materials import Rock, law_between, residual_tension_between, tension_between
 from bsm_mesh.model.model import Model
 
@@ -41,6 +42,15 @@ def interface_dilations(model: Model) -> FloatArray:
     of_joints = [(np.tan(np.radians(joint.dilation_angle)), joint.dilation_slip or 0.0) for joint in model.joints]
     rock = np.zeros((2, whole_rock(model) + 1 - len(of_joints)))
     return np.concatenate([np.array(of_joints).reshape(-1, 2).T, rock], axis=1)
+
+
+def interface_curves(model: Model) -> FloatArray:
+    """Return the shear stiffness of all interfaces by normal stress, by number (k, 7), as `ShearCurve`; 0: constant."""
+    curves = np.zeros((whole_rock(model) + 1, len(ShearCurve._fields)))
+    for number, joint in enumerate(model.joints):
+        if joint.shear_curve is not None:
+            curves[number] = joint.shear_curve
+    return curves
 
 
 def whole_rock(model: Model) -> int:

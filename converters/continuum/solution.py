@@ -35,7 +35,8 @@ class ContinuumSolution:
     name : str
         Of the stage; the first is ``initial``.
     converged : bool
-        Whether equilibrium was found; always so without joints that slip or open.
+        Whether equilibrium was found, no block having moved farther than its own size; always so without joints that
+        slip or open. Small displacements hold for far less: `compare` looks at that.
     elasticity : {"nominal", "matched"}
         Elastic constants: the rock's E and Poisson's ratio, or those of the continuum to which the
         Block-Spring Model tends (`converters.continuum.elasticity.matched_elasticity`).

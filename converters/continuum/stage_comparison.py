@@ -6,7 +6,7 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.continuum.bolt_forces import bolt_force_error
-from bsm_mesh.converters.continuum.comparability import jointed_length, slipping_length
+from bsm_mesh.converters.continuum.comparability import corners_met, jointed_length, slipping_length
 from bsm_mesh.converters.continuum.comparison import Comparison
 from bsm_mesh.converters.continuum.differences import Difference, measure_difference, stress_errors
 from bsm_mesh.converters.continuum.history_values import history_values
@@ -62,6 +62,7 @@ def compare_stage(model: Model, results: Results, number: int, references: Refer
             slipping_length(stage.contacts, held, jointed_length(nominal.contacts, held)),
             slipping_length(nominal.contacts, held),
         ),
+        corners=corners_met(model, stage.contacts),
         histories=history_values(model, results, number, nominal, matched),
         refined=_change(finer[0], nominal, moments.area) if finer else None,
         refinement=refinement_of(levels, references.asked, area, held, rigid) if references.asked and errors else None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.converters.continuum.comparability import moved_far
 from bsm_mesh.converters.continuum.embedded_bolts import EmbeddedBolts
 from bsm_mesh.converters.continuum.equilibrium import Iterate
 from bsm_mesh.converters.continuum.fields import mean_gradient, over_blocks, stress_of, vtk_cells
@@ -22,6 +23,9 @@ from bsm_mesh.results.records import ContactForces, ContactStatus
 
 if TYPE_CHECKING:
     from bsm_mesh.converters.continuum.stages import Continuum
+
+
+RUNAWAY = 1.0  # of a block's size, or a radian: what small displacements balance only so far away is not at rest
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -83,10 +87,12 @@ def stage_solution(
     displacement = _movement(of, moved)
     for fill in end.fills:
         displacement = np.where(fill.blocks[:, None], _movement(of, end.u - fill.u), displacement)
+    may_slide = of.joints is not None and not of.joints.are_linear
+    ran_away = may_slide and moved_far(of.model.blocks, displacement, end.present, RUNAWAY)
     total_load = end.load[node_dofs].sum(axis=0)
     return ContinuumSolution(
         name=end.name,
-        converged=end.converged,
+        converged=end.converged and not ran_away,
         elasticity=elasticity,
         present=end.present,
         stress=over_blocks(stress, basis.dx.sum(axis=1), block, of.model.blocks.moments.area),

@@ -34,6 +34,7 @@ from bsm_mesh.converters.continuum.joint_history import JointHistory
 from bsm_mesh.converters.continuum.joint_points import JointPoints, slip_path_after
 from bsm_mesh.converters.continuum.loads import load_vector, pressure_on_new_faces
 from bsm_mesh.converters.continuum.mesh import Discretization, continuum_mesh
+from bsm_mesh.converters.continuum.near_blocks import broken_at, moved_with_blocks
 from bsm_mesh.converters.continuum.placed_points import joint_points
 from bsm_mesh.converters.continuum.solution import ContinuumSolution, ElasticityName
 from bsm_mesh.converters.continuum.stage_solution import StageEnd, stage_solution
@@ -121,8 +122,14 @@ class Continuum:
             self.bolts = EmbeddedBolts.of(model, self.mesh, self.basis, elastic=discretization.elastic_bolts)
         self.seconds = time.perf_counter() - began
 
-    def solve(self, elasticity: ElasticityName, count: int | None = None) -> tuple[ContinuumSolution, ...]:
-        """Return the first `count` stages with the named elastic constants, up to the first without equilibrium."""
+    def solve(
+        self, elasticity: ElasticityName, count: int | None = None, near: Sequence[FloatArray] = ()
+    ) -> tuple[ContinuumSolution, ...]:
+        """Return the first `count` stages with the named elastic constants, up to the first without equilibrium.
+
+        Each is sought from where the last left the rock, or, for as many as have one, near positions of the blocks,
+        (n, 3) each [m, m, rad].
+        """
         if elasticity not in ("nominal", "matched"):
             raise ModelError(f"elasticity = {elasticity!r} must be 'nominal' or 'matched'")
         began = time.perf_counter()
@@ -135,10 +142,11 @@ class Continuum:
             pairwise([self.presence[0], *self.presence][: None if count is None else count + 1])
         ):
             stage = stages[number]
+            run.near = near[number] if number < len(near) else None
             end = run.first(present) if stage is None else run.next(stage, number, before, present)
             seconds = self.seconds + time.perf_counter() - began
             found.append(stage_solution(self, end, elasticity, seconds, notes))
-            if not end.converged:
+            if not found[-1].converged:
                 break
         return tuple(found)
 
@@ -157,6 +165,7 @@ class _Run:
         bolts = None if continuum.bolts is None else continuum.bolts.install(0, zero)
         self.state = _State(model, zero, zero, joints, history, bolts, model.acting_loads, water, zero)
         self.reactions = zero  # of supports that hold blocks or points between nodes, at the end of the last stage
+        self.near: FloatArray | None = None  # of blocks at the end of the stage, where its last part is to begin
 
     def first(self, present: BoolArray) -> StageEnd:
         """Return the state before the first stage."""
@@ -223,7 +232,11 @@ class _Run:
         refuse_free_motion(held, of.basis, cells, of.ties[:, both])
         for part in parts:
             held_back = state.held_back(part)
-            equations, at, converged = self._reached(replace(equations, load=equations.load - held_back))
+            equations = replace(equations, load=equations.load - held_back)
+            if self.near is not None and part == parts[-1]:
+                state.u = moved_with_blocks(of.model.blocks, of.mesh, of.basis, self.near)
+                equations = broken_at(equations, state.u)
+            equations, at, converged = self._reached(equations)
             equations = replace(equations, load=equations.load + held_back)
             state.u, state.history, state.bolts = at.u, equations.history, equations.bolts
             if not converged:
@@ -262,7 +275,10 @@ class _Run:
         return now, at, True
 
     def _settled(self, equations: Equations) -> tuple[Equations, Iterate, bool]:
-        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it."""
+        """Return equilibrium once no more points of joints fail or wear, and the equations with what is kept of it.
+
+        Where failing takes force away the others take it over from where they are then, as blocks do from step to step.
+        """
         start = equations.history
         for _ in range(MAX_FAILURES):
             at, converged = find_equilibrium(equations, self.state.u)
@@ -276,14 +292,18 @@ class _Run:
             if history is None or start is None or joints is None or at.state is None:
                 equations = equations.after(at, None)
                 break
-            path = slip_path_after(joints, start, at.state)
+            path = slip_path_after(start, at.state)
             wears = np.abs(path - history.slip_path) > WORN * joints.wear_length
             if (at.state.failed == history.failed).all() and not wears.any():
                 equations = equations.after(at, path)
                 break
             self.state.u = at.u
-            worn = replace(history, failed=at.state.failed, parted=at.state.parted, slip_path=path)
-            equations = replace(equations, history=worn)
+            failed = replace(history, failed=at.state.failed, parted=at.state.parted)
+            if replace(equations, history=failed).at(at.u, at.multipliers).is_balanced:
+                equations = replace(equations, history=replace(failed, slip_path=path))
+            else:
+                equations = equations.after(at, path)
+                start = equations.history
         else:
             converged = False
         return equations, at, converged

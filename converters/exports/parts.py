@@ -123,6 +123,11 @@ def left_out(model: Model, said: Collection[str] = ()) -> list[str]:
             if joint.law is not None and not _is_plain(joint)
         ]
         + [f"joint '{joint.name}': its greatest closure" for joint in model.joints if joint.max_closure is not None]
+        + [
+            f"joint '{joint.name}': shear stiffness that grows"
+            for joint in model.joints
+            if joint.shear_curve is not None
+        ]
         + [f"joint '{joint.name}': its dilation" for joint in model.joints if joint.dilation_angle > 0],
         "rock strength": [
             f"rock '{rock.name}': strength of unjointed faces"

@@ -6,7 +6,6 @@ are such a table. It has no elements: fields are interpolated over the Delaunay 
 
 from __future__ import annotations
 
-import csv
 import re
 from pathlib import Path
 
@@ -15,12 +14,12 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.converters.meshes.foreign_units import unit_in
+from bsm_mesh.converters.meshes.table_rows import DECIMAL_COMMAS, number_in, read_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
 
 SUFFIX = ".csv"
 NAMES = ("{}", "{}coord", "{}coordinate", "coord{}")  # of the columns of x and y, without signs
-DECIMAL_COMMAS = "where commas are decimal points part columns by semicolons"
 TRIANGLE = 5  # VTK's number
 SAME = 1e-9  # of the greatest extent: nodes nearer than this are one, with the mean of their values
 FLAT = 1e-12  # of the square of the extent: a triangle of the hull that is no more than an edge
@@ -38,8 +37,8 @@ def read_table(path: Path) -> ForeignResult:
         If there is no column of x or y, they differ in unit, two columns have one name, a row is not complete, a number
         is missing, or the nodes lie on one line.
     """
-    header, lines, rows = _rows(path)
-    columns = {name: np.array([_number(row[k]) for row in rows]) for k, name in enumerate(header)}
+    header, lines, rows = read_rows(path, "x and y among them, a row a node")
+    columns = {name: np.array([number_in(row[k]) for row in rows]) for k, name in enumerate(header)}
     numbers = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     for name, values in numbers.items():
         if not np.isfinite(values).all():
@@ -64,40 +63,6 @@ def read_table(path: Path) -> ForeignResult:
         length_unit=unit_in(x),
         has_elements=False,
     )
-
-
-def _rows(path: Path) -> tuple[list[str], list[int], list[list[str]]]:
-    """Return the names of the columns, and of each node its row in the file and its cells, with decimal points."""
-    try:
-        text = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise ModelError(
-            f"{path}: no text of UTF-8 ({error.reason} at byte {error.start}); save it as CSV UTF-8"
-        ) from None
-    parting = next((sign for sign in ";\t" if text and sign in text[0]), ",")
-    reader = csv.reader(text, delimiter=parting)
-    try:
-        table = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
-    except csv.Error:
-        table = []
-    if len(table) < 2:
-        raise ModelError(f"{path}: holds no table; its first row names the columns, x and y among them, a row a node")
-    (_, header), *rest = table
-    if twice := [name for name in header if name and header.count(name) > 1]:
-        raise ModelError(f"{path}: two columns are called '{twice[0]}'; name them apart")
-    for line, row in rest:
-        if len(row) != len(header):
-            cure = f"; {DECIMAL_COMMAS}" if parting == "," and len(row) > len(header) else ""
-            raise ModelError(f"{path}: row {line} has {len(row)} columns, and the first {len(header)}{cure}")
-    lines, rows = [line for line, _ in rest], [row for _, row in rest]
-    return header, lines, rows if parting == "," else [[cell.replace(",", ".") for cell in row] for row in rows]
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        return np.nan
 
 
 def _coordinate(path: Path, axis: str, header: list[str], numbers: dict[str, FloatArray]) -> str:

@@ -1,6 +1,7 @@
 """What is told of this example: published numbers, its models and what may change in them, movements of the points."""
 
 import math
+import re
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +10,25 @@ import numpy as np
 
 import bsm_mesh as bsm
 from bsm_mesh import converters
+from bsm_mesh.converters.beside_files import read_beside
 from bsm_mesh.geometries import cassiar_slope
 from bsm_mesh.model.locate import blocks_at
 
 HERE = Path(__file__).parent
 SIZE = 50.0  # m, of an element
 CONDITIONS = ("none", "low", "intermediate-low", "intermediate", "high")
-# Wang Table 8.4, under the high water table [m]
-UDEC = (0.47, 0.15, 0.14, 0.12, 0.09, 0.09, 0.06)
-BLOSMER = (0.73, 0.55, 0.40, 0.37, 0.43, 0.05, 0.04)
-OBSERVED = (0.74, 0.38, None, None, 0.18, 0.05, None)
 CREST = -330 / math.tan(math.radians(40))  # m
 OPTIONS = bsm.Options(displacement_limit=10.0)  # m: farther is a slide
+
+
+def published(source):
+    """Return the displacements (7,) [m] of the points under high water by a source of Wang Table 8.4; None: none."""
+    table = read_beside(HERE / "published.csv")
+    listed = ({one.source: one.value for one in table[f"point_{k}"]} for k in range(1, 8))
+    return tuple(values.get(source) for values in listed)
+
+
+UDEC, BLOSMER, OBSERVED = map(published, ("UDEC", "BLOSMER", "observed"))
 
 
 def load(name="model"):
@@ -75,6 +83,23 @@ def with_k0(model, k0):
 def at_once(model, water=None):
     """Return the model from zero stress, weight and the highest water (or that of `water`) together, in one stage."""
     return model.replace(in_situ=None, stages=(), water=model.stages[-1].water if water is None else water)
+
+
+def write_from_zero_stress(folder):
+    """Write the model files from zero stress: under each water table at once, and under water that rises.
+
+    ``none.toml``, ``low.toml``, ``intermediate_low.toml``, ``intermediate.toml`` and ``rising.toml``.
+    """
+    text = (HERE / "high_water.toml").read_text(encoding="utf-8").replace('measured = "published.csv"\n', "")
+    water = re.search(r"\[water\].*?\ntable = .*\n", text).group()
+    rising = (HERE / "model.toml").read_text(encoding="utf-8")
+    tables = dict(re.findall(r'name = "(\w+)".*\nwater = \{ (table = .*) \}', rising))
+    del tables["high"]
+    (folder / "none.toml").write_text(text.replace(water, ""), encoding="utf-8")
+    for name, table in tables.items():
+        (folder / f"{name}.toml").write_text(text.replace(water, f"[water]\n{table}\n"), encoding="utf-8")
+    in_situ = re.search(r"\[in_situ\].*\nmethod = .*\n", rising).group()
+    (folder / "rising.toml").write_text(rising.replace(in_situ, ""), encoding="utf-8")
 
 
 def moved(results, stage, points):

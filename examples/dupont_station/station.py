@@ -148,6 +148,33 @@ def continuum(model, joints, slips=False, order=2):
     return moved if stage.converged else None
 
 
+def slipping_elements():
+    """Return Case 1 as finite elements move its blocks, their joints slipping, to be set beside a run."""
+    model = load().replace(title="Finite elements with joints that slip, Case 1")
+    return as_elements_move(model, solve_continuum(model, joints=True, order=1))
+
+
+def elastic_elements():
+    """Return Case 1 as finite elements move its blocks, their joints elastic."""
+    model = elastic(load()).replace(title="Finite elements with elastic joints, Case 1")
+    return as_elements_move(model, solve_continuum(model, joints=True))
+
+
+def elastic_blocks():
+    """Return Case 1 by the linear Block-Spring Model, joints and rock elastic."""
+    return bsm.run(elastic(load()), bsm.Options(scheme="linear"))
+
+
+def as_elements_move(model, solution):
+    """Return results of a model whose blocks move as those of a continuum's solution."""
+    linear = bsm.run(elastic(model), bsm.Options(scheme="linear"))
+    slips = any(joint.law is not None for joint in model.joints)
+    status = bsm.results.Status.STABLE if slips and solution.converged else linear.status  # they are at rest
+    moved = {"displacement": solution.displacement, "present": solution.present, "status": status}
+    last = replace(linear.stages[-1], **moved)
+    return replace(linear, title=model.title, stages=(*linear.stages[:-1], last))
+
+
 def linear_blocks(model):
     """Return the movement by the linear Block-Spring Model: joints and rock elastic, as in the continuum."""
     return movement_of(bsm.run(elastic(model), bsm.Options(scheme="linear")))

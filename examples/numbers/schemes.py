@@ -19,6 +19,7 @@ EXAMPLES = (  # file, the thesis's verdict
     ("03_stratified_slope/dip_25_5", "-"),
     ("03_stratified_slope/model", "slides, stops at the toe"),
     ("03_stratified_slope/floor", "slides, stops at the bottom"),
+    ("03_stratified_slope/layered", "slides, stops at the bottom"),
     ("04_bolted_opening/unbolted", "unstable: roof block"),
     ("04_bolted_opening/roof_bolt", "unstable: left wall block"),
     ("04_bolted_opening/two_bolts", "stable"),

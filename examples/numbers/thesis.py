@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import bsm_mesh as bsm
+from bsm_mesh.converters import read_blocks
+from bsm_mesh.geometries.stratified_slope import build as build_slope
 from examples.numbers import runs
 from examples.numbers.pages import Table, markdown
 from examples.numbers.runs import admits, load, moved, proves, run, statics, verdict
@@ -65,12 +67,13 @@ def stratified_slope() -> str:
         ("model", "Patton"),
         ("mohr_coulomb", "Mohr-Coulomb"),
         ("floor", "Patton"),
+        ("layered", "Patton"),
     ):
         name = f"{SLOPE}/{file}"
         model, results = load(name), run(name)
-        lower, upper = (moved(results, rows).mean() for rows in layers(model))
+        lower, upper = (moved(results, rows).mean() for rows in layers(model, float(DIPS[file])))
         far = f"{lower:.3f}, {upper:.3f} m" if upper > 0.1 else f"{1e3 * upper:.3f} mm"
-        place = (", on the floor" if file == "floor" else ", at the toe") if upper > 0.1 else ""
+        place = (", on the floor" if file in ("floor", "layered") else ", at the toe") if upper > 0.1 else ""
         found = statics(name)
         answer = admits(name) + (f", weights x {found.factor:.0f}" if 1 < found.factor < 1e6 else "")
         lines.append(
@@ -96,19 +99,46 @@ def stratified_slope() -> str:
     return markdown(header, lines)
 
 
-DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40", "floor": "40"}
+DIPS = {"dip_24_5": "24.5", "dip_25_5": "25.5", "model": "40", "mohr_coulomb": "40", "floor": "40", "layered": "40"}
 
 
-def layers(model: bsm.Model) -> tuple[list[int], list[int]]:
-    """Return the blocks of the lower and of the upper layer of Example 3."""
-    still = model.blocks.count - 12  # the rock, then two toes or the floor
-    return list(range(still, still + 6)), list(range(still + 6, still + 12))
+def layers(model: bsm.Model, dip: float) -> tuple[list[int], list[int]]:
+    """Return the blocks of the lower and of the upper layer, 1 m thick each, over the face of Example 3 at its dip."""
+    c, s = math.cos(math.radians(dip)), math.sin(math.radians(dip))
+    x, y = model.blocks.moments.centroid.T
+    along, above = c * x - s * y, s * x + c * y
+    lower, upper = ((above > k) & (above < k + 1) & (along < 0) for k in (0, 1))
+    return np.flatnonzero(lower).tolist(), np.flatnonzero(upper).tolist()
+
+
+def layered_sizes() -> str:
+    """Return what Example 3 of layers throughout does with other sizes, by both schemes."""
+    usual = load(f"{SLOPE}/layered")
+    lines = []
+    for length, count, gap in ((2.0, 6, 2.0), (2.5, 5, 2.5), (3.0, 4, 2.0), (3.0, 4, 3.0), (4.0, 3, 2.0)):
+        sizes = {"length": length, "blocks": count, "gap": gap, "floor": 10.0, "layered": True}
+        with tempfile.TemporaryDirectory() as folder:
+            path = build_slope(Path(folder) / "slope.msh", **sizes)
+            model = usual.replace(blocks=read_blocks(path, blocks="regions"))
+        told = []
+        for scheme in ("continuation", "wang"):
+            results = bsm.run(model, bsm.Options(scheme=scheme))
+            told += [f"{verdict(results)}, {len(results.stages[-1].steps)}", _spans(results, model)]
+        lines.append((f"{length:g} m x {count}, {gap:g} m", *told))
+    moved = "lower, upper layer moved"
+    steps = '`"continuation"`: steps', '`"wang"`: cycles'
+    return markdown(("block x number, to the floor", steps[0], moved, steps[1], moved), lines)
+
+
+def _spans(results: bsm.Results, model: bsm.Model) -> str:
+    """Return the means of what the lower and the upper layer have moved."""
+    return ", ".join(f"{moved(results, rows).mean():.2f}" for rows in layers(model, 40.0)) + " m"
 
 
 def on_its_way() -> str:
     """Return the step of Example 3 at which the lower layer has reached the toe and the upper slides over it."""
     model = load(f"{SLOPE}/model")
-    lower, upper = layers(model)
+    lower, upper = layers(model, 40.0)
     states: list[np.ndarray] = []
     results = bsm.run(model, snapshot=lambda record, now: states.append(moved(now())))
     last = len(states)
@@ -262,6 +292,7 @@ def dam_variants() -> str:
 TABLES: tuple[Table, ...] = (
     Table(name="pushed-block", page=f"examples/{PUSHED}/README.md", make=pushed_block, tolerance=0.1),
     Table(name="stratified-slope", page=f"examples/{SLOPE}/README.md", make=stratified_slope),
+    Table(name="layered-sizes", page=f"examples/{SLOPE}/README.md", make=layered_sizes, tolerance=0.1),
     Table(name="stratified-slope-way", page=f"examples/{SLOPE}/README.md", make=on_its_way, tolerance=0.1),
     Table(name="bolted-opening", page=f"examples/{OPENING}/README.md", make=bolted_opening),
     Table(name="filling-thickness", page=f"examples/{OPENING}/README.md", make=filling_thickness, tolerance=0.02),

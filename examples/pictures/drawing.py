@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 from PIL import Image
@@ -15,6 +16,7 @@ from examples.numbers.pages import markdown
 from examples.numbers.tutorial import write_files
 
 ROOT = Path(__file__).parents[2]
+WIDEST, COLOURS = 2000, 255  # pixels; both keep the files small
 Window = tuple[float, float, float, float]
 
 
@@ -27,8 +29,9 @@ class Drawn:
     target : str
         The file, relative to the checkout.
     models : tuple of str
-        Model files, relative to the checkout, ``demo/NAME`` of the starter cavern, or ``tutorial/NAME`` of the files
-        of docs/tutorial.md; a panel each.
+        Model files, relative to the checkout, ``demo/NAME`` of the starter cavern, ``tutorial/NAME`` of the files
+        of docs/tutorial.md, ``cassiar/NAME`` of the slope under other water, or ``module:function`` that returns
+        results; a panel each.
     name : str
         The picture, as `bsm-mesh plot --only` knows it; ``movement.gif``, or ``step N``.
     stages : tuple of str
@@ -37,6 +40,8 @@ class Drawn:
         In how many columns several panels stand.
     window : (x0, y0, x1, y1), optional [m]
         What is seen.
+    beside : tuple of (name, model)
+        What is set beside the histories, models as above.
     script : str
         What draws it instead, relative to the checkout.
     elsewhere : str
@@ -51,6 +56,7 @@ class Drawn:
     stages: tuple[str, ...] = ("-1",)
     columns: int = 1
     window: Window | None = None
+    beside: tuple[tuple[str, str], ...] = ()
     script: str = ""
     elsewhere: str = ""
     shows: str
@@ -64,7 +70,9 @@ def draw(picture: Drawn, folder: Path) -> None:
     if picture.script:
         subprocess.run([sys.executable, picture.script], cwd=ROOT, check=True)
         return
-    panels = [_panel(picture, _results(model, folder), stage) for model in picture.models for stage in picture.stages]
+    panels = [
+        _panel(picture, _results(model, folder), stage, folder) for model in picture.models for stage in picture.stages
+    ]
     target = ROOT / picture.target
     if target.suffix == ".gif":
         target.write_bytes(panels[0].read_bytes())
@@ -75,12 +83,18 @@ def draw(picture: Drawn, folder: Path) -> None:
 @cache
 def _results(model: str, folder: Path) -> Path:
     """Return the results folder of a model."""
-    out = folder / model.replace("/", "_").removesuffix(".toml")
+    out = folder / model.replace("/", "_").replace(":", "_").removesuffix(".toml")
+    if ":" in model:
+        module, _, function = model.partition(":")
+        getattr(import_module(module), function)().save(out)
+        return out
     path = ROOT / model
     if model.startswith("demo/"):
         path = _demo(folder) / model.removeprefix("demo/")
     if model.startswith("tutorial/"):
         path = _tutorial(folder) / model.removeprefix("tutorial/")
+    if model.startswith("cassiar/"):
+        path = _cassiar(folder) / model.removeprefix("cassiar/")
     _command("run", str(path), "-q", "-o", str(out))
     return out
 
@@ -106,7 +120,18 @@ def _tutorial(folder: Path) -> Path:
     return case
 
 
-def _panel(picture: Drawn, results: Path, stage: str) -> Path:
+@cache
+def _cassiar(folder: Path) -> Path:
+    """Return the folder with the Cassiar slope from zero stress under each water table, and under rising water."""
+    from examples.cassiar_slope.slope import write_from_zero_stress
+
+    case = folder / "cassiar"
+    case.mkdir()
+    write_from_zero_stress(case)
+    return case
+
+
+def _panel(picture: Drawn, results: Path, stage: str, folder: Path) -> Path:
     """Draw one panel and return its file."""
     if picture.name == "movement.gif":
         asked = ["--animate"]
@@ -115,6 +140,8 @@ def _panel(picture: Drawn, results: Path, stage: str) -> Path:
     else:
         asked = ["--stage", stage, "--only", picture.name]
         asked += [] if picture.window is None else ["--window", *(f"{each:g}" for each in picture.window)]
+        for name, model in picture.beside:
+            asked += ["--with", f"{name}={_results(model, folder)}"]
     drawn = _command("plot", str(results), *asked)
     return Path(drawn.strip().splitlines()[-1])
 
@@ -129,14 +156,18 @@ def _command(*arguments: str) -> str:
 
 
 def _joined(panels: Sequence[Path], columns: int) -> Image.Image:
-    """Return pictures side by side."""
+    """Return pictures side by side, no wider than pages show, in as few colours as the eye tells apart."""
     images = [Image.open(panel).convert("RGB") for panel in panels]
     rows = -(-len(images) // columns)
     width, height = max(image.width for image in images), max(image.height for image in images)
     whole = Image.new("RGB", (columns * width, rows * height), "white")
     for number, image in enumerate(images):
         whole.paste(image, (number % columns * width, number // columns * height))
-    return whole
+    if whole.width > WIDEST:
+        whole = whole.resize((WIDEST, round(whole.height * WIDEST / whole.width)), Image.Resampling.LANCZOS)
+    return whole.quantize(
+        COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+    )  # thin lines keep theirs
 
 
 def table(pictures: Sequence[Drawn]) -> str:

@@ -6,6 +6,8 @@ from examples.pictures.drawing import Drawn
 
 FINAL, NEW_LOOK = "final_position", "new look; axes in metres"
 EX = "examples"
+STATION = "examples.dupont_station.station"
+DUPONT = (-15.0, -13.0, 15.0, 9.5)  # m: left, bottom, right, top
 
 PICTURES = (
     Drawn(
@@ -101,6 +103,13 @@ PICTURES = (
         mended="new",
     ),
     Drawn(
+        target=f"{EX}/03_stratified_slope/layered.png",
+        models=(f"{EX}/03_stratified_slope/layered.toml",),
+        name=FINAL,
+        shows="The upper two of many layers at rest on a floor, as Wang Fig. 4.22",
+        mended="new",
+    ),
+    Drawn(
         target=f"{EX}/04_bolted_opening/final_position.png",
         models=tuple(f"{EX}/04_bolted_opening/{name}.toml" for name in ("unbolted", "roof_bolt", "two_bolts", "model")),
         name=FINAL,
@@ -145,37 +154,80 @@ PICTURES = (
     ),
     Drawn(
         target=f"{EX}/cassiar_slope/section.png",
-        elsewhere=f"{EX}/cassiar_slope/figures.py",
-        shows="The section, its water tables, the movement under high water",
+        models=(f"{EX}/cassiar_slope/high_water.toml",),
+        name="model",
+        shows="The section with its joints, the high water table and the seven points",
+        mended=f"{NEW_LOOK}; drawn from the run, no more by a script",
     ),
     Drawn(
-        target=f"{EX}/cassiar_slope/groundwater.png",
-        elsewhere=f"{EX}/cassiar_slope/figures.py",
-        shows="Displacement of seven points against the groundwater",
+        target=f"{EX}/cassiar_slope/vectors.png",
+        models=(f"{EX}/cassiar_slope/high_water.toml",),
+        name="displacement_arrows",
+        shows="Displacements under weight and high water at once, as Wang Fig. 8.17",
+        mended="new",
+    ),
+    Drawn(
+        target=f"{EX}/cassiar_slope/points.png",
+        models=(f"{EX}/cassiar_slope/high_water.toml",),
+        name="points",
+        beside=(
+            *((f"{name} water, at once", f"cassiar/{name}.toml") for name in ("intermediate", "low")),
+            ("no water", "cassiar/none.toml"),
+            ("high water, having risen", "cassiar/rising.toml"),
+        ),
+        shows="The seven points of Wang Fig. 8.19 by water table, beside UDEC, BLOSMER and what was observed",
+        mended="new, from `[[history]] measured`; stood for a chart by a script",
     ),
     Drawn(
         target=f"{EX}/cassiar_slope/histories.png",
         models=(f"{EX}/cassiar_slope/model.toml",),
         name="histories",
-        shows="The seven points of Wang Fig. 8.19 while the water rises, from `[[history]]`",
+        shows="The seven points while the water rises, from `[[history]]`",
         mended="new; gravity's movement before the first stage is no jump in it; the key keeps clear of the axis",
     ),
     Drawn(
-        target=f"{EX}/dupont_station/extensions.png",
+        target=f"{EX}/dupont_station/mesh.png",
         models=(f"{EX}/dupont_station/model.toml", f"{EX}/dupont_station/bolts.toml"),
-        name="extensometers",
-        shows="Extensions of four lines, as Wang Figs. 8.10 and 8.12, from `[[history]]`: Case 1, Case 2",
-        mended="new",
+        name="model",
+        columns=2,
+        window=DUPONT,
+        shows="Rocks, joints, the lines of the extensometers: Case 1, Case 2 with its bolts, as Wang Figs. 8.3 and 8.4",
+        mended=f"{NEW_LOOK}; drawn from the runs, no more by a script",
     ),
-    *(
-        Drawn(target=f"{EX}/dupont_station/{name}.png", elsewhere=f"{EX}/dupont_station/figures.py", shows=shows)
-        for name, shows in (
-            ("mesh", "Mesh, bolts and extensometers"),
-            ("vectors", "Displacement of blocks and finite elements"),
-            ("settlement", "Settlement of the top of rock, computed and measured"),
-            ("extensometers", "Movement along four lines"),
-            ("bolts", "Forces in the bolts"),
-        )
+    Drawn(
+        target=f"{EX}/dupont_station/vectors.png",
+        models=(
+            f"{EX}/dupont_station/model.toml",
+            f"{STATION}:slipping_elements",
+            f"{EX}/dupont_station/bolts.toml",
+            f"{STATION}:elastic_elements",
+        ),
+        name="displacement_arrows",
+        columns=2,
+        window=DUPONT,
+        shows="Displacements by blocks (left: Case 1, Case 2) and by finite elements, as Wang Figs. 8.5, 8.7 and 8.11",
+        mended=f"{NEW_LOOK}; bolts are drawn",
+    ),
+    Drawn(
+        target=f"{EX}/dupont_station/profiles.png",
+        models=(f"{EX}/dupont_station/model.toml",),
+        name="profiles",
+        beside=(
+            ("blocks, Case 2", f"{EX}/dupont_station/bolts.toml"),
+            ("finite elements, joints that slip", f"{STATION}:slipping_elements"),
+            ("finite elements, elastic joints", f"{STATION}:elastic_elements"),
+            ("blocks, elastic joints", f"{STATION}:elastic_blocks"),
+        ),
+        shows="Displacements along the extensometers and the top of rock by blocks and elements, beside what was "
+        "published, as Wang Figs. 8.8 to 8.10 and 8.12",
+        mended="new, from `[[history]] measured`; stood for two charts by a script",
+    ),
+    Drawn(
+        target=f"{EX}/dupont_station/bolts.png",
+        models=(f"{EX}/dupont_station/bolts.toml",),
+        name="bolt_forces",
+        shows="Forces along the bolts, and their pressure on the wall, as Wang Figs. 8.13 and 8.14",
+        mended=f"{NEW_LOOK}; drawn from the run, no more by a script",
     ),
     Drawn(
         target=f"{EX}/falling_table/final_position.png",

@@ -58,8 +58,8 @@ NOT_RUN = {  # page, and how a block begins that is no program by itself: why
     ("docs/architecture.md", '"""Damped Newton\'s method'): A_METHOD,
     ("docs/architecture.md", "    Phase.NEAR_REST: (DampedNewton()"): A_METHOD,
     ("docs/theory.md", "import numpy as np"): "tests/unit/test_own_laws.py",
-    ("docs/performance.md", "from bsm_mesh.solve.cluster import ranks"): "needs MPI: tests/unit/test_cluster.py",
     ("docs/flow.md", "import bsm_mesh as bsm"): "tests/unit/test_flow_results.py reads these",
+    ("docs/performance.md", "from bsm_mesh.solve.cluster import ranks"): "needs MPI: tests/unit/test_pardiso_mpi.py",
     ("docs/studies.md", "import pyarrow.parquet as pq"): "tests/unit/test_study.py reads that table",
 }
 INSTALLS = ("pip ", ".venv/bin/pip ", "sudo ", "python3 -m venv ", ". ", "dask ", "mpiexec ", "gmsh ")

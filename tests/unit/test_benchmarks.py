@@ -38,8 +38,8 @@ def test_run(tmp_path):
     assert ours["verdict"] == "stable"
     assert ours["blocks"] == other["blocks"] == 106
     assert ours["residual"] < 1e-6
-    assert sum(ours["parts"].values()) == pytest.approx(ours["seconds"], rel=1e-6)
-    assert all(seconds > 0 for seconds in ours["parts"].values())
+    assert sum(ours["parts"].values()) == pytest.approx(ours["processor"], rel=1e-6)
+    assert all(seconds >= 0 for seconds in ours["parts"].values())
     assert ours["factorizations"] > 0
     assert other["residual"] == 0.5
     assert (tmp_path / "wall.png").stat().st_size > 1000
@@ -65,8 +65,28 @@ def test_split_counts_inner_work_once_and_leaves_no_trace():
         assert system.block_pattern is pattern.block_pattern is not before
         system.block_pattern(2, *(importlib.import_module("numpy").array([k], dtype="int32") for k in (0, 1)))
     assert system.block_pattern is pattern.block_pattern is before
-    assert 0 < split.seconds["assembly"] < split.total
-    assert sum(split.seconds.values()) == pytest.approx(split.total)
+    assert 0 < split.seconds["assembly"] < split.processor
+    assert sum(split.seconds.values()) == pytest.approx(split.processor)
+
+
+def test_a_page_is_written_from_stored_rows(tmp_path):
+    tables, pages = module("tables"), module("pages")
+    row = {"blocks": 1000, "asked": 1000, "verdict": "stable", "seconds": 9.0, "processor": 4.0, "memory": 0.5}
+    row |= {"factorizations": 3, "parts": {"factorization": 1.0, "contacts": 1.0, "assembly": 1.0, "rest": 1.0}}
+    larger = row | {"blocks": 10_000, "asked": 10_000, "processor": 40.0}
+    late = {"blocks": 1000, "asked": 1000, "verdict": "no answer", "note": "stopped"}
+    start = {"blocks": 106, "asked": 106, "verdict": "done", "seconds": 1.0, "note": "x"}
+    for name, cases in (("a", {"wall": {"bsm": [row, larger], "pymunk": [late]}}), ("b", {"start": {"help": [start]}})):
+        (tmp_path / name).write_text(json.dumps({"where": f"Commit {name}", "cases": cases}))
+    page, (begin, end) = tmp_path / "page.md", pages.marks(tables.MAKER)
+    page.write_text(f"{begin}\n{end}\n")
+    tables.write_into(page, [tmp_path / "a", tmp_path / "b"])
+    text = page.read_text()
+    assert "Commit a; Commit b" in text
+    assert "| wall | bsm | 1000 | stable | 4.00 | 0.50 | 3 | 25 % | 0 % | 50 % | 0 % | 25 % |" in text
+    assert "| wall | bsm | 1.00 | 10000 | 4 | 52 |" in text
+    assert "| start | help | 106 | 1.00 |" in text
+    assert "pymunk" not in text
 
 
 def test_growth():

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
@@ -75,6 +76,24 @@ def test_gaps_that_close():
     (stage,) = stages_of(model_of(shapes, loads=[push], friction=30.0))
     assert stage.kind is Comparability.NOT_COMPARABLE
     assert stage.reason == "gaps close: blocks 1 and 2 press on each other and did not touch at first"
+
+
+@pytest.mark.parametrize(("name", "met"), [("04_bolted_opening/model.toml", True), ("rough_joint/model.toml", False)])
+def test_corners_that_met_at_a_node_are_told(name, met):
+    """Blocks without a common side press on each other once they have moved: elements have no interface there."""
+    loaded = load_model_file(EXAMPLES / name, lambda _: None)
+    results = bsm.run(loaded.model, loaded.options)
+    contacts = results.stages[-1].contacts
+    near = 1e-6  # of a side's two blocks, so swollen, as much lies in both for every metre
+    given = [shapely.Polygon(results.blocks.polygon(b)).buffer(near / 2) for b in range(results.blocks.count)]
+    pairs = zip(contacts.block_a.tolist(), contacts.block_b.tolist(), strict=True)
+    side = np.array([given[a].intersection(given[b]).area / near for a, b in pairs])
+    met_force = np.hypot(contacts.normal_force, contacts.shear_force) * (side < 1e-3)
+    assert (met_force.max() > 0) == met
+    (stage,) = compare_stages(loaded.model, results, refine=False)
+    most = float(f"{met_force.max() / 1e3:.3g}")
+    told = f"{np.count_nonzero(met_force)} corners that met others bear up to {most:g} kN/m"
+    assert (told in stage.sentence) == met
 
 
 def test_rock_that_breaks():

@@ -69,6 +69,14 @@ CONVENTIONS = {
         lambda u, s: {"a": u, "p": s[:, 0], "q": s[:, 1], "r": s[:, 2]},
         field_names(["displacement=a", "sxx=p", "syy=q", "sxy=r"], None, False),
     ),
+    "named components, each in a unit of its own": (
+        lambda u, s: {"a": 1e3 * u[:, 0], "b": 1e2 * u[:, 1], "p": 1e-3 * s[:, 0], "q": 1e-6 * s[:, 1], "r": s[:, 2]},
+        field_names(["ux=a:mm", "uy=b:cm", "sxx=p:kPa", "syy=q:MPa", "sxy=r:Pa"], None, False),
+    ),
+    "named components, and a unit for those without one": (
+        lambda u, s: {"a": u, "p": 1e-3 * s[:, 0], "q": 1e-6 * s[:, 1], "sxy": 1e-3 * s[:, 2]},
+        FieldNames(arrays={"displacement": "a", "sxx": "p", "syy": "q"}, factors={"stress": 1e3, "syy": 1e6}),
+    ),
 }
 
 
@@ -172,6 +180,16 @@ def test_our_own_elements_as_another_program_would_write_them(tmp_path):
         assert_allclose(error.l2, named[error.name].l2, rtol=2e-3)
         assert_allclose(error.rms_fem, named[error.name].rms_fem, rtol=1e-3)
         assert error.worst_block == named[error.name].worst_block
+
+
+def test_a_unit_for_some_components_alone_is_refused(tmp_path):
+    """One that counted for all would make megapascals of kilopascals."""
+    points, cells = theirs()
+    fields = dict(zip(("A", "B", "C"), linear(points)[1].T, strict=True))
+    meshio.Mesh(points, [("triangle", cells)], point_data=fields).write(tmp_path / "theirs.vtu")
+    names = field_names(["sxx=A:kPa", "syy=B", "sxy=C:kPa"], None, False)
+    with pytest.raises(ModelError, match=r"'B': sxx was given a unit and syy none; .*--field syy=\"B\":kPa"):
+        plane_fields(read_foreign(tmp_path / "theirs.vtu"), names)
 
 
 def test_half_a_mesh(solved, tmp_path):
@@ -368,7 +386,7 @@ def test_units_in_names_count_whoever_read_the_file(tmp_path):
         ModelError, match=r"'Sigma XX \(kip\)': unit 'kip' is none of Pa, kPa, .*--field sxx=\"Sigma XX"
     ):
         plane_fields(read("kip"), NONE)
-    names = field_names(["sxx=Sigma XX (kip):kPa"], None, False)
+    names = field_names([f"s{part}=Sigma {part.upper()} (kip):kPa" for part in ("xx", "yy", "xy")], None, False)
     result = read("kip")
     check(block_averages_of(result, plane_fields(result, names), blocks, 1.0), blocks)
 

@@ -8,7 +8,7 @@ from scipy.sparse import bsr_array
 from bsm_mesh.errors import SingularMatrixError
 from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.block_matrix import whole_pattern
-from bsm_mesh.solve.algebra.linear_solvers import WORTH_SINGLE, make_linear_solver
+from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
 from bsm_mesh.solve.algebra.mixed_precision import ACCURACY, MixedPrecisionPardiso
 
 pytestmark = pytest.mark.skipif(not pardiso.is_available(), reason="mkl is not installed")
@@ -70,7 +70,7 @@ def test_a_singular_matrix_noticed_late_is_no_crash(monkeypatch):
 
 
 def test_large_systems_of_corrections_take_it():
-    for rows, kind in ((WORTH_SINGLE, MixedPrecisionPardiso), (WORTH_SINGLE - 1, pardiso.Pardiso)):
+    for rows, kind in ((pardiso.LARGE, MixedPrecisionPardiso), (pardiso.LARGE - 1, pardiso.Pardiso)):
         pattern, data, _ = chain(rows, SPRING)
         solver = make_linear_solver("pardiso", pattern, np.zeros((rows, 2)), corrections=True)
         assert type(solver) is kind

@@ -67,7 +67,13 @@ def test_a_window_that_is_none(results, window):
 
 def test_every_picture_of_the_command_is_one_of_a_script(results):
     """One list for both; the charts of the bolts are of a stage, and of no part of the model."""
-    nothing = {"histories", "extensometers", "bolts_utilisation"}  # none recorded; no strength that could be used
+    nothing = {
+        "histories",
+        "extensometers",
+        "profiles",
+        "points",
+        "bolts_utilisation",
+    }  # none recorded; no strength used
     nothing |= {"flow_head", "flow_discharge"}  # its water has a table
     assert all(results.plot(name).axes for name in NAMES if name not in nothing)
     assert [axes.get_title() for axes in results.plot("bolt_forces").axes if "B" in axes.get_title()]
@@ -85,6 +91,15 @@ def test_a_model_that_was_not_run(results):
     assert told[0] == "Opening with bolts: as given"
     assert told[1].startswith("24 blocks where they were given")
     assert {"rock", "joint J", "held", "water table", "bolt, its head"} <= set(told)
+    histories = [bsm.History(name="roof", point=(0.5, 0.5)), bsm.History(name="rod", line=[(0.5, 0.5), (1.5, 1.5)])]
+    figure = model.replace(histories=histories).plot()
+    assert {"points of histories", "lines of histories"} <= set(texts(figure))
+    assert {"roof", "rod"} <= {text.get_text() for text in figure.axes[0].texts}
+
+
+def test_bolts_stand_in_the_pictures_of_displacement(results):
+    for name in ("displacement", "displacement_arrows"):
+        assert "bolt, its head" in texts(results.plot(name))
 
 
 def test_what_is_known_of_a_model_is_what_its_run_begins_with(results):

@@ -122,6 +122,8 @@ GUIDE = {  # rows of the user guide's table
     "`jcs`, `crushing_strength`": quantities.WALL_STRENGTH,
     "`joint_length`": quantities.JOINT_LENGTH,
     "`max_closure`": quantities.CLOSURE,
+    "`shear_stiffness_exponent`": quantities.STIFFNESS_EXPONENT,
+    "`reference_stress`": quantities.REFERENCE_STRESS,
     "filling `thickness`": quantities.THICKNESS,
     "coordinates, levels": quantities.COORDINATE,
     "directions": quantities.DIRECTION,

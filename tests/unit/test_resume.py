@@ -15,7 +15,7 @@ from bsm_mesh.app.checkpoint_file import write_checkpoint
 from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.app.own_files import CHECKPOINT
 from bsm_mesh.errors import SingularMatrixError
-from bsm_mesh.solve.algebra import linear_solvers
+from bsm_mesh.solve.algebra import pardiso
 from bsm_mesh.solve.algebra.pardiso import Pardiso, is_available
 from bsm_mesh.solve.step.factorization import Factors
 from tests.campaigns.scenes import content, put_model
@@ -179,7 +179,7 @@ def test_a_pattern_that_needed_double_precision_still_does(monkeypatch: pytest.M
             raise SingularMatrixError("no pivot")
         factorize(self, data)
 
-    monkeypatch.setattr(linear_solvers, "WORTH_SINGLE", 1)
+    monkeypatch.setattr(pardiso, "LARGE", 1)
     step = begun(tilted_courses(3, 4).model())
     assert step.factors.double_precision == ""
     with monkeypatch.context() as changed:

@@ -129,8 +129,7 @@ def test_elastic_shear_lag():
 def test_strength(keys):
     """Bond of 50 kN/m over 2 m, or steel that yields at 100 kN: it holds just less, and not just more."""
     assert pulled(99.9e3, **keys).converged
-    torn = pulled(100.1e3, **keys)
-    assert not torn.converged or torn.displacement[1, 0] > 1.0
+    assert not pulled(100.1e3, **keys).converged
 
 
 def test_dowel_alone_holds_a_block():

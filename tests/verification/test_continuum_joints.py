@@ -103,7 +103,7 @@ def test_incline(friction, fields):
         return np.hypot(*stage.displacement[1, :2]) if stage.converged else np.inf
 
     assert moved(friction - 0.01) < 1e-3
-    assert moved(friction + 0.01) > 1.0
+    assert moved(friction + 0.01) == np.inf
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -143,8 +143,7 @@ def test_cohesion_and_tensile_strength():
     holds = hung(19.9e3)
     assert holds.converged
     assert_allclose(holds.displacement[1, 1], -19.9e3 / 1e9, rtol=1e-3)
-    broken = hung(20.1e3)
-    assert not broken.converged or broken.displacement[1, 1] < -1.0
+    assert not hung(20.1e3).converged
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -32,7 +32,15 @@ LAWS = {
     "ladanyi_archambault": {"law": bsm.LadanyiArchambault(friction=30.0, dilation=10.0, jcs=60e6)},
     "closure": {"law": bsm.MohrCoulomb(**MC), "max_closure": 5e-4},
     "dilation": {"law": bsm.MohrCoulomb(**MC), "dilation_angle": 8.0, "dilation_slip": 5e-3},
+    "stiffening": {"law": bsm.MohrCoulomb(**MC), "shear_stiffness_exponent": 0.5, "reference_stress": 1e5},
+    "stiffening by its strength": {
+        "shear_stiffness": None,
+        "law": bsm.BartonBandis(jrc=8, jcs=60e6, residual_friction=28.0),
+        "reference_stress": 1e5,
+    },
     "all at once": {
+        "shear_stiffness": None,
+        "reference_stress": 1e5,
         "law": bsm.BartonBandis(jrc=8, jcs=60e6, residual_friction=28.0, roughness_wears=True),
         "max_closure": 5e-4,
         "dilation_angle": 8.0,
@@ -46,7 +54,7 @@ def model(request):
     """Return a block on a slope that every law holds, and a smaller one on top of it."""
     polygons = [rectangle(-9, -2, 9, 0), rectangle(-1, 0, 1, 1), rectangle(-0.5, 1, 0.5, 1.5)]
     found = model_of([turned(p, SLOPE) for p in polygons])
-    joint = bsm.Joint("J", 1e9, 5e8, **LAWS[request.param])
+    joint = bsm.Joint("J", **{"normal_stiffness": 1e9, "shear_stiffness": 5e8, **LAWS[request.param]})
     return found.replace(joints=[joint])
 
 
@@ -104,6 +112,7 @@ def test_what_an_export_leaves_out_is_told(model):
     plain = LAWS["mohr_coulomb"]["law"] == law
     told = " ".join(left_out(model))
     assert ("dilation" in told) == (model.joints[0].dilation_angle > 0)
+    assert ("shear stiffness that grows" in told) == (model.joints[0].reference_stress is not None)
     assert ("closure" in told) == (model.joints[0].max_closure is not None)
     assert (type(law).__name__ in told) == (not plain)
 

@@ -10,7 +10,8 @@ import sys
 import pytest
 
 from benchmarks.campaign import comparison, runner, store, tables
-from benchmarks.campaign.__main__ import BEGIN, END, main
+from benchmarks.campaign.__main__ import MAKER, main
+from benchmarks.pages import marks
 
 HEAD = {"engine": "e", "limit": 5.0, "commit": "c"}
 
@@ -91,6 +92,26 @@ def test_tables_count_and_spread():
     assert tables.of_contradictions(records)[1] == ["a 1", "9", "end: x"]
 
 
+def test_large_scenes_stand_beside_what_they_were_before(tmp_path):
+    names, files = ("1e4 wall", "1e4 layers", "1e5 wall"), [tmp_path / name for name in ("1e4", "1e5", "before")]
+    for file, limit in zip(files, (5.0, 50.0, 9.0), strict=True):
+        log = runner.Log(file, HEAD | {"limit": limit})
+        for name in names:
+            slow = name == "1e5 wall" and file.name == "1e5"
+            if name.startswith(file.name) or (file.name == "before" and name != "1e4 layers"):
+                log.keep({"family": name, "seed": 0, **record("timeout" if slow else "stable", 2.0 * limit)})
+    page, (begin, end) = tmp_path / "page.md", marks(MAKER)
+    page.write_text(f"{begin}\n{end}\n")
+    assert main(["table", *map(str, files[:2]), "--against", str(files[2]), "--into", str(page)]) == 0
+    rows = [line.split(" | ") for line in page.read_text().splitlines() if line.startswith("| 1e")]
+    found = {row[0][2:]: (row[5], row[-2], row[-1][:4]) for row in rows}
+    assert list(found) == list(names)
+    assert found["1e4 wall"] == ("10.0", "18.0", "0.56")
+    assert found["1e5 wall"][:2] == ("over 50.0", "18.0")
+    assert "at most 5 processor seconds a model. Commit" in page.read_text()
+    assert "at most 9 processor seconds" in page.read_text().partition("### ")[2]
+
+
 def test_methods_are_counted_where_steps_tell_them():
     records = {("a", 1): record(methods={"newton": 2}), ("a", 2): record(methods={"newton": 1, "motion": 4})}
     assert tables.of_families(records, 5.0)[1][-1] == "motion 4, newton 3"
@@ -106,8 +127,9 @@ def test_packed_records_come_back(tmp_path):
 
 def test_a_page_is_written_between_its_marks(tmp_path):
     log, page = tmp_path / "log.jsonl", tmp_path / "page.md"
+    begin, end = marks(MAKER)
     runner.Log(log, HEAD).keep({"family": "wall", "seed": 0, **record()})
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
     assert main(["table", str(log), "--into", str(page)]) == 0
     text = page.read_text()
     assert "| wall | 1 | 1 |" in text

@@ -11,14 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.errors import ModelError, place
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import Bars, bars_of
-
-# Part of a block's greatest singular value, and of the greatest prescribed value: what is smaller is rounding, a bar
-# that repeats others or a misfit that is no contradiction (or `rounding`, on a national grid).
-REPEATS = 1e-9
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -166,7 +162,9 @@ def constrain_bars(
     values[row_of_bar, slot] = value * lever
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
     noise = rounding(model.blocks.vertices) / radius
-    constrained = (size > np.maximum(REPEATS, noise)[:, None] * size[:, :1]).sum(axis=1)
+    # A smaller singular value is that of a bar that repeats others, a smaller misfit no contradiction.
+    least = np.maximum(ROUNDING, noise)
+    constrained = (size > least[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(3) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
     prescribed = np.einsum("kab,kb->ka", pseudo, values)
@@ -174,7 +172,7 @@ def constrain_bars(
     share = np.transpose(pseudo, (0, 2, 1))
     share[row_of_bar, slot] *= lever[:, None]
     if conflicts:
-        _check_conflicts(bars, misfit, np.maximum(REPEATS, noise)[row_of_bar])
+        _check_conflicts(bars, misfit, least[row_of_bar])
     scale = np.column_stack([np.ones(k), np.ones(k), 1 / radius])
     number = np.full(model.blocks.count, -1, dtype=np.int32)
     number[block] = np.arange(k)

@@ -12,8 +12,6 @@ from bsm_mesh.solve.algebra.mixed_precision import MixedPrecisionPardiso
 from bsm_mesh.solve.algebra.ordering import elimination_order
 from bsm_mesh.solve.algebra.superlu import SuperLU
 
-WORTH_SINGLE = 5000  # [blocks]; below, refining takes what single precision saves
-
 
 class LinearSolver(Protocol):
     """A direct solver for a symmetric matrix of 3 x 3 blocks whose pattern stays."""
@@ -76,7 +74,7 @@ def make_linear_solver(
     """
     if name == "auto":
         name = "pardiso" if pardiso.is_available() else "superlu"
-    if name == "pardiso" and corrections and pattern.rows >= WORTH_SINGLE:
+    if name == "pardiso" and corrections and pattern.rows >= pardiso.LARGE:
         return MixedPrecisionPardiso(pattern, threads, single=single)
     if name == "pardiso":
         return pardiso.Pardiso(pattern, threads, elimination_order(pattern, position) if once else None)

@@ -8,13 +8,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, FloatArray, IntArray
 from bsm_mesh.errors import listing, place
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
-from bsm_mesh.solve.algebra.constraints import REPEATS, Constraints, rounding
-
-MAX_NAMED = 3  # sentences of a message on parts that are free to move: a reader needs the first few
+from bsm_mesh.solve.algebra.constraints import Constraints, rounding
 
 
 def connected_parts(pattern: BlockPattern) -> IntArray:
@@ -73,13 +71,13 @@ def _free_motion(constraints: Constraints, chosen: FloatArray) -> str:
     moment = (arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]) / size + bars.holds_rotation[chosen]
     rows = np.column_stack([direction, moment])
     _, values, axes = np.linalg.svd(np.vstack([rows, np.zeros((3, 3))]))
-    rank = int((values > max(REPEATS, rounding(point) / size) * values[0]).sum())
+    rank = int((values > max(ROUNDING, rounding(point) / size) * values[0]).sum())
     if rank == 3:
         return ""
     u, v, turn = axes[rank]
     if rank == 1:  # of two free motions name the plain one, a slide
         u, v, turn = axes[1] * axes[2, 2] - axes[2] * axes[1, 2]
-        u, v, turn = (u, v, 0.0) if np.hypot(u, v) > REPEATS else axes[1]
+        u, v, turn = (u, v, 0.0) if np.hypot(u, v) > ROUNDING else axes[1]
     if abs(turn) < 1e-6:
         return f"slide in the direction {np.degrees(np.arctan2(v, u)) % 180:.4g} degrees"
     x, y = centre[0] - v * size / turn, centre[1] + u * size / turn

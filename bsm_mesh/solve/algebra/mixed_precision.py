@@ -12,7 +12,6 @@ from bsm_mesh.solve.algebra.pardiso import Pardiso
 
 ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
 SLOWEST = 0.5  # part that a refinement may leave, else double precision is cheaper: in a wall of 400 000, a fiftieth
-MAX_REFINEMENTS = 10  # halving so often leaves a thousandth
 
 
 class MixedPrecisionPardiso:
@@ -58,7 +57,7 @@ class MixedPrecisionPardiso:
         matrix = bsr_array((self._data, self._pattern.column, self._pattern.row_start))
         wanted = ACCURACY * self._size(right_side)
         x, left, size = np.zeros_like(right_side), right_side, np.inf
-        for _ in range(MAX_REFINEMENTS):
+        while True:
             x = x + self._solved(left)
             left = right_side - (matrix @ x.ravel()).reshape(x.shape)
             before, size = size, self._size(left)

@@ -18,7 +18,9 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
-WORTH_THREADS, WORTH_SOLVING = 5000, 30_000  # [blocks], to factorize, to solve: below, threads wait more than they work
+# [blocks], to factorize, to solve: below, threads wait more than they work, and refining takes what factors of single
+# precision save.
+LARGE, WORTH_SOLVING = 5000, 30_000
 SHARES = 8  # into which a factorization is divided, whatever the number of threads: so that it changes no digit
 
 
@@ -89,7 +91,7 @@ class Pardiso:
         self._parameters[34] = 1  # indices from 0
         self._parameters[36] = 3  # 3 x 3 blocks
         self._data: FloatArray | None = None
-        cores = os.cpu_count() or 1 if pattern.rows >= WORTH_THREADS else 1
+        cores = os.cpu_count() or 1 if pattern.rows >= LARGE else 1
         self._threads, self._order = threads or cores, order
         self._precision = np.float32 if single else np.float64
 

@@ -5,7 +5,8 @@ capacity. Its equilibrium is the minimum of a convex energy, where every bond fo
 tension follows from the stretch and the slips, and nodes slip where the capacity is reached: the limit of Wang's Eq.
 5.13 when it is repeated. From the head on, the tension of an element is a rising, piecewise linear function of the
 slip at its far node: a list of corners. A node adds its bond force at equal slip, an element its stretch at equal
-tension. At the tip the tension is zero; going back gives all slips.
+tension. At the tip the tension is zero; going back gives all slips. Where all bonds are rigid and none gives way,
+tensions follow from the stretch alone.
 
 Slips are positive towards the tip; the bond force of a node is the difference of the tensions after and before it
 (Wang Eq. 5.6), and acts on the rock towards the tip.
@@ -51,10 +52,12 @@ def solve_chain(
     tension, slip = np.zeros(n - 1), anchor.copy()
     greatest = 0.0
     for i in range(n - 1):
-        greatest = max(greatest, stiffness[i] * (stretch[i] + anchor[i + 1] - anchor[i]))
-    if greatest <= 0.0:
-        return tension, slip
+        trial = stiffness[i] * (stretch[i] + anchor[i + 1] - anchor[i])
+        greatest = max(greatest, trial)
+        tension[i] = min(max(trial, 0.0), most_tension)
     bound = 2.0 * greatest  # no tension exceeds what the bonds impose where none of them gives way
+    if greatest <= 0.0 or _holds(tension, capacity - AT_LIMIT * bound, bond_stiffness):
+        return tension, slip
     most = min(most_tension, bound)
     w, t, size = np.empty((n, 2 * n)), np.empty((n, 2 * n)), np.zeros(n, np.int64)  # with the node's bond
     v, s, length = np.empty((n, 2 * n)), np.empty((n, 2 * n)), np.zeros(n, np.int64)  # after the element
@@ -78,6 +81,18 @@ def solve_chain(
         slip[i] = _near_slip(anchor[i], low, high, elastic, found, most)
     _reset_rounding(tension, slip, capacity - AT_LIMIT * bound, bond_stiffness, anchor)
     return tension, slip
+
+
+@njit()
+def _holds(tension: FloatArray, below: FloatArray, bond_stiffness: FloatArray) -> bool:  # pragma: no cover - compiled
+    """Return whether all bonds are rigid, and their forces under these tensions `below` that (n,): no node slips."""
+    n = below.size
+    for i in range(n):
+        before = tension[i - 1] if i > 0 else 0.0
+        after = tension[i] if i < n - 1 else 0.0
+        if bond_stiffness[i] != np.inf or not abs(after - before) < below[i]:
+            return False
+    return True
 
 
 @njit()

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.solve.bolts.chain import AT_LIMIT
 from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.kernels import own_coupling
-
-RESISTS = 1e-9  # of an element's stiffness: what is left of it where its bond gives way is less
 
 
 def bolt_status(installed: InstalledBolts, at: BoltEvaluation) -> IntArray:
@@ -61,7 +59,7 @@ def holding_pairs(installed: InstalledBolts, at: BoltEvaluation) -> tuple[IntArr
     """Return the pairs of blocks connected by a bolt whose tension or shear rises with their separation."""
     layout, dowels = installed.layout, installed.dowels
     own = own_coupling(layout.node_start, installed.coupling(at))
-    resists = taut(installed, at) & (own > RESISTS * installed.stiffness)
+    resists = taut(installed, at) & (own > ROUNDING * installed.stiffness)  # less is left where its bond gives way
     sheared = np.abs(at.dowels.force)
     holds = (sheared > AT_LIMIT * dowels.stiffness) & (sheared < dowels.strength * (1 - AT_LIMIT))
     node = layout.first_node[resists]

@@ -14,6 +14,7 @@ from bsm_mesh.contact.rules import CONTACT_TOLERANCE
 from bsm_mesh.contact.search import Candidates, Outlines, detect_contacts
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.joint_laws.dilation import Dilating
+from bsm_mesh.model.joint_laws.shear_springs import Growing
 from bsm_mesh.model.model import Model
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import given_geometry
@@ -56,6 +57,7 @@ def gather_contacts(
     # in situ, contacts are closed at gap 0, and with a large gap too
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)
     old_tangential, first_tangential = _anchors(history, found, fresh)
+    shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
     return ContactSet(
@@ -65,10 +67,11 @@ def gather_contacts(
         law=properties.law,
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
-        shear_stiffness=np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length),
+        shear_stiffness=shear_stiffness,
         **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
         old_shear=_remembered(history.shear, source, np.zeros(found.count)),
+        old_pressure=_remembered(history.active.pressure, source, np.zeros(found.count)),
         old_tangential=old_tangential,
         first_tangential=first_tangential,
         failed=failed,
@@ -81,6 +84,7 @@ def gather_contacts(
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
         dilating=_dilating(catalogue, properties, mated),
+        growing=Growing.among(*catalogue.shear_curve_of(properties.joint), found.length, shear_stiffness),
         by_law=rows_by_law(properties.law),
     )
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, ask
 from bsm_mesh.model.joint_laws.dilation import Dilating, Pressures, Strength, slip_of_step
+from bsm_mesh.model.joint_laws.shear_springs import Growing, Springs
 from bsm_mesh.model.strength import law_name
 from bsm_mesh.solve.contacts.closure import Hyperbolic
 from bsm_mesh.solve.contacts.force_kernels import (
@@ -21,7 +22,6 @@ from bsm_mesh.solve.contacts.force_kernels import (
     relative_positions,
 )
 
-FULL = 1 - 1e-9  # of the strength, from which a contact counts as slipping: rounding of the law is far below
 AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
 
 
@@ -40,6 +40,7 @@ class ContactSet:
     residual_tension: FloatArray  # (m,) N/m, that slip leaves of it
     offset: FloatArray  # gap at zero pressure
     old_shear: FloatArray
+    old_pressure: FloatArray  # at which that shear force was; nan: it goes with the present one
     old_tangential: FloatArray  # nan: no shear force before an accepted step with the contact closed
     first_tangential: FloatArray  # nan: not closed yet
     failed: BoolArray
@@ -52,6 +53,7 @@ class ContactSet:
     entering_direction: FloatArray  # (l, 2) that edge's unit direction from the corner, in a's frame
     hyperbolic: Hyperbolic
     dilating: Dilating
+    growing: Growing
     by_law: tuple[tuple[int, IntArray | slice], ...]  # number of every law in use, and its rows
 
     @property
@@ -90,12 +92,13 @@ class Evaluation:
     dshear_dpressure: FloatArray
     failed: BoolArray
     forces: FloatArray
+    springs: Springs
     slip: FloatArray  # (h,) of the dilating contacts in this step [m], not negative
 
     @property
     def at_strength(self) -> BoolArray:
         """Which contacts carry their full shear strength, (m,): they slip, or are about to."""
-        full: BoolArray = self.closed & ~(self.sticking & (np.abs(self.shear) < FULL * self.strength))
+        full: BoolArray = self.closed & ~(self.sticking & (np.abs(self.shear) < (1 - ROUNDING) * self.strength))
         return full
 
 
@@ -114,7 +117,8 @@ def evaluate(
     """Return the contact forces on the blocks at a position (n, 3) and their derivatives."""
     c = contacts.candidates
     gap, tangential, *frames = contacts.relative_positions(position)
-    slip, offset = _slip_and_offset(contacts, laws, gap, tangential)
+    springs = _springs(contacts, gap, tangential)
+    slip, offset = _slip_and_offset(contacts, laws, gap, tangential, springs)
     pressure, trial, closed, _ = pressures_and_trial_shears(
         gap,
         tangential,
@@ -122,10 +126,10 @@ def evaluate(
         c.edge_length,
         contacts.edge_overhang,
         contacts.normal_stiffness,
-        contacts.shear_stiffness,
+        springs.stiffness,
         contacts.tension,
         contacts.old_tangential,
-        contacts.old_shear,
+        springs.old_shear,
     )
     if len(contacts.opposing) or len(contacts.entering):
         closed &= resolve_corner_corner(contacts, position, gap, frames[0], closed)
@@ -148,12 +152,23 @@ def evaluate(
         dshear_dpressure=answer.by_pressure,
         failed=answer.failed,
         forces=forces,
+        springs=springs,
         slip=slip,
     )
 
 
+def _springs(contacts: ContactSet, gap: FloatArray, tangential: FloatArray) -> Springs:
+    """Return the shear springs at gaps and coordinates along the edge (m,) [m]."""
+    given, rows = (contacts.shear_stiffness, contacts.old_shear), contacts.growing.rows
+    if not len(rows):
+        return Springs(*given, gap[:0], gap[:0])
+    pressed = _pressures_of(contacts, rows)(contacts.offset[rows] - gap[rows])
+    moved = tangential - contacts.old_tangential
+    return contacts.growing.springs(given, moved, contacts.old_pressure, *pressed)
+
+
 def _slip_and_offset(
-    contacts: ContactSet, laws: tuple[JointLaw, ...], gap: FloatArray, tangential: FloatArray
+    contacts: ContactSet, laws: tuple[JointLaw, ...], gap: FloatArray, tangential: FloatArray, springs: Springs
 ) -> tuple[FloatArray, FloatArray]:
     """Return the slip of dilating contacts (h,) [m] at gaps and coordinates along the edge (m,) [m], and all offsets.
 
@@ -163,7 +178,7 @@ def _slip_and_offset(
     if not len(rows):
         return gap[:0], contacts.offset
     moved = tangential[rows] - contacts.old_tangential[rows]
-    trial = np.where(np.isnan(moved), 0.0, contacts.old_shear[rows] + contacts.shear_stiffness[rows] * moved)
+    trial = np.where(np.isnan(moved), 0.0, springs.old_shear[rows] + springs.stiffness[rows] * moved)
     overlap, room = contacts.offset[rows] - gap[rows], dilating.room(contacts.slip_path)
     # Slip presses, and so gives strength: what sticks without it sticks.
     pressure, _ = _pressures_of(contacts, rows)(overlap)
@@ -172,7 +187,7 @@ def _slip_and_offset(
     slip[slides] = slip_of_step(
         overlap[slides],
         trial[slides],
-        contacts.shear_stiffness[k],
+        springs.stiffness[k],
         dilating.slope[slides],
         room[slides],
         _pressures_of(contacts, k),

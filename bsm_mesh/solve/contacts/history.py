@@ -9,6 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ActiveContacts
+from bsm_mesh.model.joint_laws.shear_springs import Springs
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 
 
@@ -68,13 +69,17 @@ class History:
 def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:
     """Return the history after an accepted step, and the number of contacts that failed in it.
 
-    Intact contacts of the start that touch without force are kept too: they have not lost their strength.
+    Intact contacts of the start that touch without force are kept too: they have not lost their strength. So are those
+    that in-situ stress had closed and that have come apart since: without their offset they would bear nothing again
+    until the blocks had gone back where they were.
     """
     kept = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept].sum())
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
-    path = slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)
+    path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
+    parted, without_dilation = _parted_in_situ(contacts, at)
     offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
+    offset = np.where(parted, without_dilation, offset)
     history = History(
         active=_active(contacts, at, position, kept),
         shear=at.shear[kept],
@@ -82,22 +87,24 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         first_tangential=first_tangential[kept],
         offset=np.where(_still_overlapping(contacts, at), at.gap, offset)[kept],
         length=contacts.candidates.length[kept],
-        failed=at.failed[kept],
-        mated=contacts.mated[kept],
+        failed=(at.failed | parted)[kept],
+        mated=(contacts.mated & ~parted)[kept],
         slip_path=path[kept],
     )
     return history, changed
 
 
-def slip_path_after(contacts: ContactSet, slides: BoolArray, shear: FloatArray, tangential: FloatArray) -> FloatArray:
+def slip_path_after(
+    contacts: ContactSet, springs: Springs, slides: BoolArray, shear: FloatArray, tangential: FloatArray
+) -> FloatArray:
     """Return how far contacts have slid so far, (m,) [m]: what of the movement along the edge is not elastic counts.
 
     Of those that slide (m,), from the start of a step or window to a shear force (m,) [N/m] at a tangential coordinate
     (m,) [m]; without a coordinate before or after, their path stays.
     """
     moved = tangential - contacts.old_tangential
-    slides = slides & ~np.isnan(moved) & (contacts.shear_stiffness > 0)
-    elastic = (shear - contacts.old_shear)[slides] / contacts.shear_stiffness[slides]
+    slides = slides & ~np.isnan(moved) & (springs.stiffness > 0)
+    elastic = (shear - springs.old_shear)[slides] / springs.stiffness[slides]
     path = contacts.slip_path.copy()
     path[slides] += np.abs(moved[slides] - elastic)
     return path
@@ -106,11 +113,12 @@ def slip_path_after(contacts: ContactSet, slides: BoolArray, shear: FloatArray, 
 def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
     """Return contacts as slip in an accepted step has left them: where strength wore off their shear is cut."""
     closed = at.closed & ~np.isnan(at.tangential)
-    path = slip_path_after(contacts, at.closed & ~at.sticking, at.shear, at.tangential)
+    path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
     return replace(
         contacts,
         offset=contacts.dilating.opened(contacts.offset, contacts.slip_path, path),
         old_shear=np.where(closed, at.shear, contacts.old_shear),
+        old_pressure=np.where(closed, at.pressure, contacts.old_pressure),
         old_tangential=np.where(closed, at.tangential, contacts.old_tangential),
         failed=at.failed,
         slip_path=path,
@@ -118,13 +126,17 @@ def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
 
 
 def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size: float) -> ContactSet:
-    """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
+    """Return updated contacts with the state variables that continuing ones had before a provisional commit.
+
+    What came apart in it has lost its strength.
+    """
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[again.candidates.history[stay]]
-    names = ("old_shear", "old_tangential", "first_tangential", "failed", "slip_path")
+    names = ("old_shear", "old_pressure", "old_tangential", "first_tangential", "failed", "slip_path")
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]
+    memory["failed"][stay] |= before.mated[source] & ~again.mated[stay]
     # What slip opened in the provisional step it has not yet.
     offset = again.dilating.opened(again.offset, again.slip_path, memory["slip_path"])
     return replace(again, offset=offset, **memory)
@@ -133,7 +145,17 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
 def _kept(contacts: ContactSet, at: Evaluation, size: float) -> IntArray:
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken
-    return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at))
+    return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at) | _parted_in_situ(contacts, at)[0])
+
+
+def _parted_in_situ(contacts: ContactSet, at: Evaluation) -> tuple[BoolArray, FloatArray]:
+    """Return which contacts that were closed at gaps above 0 are open now, (m,), and all offsets, (m,) [m].
+
+    The offsets are those of contacts that have lost their dilation, as these have.
+    """
+    offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, np.zeros(contacts.count))
+    parted: BoolArray = (contacts.candidates.history >= 0) & ~at.closed & (offset > 0)
+    return parted, offset
 
 
 def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:

@@ -24,8 +24,10 @@ def tangent_stiffness(
     anchored = ~np.isnan(contacts.old_tangential)
     normal = np.where(at.closed, 1.0, regularization * contacts.within_tolerance) * at.normal_stiffness
     may_slip = (at.closed | contacts.within_tolerance) & anchored
-    shear = np.where(at.sticking, 1.0, regularization * may_slip) * contacts.shear_stiffness
+    shear = np.where(at.sticking, 1.0, regularization * may_slip) * at.springs.stiffness
     by_gap = -at.dshear_dpressure * at.normal_stiffness * at.closed
+    if len(at.springs.trial_by_closure):
+        by_gap -= np.where(at.closed & at.sticking, at.springs.trial_by_closure, 0.0)
     frames = contacts.frames(at.position)
     by_along = at.gap[:0]
     if len(at.slip):
@@ -40,7 +42,9 @@ def _opening(
     """Return the derivatives (m,) of `fill_tangent` where contacts open as they slide, and that of the pressure.
 
     With the slope t of opening, the strength's slope m and the springs k and s a slipping contact's pressure changes by
-    ``k / (1 + t m k / s) (-d gap + t d along)`` where it slides along, and its shear by m times that.
+    ``k / (1 + t m k / s) (-d gap + t d along)`` where it slides along, and its shear by m times that. Where s grows
+    with the closure c at which the contact would stick, so does the trial shear T: ``t / s (dT/dc - slip ds/dc)`` comes
+    to the factor 1 of -d gap.
     """
     dilating, normal, by_gap, shear = contacts.dilating, normal.copy(), by_gap.copy(), shear.copy()
     by_along = np.zeros(contacts.count)
@@ -48,27 +52,38 @@ def _opening(
     slides &= (at.closed & ~at.sticking)[dilating.rows]
     k, t = dilating.rows[slides], dilating.slope[slides]
     by_pressure = at.dshear_dpressure[k]
-    softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / contacts.shear_stiffness[k])
+    springs = at.springs
+    softer = 1 / (1 + t * np.abs(by_pressure) * at.normal_stiffness[k] / springs.stiffness[k])
     normal[k] *= softer
     by_gap[k] *= softer
     by_along[k] = np.copysign(t, at.shear[k]) * normal[k]
+    if len(springs.by_closure):
+        way, slip = np.sign(at.shear[k]), at.slip[slides]
+        more = 1 + t / springs.stiffness[k] * (way * springs.trial_by_closure[k] - slip * springs.by_closure[k])
+        normal[k] *= more
+        by_gap[k] *= more
     shear[k] += by_pressure * by_along[k]
     return normal, by_gap, shear, by_along
 
 
 def first_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int) -> FloatArray:
     """Return the elastic tangent of a step from rest: every contact within tolerance closed and sticking."""
-    all_closed, none = contacts.within_tolerance, np.zeros_like(at.gap)
-    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none, slip=none[:0])
-    return tangent_stiffness(contacts, elastic, places, n_places)
+    all_closed = contacts.within_tolerance
+    return tangent_stiffness(contacts, _sticking(contacts, at, all_closed), places, n_places)
 
 
 def elastic_tangent(contacts: ContactSet, at: Evaluation, places: IntArray, n_places: int, size: float) -> FloatArray:
     """Return the stiffest possible tangent: every contact that is closed or within tolerance closed and sticking."""
     all_closed = elastic_contacts(contacts, at, size)
-    none = np.zeros_like(at.gap)
-    elastic = replace(at, closed=all_closed, sticking=all_closed, dshear_dpressure=none, slip=none[:0])
-    return tangent_stiffness(contacts, elastic, places, n_places)
+    return tangent_stiffness(contacts, _sticking(contacts, at, all_closed), places, n_places)
+
+
+def _sticking(contacts: ContactSet, at: Evaluation, closed: BoolArray) -> Evaluation:
+    """Return an evaluation as if some contacts (m,) were closed and stuck; with their stiffness as it is."""
+    none, springs = np.zeros_like(at.gap), at.springs
+    stiffness = np.where(at.closed, springs.stiffness, contacts.shear_stiffness)  # of what is open at the reference
+    springs = springs._replace(stiffness=stiffness, trial_by_closure=none[:0])
+    return replace(at, closed=closed, sticking=closed, dshear_dpressure=none, springs=springs, slip=none[:0])
 
 
 def elastic_contacts(contacts: ContactSet, at: Evaluation, size: float) -> BoolArray:

@@ -30,7 +30,7 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         closed_at=closed_at[kept],
         dilation=dilation[kept] if system.catalogue.dilates else None,
         normal_stiffness=at.normal_stiffness[kept],
-        shear_stiffness=table.shear_stiffness[kept],
+        shear_stiffness=np.where(at.closed, at.springs.stiffness, table.shear_stiffness)[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
         weight=system.model.gravity_forces,
         bolt_pair=pair,

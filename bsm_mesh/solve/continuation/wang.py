@@ -119,7 +119,8 @@ class WangIteration(Continuation):
     ) -> FloatArray:
         """Return the blocks of K (Wang Eq. 3.22) of closed contacts; open and sliding ones keep a part."""
         kept = np.where(closed, 1.0, OPENED * contacts.within_tolerance)
-        shear = contacts.shear_stiffness * np.where(cycle.part == 0, 1.0, np.abs(cycle.part))
+        stiffness = np.where(at.closed, at.springs.stiffness, contacts.shear_stiffness)
+        shear = stiffness * np.where(cycle.part == 0, 1.0, np.abs(cycle.part))
         nothing = np.zeros(contacts.count)
         data: FloatArray = fill_tangent(
             pattern.place,

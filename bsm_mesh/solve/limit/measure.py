@@ -10,9 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-
-LIGHT = 1e-9  # of the mean load: a block with less is measured by that
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,7 +34,7 @@ class Measure:
         size = np.hypot(np.hypot(*loads[:, :2].T), loads[:, 2] / radius)
         loaded = free & (size > 0)
         mean = float(size[loaded].mean()) if loaded.any() else float(size.mean()) or 1.0
-        return cls(mean, np.where(loaded, np.maximum(size, LIGHT * mean), np.inf))
+        return cls(mean, np.where(loaded, np.maximum(size, ROUNDING * mean), np.inf))
 
     @property
     def of_rows(self) -> FloatArray:

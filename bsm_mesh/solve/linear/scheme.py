@@ -11,7 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.strength import contact_strength, utilisation
 from bsm_mesh.contact.table import ContactTable
-from bsm_mesh.errors import SingularMatrixError
+from bsm_mesh.errors import MAX_NAMED, SingularMatrixError
 from bsm_mesh.model.joint_laws import Elastic
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -23,7 +23,7 @@ from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
 from bsm_mesh.solve.algebra.loads import relative_residual
-from bsm_mesh.solve.algebra.mechanisms import MAX_NAMED, FreePart
+from bsm_mesh.solve.algebra.mechanisms import FreePart
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory

@@ -20,7 +20,6 @@ from bsm_mesh.solve.bolts.evaluation import BoltEvaluation
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.options import Options
 
-MAX_REFINEMENTS = 3  # one is enough (Skeel 1980), the others are for stiffnesses many orders apart
 GOOD_RESIDUAL = 1e-11  # over the reference weight, at which refinement ends: five orders below the usual tolerance
 
 
@@ -160,9 +159,7 @@ class LinearSystem:
         best = self.at_start(solver.name)
         U, normal_force, shear_force, bolts = best.displacement, best.normal_force, best.shear_force, best.bolts
         size = self._residual_norm(best)
-        for _ in range(MAX_REFINEMENTS + 1):
-            if size <= GOOD_RESIDUAL * self.reference:
-                break
+        while not size <= GOOD_RESIDUAL * self.reference:  # once (Skeel 1980), or more often: stiffnesses differ
             dU = self.constraints.expand(solver.solve(self.constraints.free_part(best.residual)))
             normal_part, shear_part = self.spring_forces(dU)
             U = U + dU
@@ -170,7 +167,7 @@ class LinearSystem:
             bolts = self.bolts.strained(bolts, self.coupling, dU)
             found = self._solution(solver.name, U, normal_force, shear_force, bolts)
             before, size = size, self._residual_norm(found)
-            if size >= before:
+            if not size < before:
                 break
             best = found
         return best

@@ -13,7 +13,7 @@ from bsm_mesh.solve.contacts.history import commit, restore_history
 from bsm_mesh.solve.methods.newton import chord_method
 from bsm_mesh.solve.methods.regularized_newton import SETTINGS as NEWTON
 from bsm_mesh.solve.methods.regularized_newton import regularized_newton
-from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
 
@@ -25,9 +25,6 @@ class NearbySettings:
     ----------
     max_updates : int
         Of the contacts, at most: a list that still changes then has no equilibrium nearby.
-    first : float
-        Maximum norm or rms residual [mean weights] before the first update, which changes it: more digits would be
-        lost.
     updated : float
         Part of the residual after an update that is solved for before the next, which leaves about as much.
     confirmed : float
@@ -35,7 +32,6 @@ class NearbySettings:
     """
 
     max_updates: int = 6
-    first: float = 1e-3
     updated: float = 0.03
     confirmed: float = 0.99
 
@@ -62,15 +58,17 @@ class NearbyEquilibrium:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return the equilibrium, or the last state before contacts were updated in vain."""
-        step, inner = equations, goal.max_residual
-        if step.residual_at(step.start).max_norm < inner and not step.supports_move:
+        step = equations
+        if step.residual_at(step.start).max_norm < goal.max_residual and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
         shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
         position = step.elastic_position
         step = step.allowing_settlement(position)
-        wanted = max(SETTINGS.first, inner)
+        # To rest, not to the goal of a step: Newton's method converges here, and would have to be begun anew.
+        inner = min(goal.max_residual, SETTINGS.confirmed * goal.rest)
+        wanted = max(FEW_CHANGE, inner)
         for update in range(SETTINGS.max_updates + 1):
-            rms = SETTINGS.first if wanted >= SETTINGS.first else 0.0
+            rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
             attempt = regularized_newton(
                 step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized
             )
@@ -83,7 +81,7 @@ class NearbyEquilibrium:
             if left < SETTINGS.confirmed * goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
                 break
-            loosest = SETTINGS.first if update < SETTINGS.max_updates - 1 else inner
+            loosest = FEW_CHANGE if update < SETTINGS.max_updates - 1 else inner
             wanted = max(inner, min(loosest, SETTINGS.updated * left))
         return _ended(attempt)
 

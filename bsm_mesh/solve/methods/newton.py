@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.attempt import FEW_CHANGE, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import Residual, StepEquations, moved_by
 
 
@@ -29,8 +29,6 @@ class NewtonSettings:
     regularization : float
         Part of their stiffness that open and slipping contacts keep in a regularised tangent where the residual is
         that of the weight. Less throws blocks with few contacts, more takes more corrections.
-    near_rest : float
-        Goal of a step [mean weights] below which few contacts change.
     """
 
     max_iterations: int = 12
@@ -38,7 +36,6 @@ class NewtonSettings:
     decrease: float = 1e-3
     chord: float = 0.5
     regularization: float = 0.1
-    near_rest: float = 1e-3
 
 
 SETTINGS = NewtonSettings()
@@ -51,7 +48,7 @@ class ExactNewton:
 
     def applies(self, equations: StepEquations, at: Iterate, goal: Goal) -> bool:
         """Return whether few contacts change in the step."""
-        return goal.max_residual < SETTINGS.near_rest
+        return goal.max_residual < FEW_CHANGE
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return the result from the step's start."""

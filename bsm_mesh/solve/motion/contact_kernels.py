@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
+from bsm_mesh.model.joint_laws.barton_bandis import STEEPEST
+from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
 
 SingleArray = NDArray[np.float32]
 RecordArray = NDArray[np.void]  # of SPRING, STATE: a record is no reference that would be counted, unlike an array
@@ -42,8 +44,13 @@ SPRING = np.dtype(
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
 SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
 """How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
+GROWTH = np.dtype([(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness")])
+"""Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; the last one."""
 ZERO = np.float32(0.0)
-LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
+LEAST_SHARE = np.float32(1 / 4)  # of its compliance that a joint keeps in a window: where it gets stiffer that ends
+LEANS = np.float32(STEEPEST)  # greatest angle of Barton's strength [degrees]
+DEGREE = np.float32(np.pi / 180)
+ONE = np.float32(1.0)
 FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the joint is closed as far as it goes
 CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
 FIRST_LASTS, SECOND_LASTS = np.uint8(8), np.uint8(16)  # slip on the first, the second line is for good
@@ -105,9 +112,12 @@ def add_contact_forces(
     state: RecordArray,
     events: NDArray[np.uint8],
     slips: RecordArray,
+    growths: RecordArray,
     forces: FloatArray,
-) -> None:  # pragma: no cover - compiled
+) -> bool:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
+
+    Return whether a joint has become stiffer than masses allow for, so that it takes another reference.
 
     Parameters
     ----------
@@ -126,8 +136,11 @@ def add_contact_forces(
     events : (m,) uint8
         FIRST_LASTS, SECOND_LASTS, as they come; CONTACTED, BROKEN, FAILED are added, in place.
     slips : (m,) SLIP
-        How far contacts have slid, in place; empty where nothing wears off or opens by slip.
+        How far contacts have slid, in place; empty where nothing depends on it.
+    growths : (m,) GROWTH
+        Shear stiffness that grows with pressure; empty where none does.
     """
+    too_stiff = False
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
@@ -139,10 +152,16 @@ def add_contact_forces(
         gap, along = qx * ty - qy * tx, qx * tx + qy * ty
         if slips.size:
             gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
-        pressure, shear, excess, event = _respond(gap, along, spring[k], state[k], events[k])
+        pressure = _pressure(gap, spring[k])
+        stiffness, kept = spring[k].shear_stiffness, ONE
+        if growths.size and growths[k].factor > ZERO:
+            stiffness, kept = _grown(pressure, growths[k])
+        if spring[k].stiffening > ZERO:
+            too_stiff |= _is_too_stiff(pressure, spring[k])
+        pressure, shear, excess, event = _respond(pressure, gap, along, stiffness, kept, spring[k], state[k], events[k])
         events[k] |= event
-        if slips.size and excess > ZERO and spring[k].shear_stiffness > ZERO:
-            slips[k].slid += excess / spring[k].shear_stiffness
+        if slips.size and excess > ZERO and stiffness > ZERO:
+            slips[k].slid += excess / stiffness
         p0, s0 = spring[k].pressure, spring[k].shear
         if pressure == ZERO and shear == ZERO and p0 == ZERO and s0 == ZERO:
             continue
@@ -154,6 +173,7 @@ def add_contact_forces(
         forces[b, 0] -= fx
         forces[b, 1] -= fy
         forces[b, 2] -= (rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0
+    return too_stiff
 
 
 @njit(nogil=True, forceinline=True)
@@ -165,22 +185,50 @@ def _change_by_turn(
 
 
 @njit(nogil=True, forceinline=True)
-def _respond(
-    gap: np.float32, along: np.float32, spring: Any, state: Any, flags: np.uint8
-) -> tuple[np.float32, np.float32, np.float32, np.uint8]:  # pragma: no cover - compiled
-    """Return pressure, shear, by how much that is cut, and what happened to a contact moved by `gap`, `along` [m].
-
-    Its state is updated.
-    """
-    shear, excess, tension, event = ZERO, ZERO, state.tension, np.uint8(0)
+def _pressure(gap: np.float32, spring: Any) -> Any:  # pragma: no cover - compiled
+    """Return the pressure of a contact that has opened by `gap` [m] since the reference; below 0: as if in tension."""
     pressure = spring.trial_pressure - spring.normal_stiffness * gap
     if spring.stiffening > ZERO:
         pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
+    return pressure
+
+
+@njit(nogil=True, forceinline=True)
+def _is_too_stiff(pressure: Any, spring: Any) -> bool:  # pragma: no cover - compiled
+    """Return whether a joint that closes by a hyperbola is stiffer at a pressure than `LEAST_SHARE` has it."""
+    share = spring.rock_share
+    joint = ONE + spring.stiffening * max(pressure - max(spring.trial_pressure, ZERO), ZERO)
+    return bool(share < LEAST_SHARE and ONE - share < (LEAST_SHARE - share) * joint * joint)
+
+
+@njit(nogil=True)
+def _grown(pressure: Any, growth: Any) -> tuple[Any, Any]:  # pragma: no cover - compiled
+    """Return the shear stiffness at a pressure, and the part of the shear force that is left as it falls to that."""
+    stress = min(max(pressure / growth.length, growth.least), growth.most)
+    own = growth.factor * stress**growth.exponent * growth.length
+    if growth.roughness > ZERO:
+        decades = np.log10(max(growth.wall / stress, ONE))
+        own *= np.tan(min(growth.angle + growth.roughness * decades, LEANS) * DEGREE)
+    stiffness = min(ONE / (growth.compliance + ONE / own), growth.stiffest)
+    kept = min(stiffness / growth.stiffness, ONE)
+    growth.stiffness = stiffness
+    return stiffness, kept
+
+
+@njit(nogil=True, forceinline=True)
+def _respond(
+    pressure: Any, gap: np.float32, along: np.float32, stiffness: Any, kept: Any, spring: Any, state: Any, flags: Any
+) -> tuple[Any, Any, Any, Any]:  # pragma: no cover - compiled
+    """Return pressure, shear, by how much that is cut, and what happened to a contact moved by `gap`, `along` [m].
+
+    Its shear stiffness is given, and the part of its shear force that is `kept`. Its state is updated.
+    """
+    shear, excess, tension, event = ZERO, ZERO, state.tension, np.uint8(0)
     closed = pressure > ZERO or (tension > ZERO and pressure >= -tension)
     if closed and along >= spring.low and along <= spring.high:
         event = CONTACTED
         pressure = max(pressure - spring.dashpot * (gap - state.gap), -tension)
-        shear = state.shear + spring.shear_stiffness * (along - state.along)
+        shear = kept * state.shear + stiffness * (along - state.along)
         first = spring.first + spring.first_slope * pressure
         second = spring.second + spring.second_slope * pressure
         strength = first if first <= second else second

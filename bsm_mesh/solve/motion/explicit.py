@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.joint_laws import JointLaw, wear_length_of
+from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
 from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
 from bsm_mesh.solve.contacts.history import commit, slip_path_after, worn
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
@@ -26,6 +27,7 @@ from bsm_mesh.solve.motion.contact_kernels import (
     CONTACTED,
     FAILED,
     FIRST_LASTS,
+    GROWTH,
     SECOND_LASTS,
     SLIP,
     SPRING,
@@ -147,6 +149,7 @@ class ExplicitMotion:
             state=state,
             events=self._flags.copy(),
             slips=self._slips(),
+            growths=self._growths(),
         )
         cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
         # A window may end early: what its supports have not moved would be lost.
@@ -173,12 +176,29 @@ class ExplicitMotion:
     def _slips(self) -> RecordArray:
         """Return what slip does to the contacts that may close (k,), as kernels take it; none where it does nothing."""
         catalogue, contacts = self.system.catalogue, self.contacts
-        slips = np.zeros(len(self._rows) if catalogue.wears or catalogue.dilates else 0, SLIP)
+        slips = np.zeros(len(self._rows) if catalogue.wears or catalogue.dilates or catalogue.stiffens else 0, SLIP)
         if catalogue.dilates:
             opening, dilating = np.zeros((2, contacts.count)), contacts.dilating
             opening[:, dilating.rows] = dilating.slope, dilating.room(contacts.slip_path)
             slips["dilation"], slips["room"] = opening[:, self._rows]
         return slips
+
+    def _growths(self) -> RecordArray:
+        """Return the shear stiffness that grows of the contacts that may close (k,); none where none does."""
+        contacts, growing, rows = self.contacts, self.contacts.growing, self._rows
+        growths = np.zeros(len(rows) if len(growing.rows) else 0, GROWTH)
+        if not len(growths):
+            return growths
+        number = np.full(contacts.count, -1)
+        number[rows] = np.arange(len(rows))
+        mine = growing.of(number)
+        columns = dict(zip(ShearCurve._fields, mine.curve.T, strict=True))
+        columns |= {"length": mine.length, "compliance": mine.compliance}
+        for name, column in columns.items():
+            growths[name][mine.rows] = column
+        growths["stiffness"] = self.residual.at.springs.stiffness[rows]
+        growths["stiffest"] = np.maximum(self._spring["normal_stiffness"], growths["stiffness"])
+        return growths
 
     def _window(self) -> float:
         """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
@@ -220,7 +240,7 @@ class ExplicitMotion:
             "normal_stiffness": at.normal_stiffness,
             "stiffening": stiffening,
             "rock_share": share,
-            "shear_stiffness": contacts.shear_stiffness,
+            "shear_stiffness": at.springs.stiffness,
             "trial_pressure": np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
             "pressure": pressure,
             "shear": np.where(at.closed, at.shear, 0.0),
@@ -274,7 +294,12 @@ class ExplicitMotion:
         along[rows] = before.tangential[rows] + share.state["along"]
         touched = ~np.isnan(contacts.old_tangential)
         touched[rows] |= (events & CONTACTED) > 0
-        here = replace(contacts, old_shear=shear, old_tangential=np.where(touched, along, np.nan))
+        here = replace(
+            contacts,
+            old_shear=shear,
+            old_pressure=np.full(contacts.count, np.nan),  # cycles have let it fall with the stiffness
+            old_tangential=np.where(touched, along, np.nan),
+        )
         path = contacts.slip_path
         if len(share.slips):
             path = path.copy()
@@ -283,11 +308,12 @@ class ExplicitMotion:
             here = replace(here, slip_path=path, offset=offset, failed=failed, mated=mated, tension=tension)
         at = step.system.evaluate(here, position)
         if not len(share.slips):  # told, and nothing more
-            path = slip_path_after(contacts, at.closed, shear, along)
+            path = slip_path_after(contacts, before.springs, at.closed, shear, along)
         # What is open has no shear to come back to, and is anchored where it closes.
         contacts = replace(
             here,
             old_shear=np.where(at.closed, shear, 0.0),
+            old_pressure=at.pressure,
             old_tangential=np.where(at.closed & ~np.isnan(along), along, np.where(touched, at.tangential, np.nan)),
             failed=failed,
             mated=mated,

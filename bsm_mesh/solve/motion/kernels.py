@@ -23,7 +23,9 @@ def advance(
     farthest: float,
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
-    contacts: tuple[IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray],
+    contacts: tuple[
+        IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray, RecordArray
+    ],
     bolts: tuple[FloatArray, ...],
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
@@ -32,7 +34,7 @@ def advance(
     turns: SingleArray,
     forces: FloatArray,
 ) -> int:  # pragma: no cover - compiled
-    """Go through cycles of unit time, and return how many: fewer where a block has moved too far.
+    """Go through cycles of unit time, and return how many: fewer where one moves too far or a joint is too stiff.
 
     Parameters
     ----------
@@ -45,7 +47,7 @@ def advance(
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         Which of the supported blocks are moved here; all of them; onto their free axes; movement that supports
         prescribe in a cycle.
-    contacts : block_a, block_b, frame, spring, state, events, slips
+    contacts : block_a, block_b, frame, spring, state, events, slips, growths
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
     bolts : tuple of arrays
         As `add_bolts` takes them; empty arrays where there are none.
@@ -68,10 +70,11 @@ def advance(
         now, then = turns[(begun + cycle) % 2], turns[(begun + cycle + 1) % 2]
         _set_loads(own, loads, cycle, forces)
         _set_loads(held, loads, cycle, forces)
-        add_contact_forces(here, now[0], now[1], *contacts, forces)
+        too_stiff = add_contact_forces(here, now[0], now[1], *contacts, forces)
         add_bolts(here, *bolts, forces)
         _move(own, supports, constants, forces, velocity, here, there, then)
-        if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, constants[1], farthest):
+        looks = cycle % CHECK_EVERY == CHECK_EVERY - 1
+        if too_stiff or (looks and _is_beyond(there, constants[1], farthest)):
             return cycle + 1
     return cycles
 

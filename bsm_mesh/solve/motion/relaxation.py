@@ -15,7 +15,7 @@ import numpy as np
 
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.masses import MotionSettings
-from bsm_mesh.solve.step.attempt import MAX_RMS, Attempt, Goal, Iterate, Outcome
+from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
 LIGHTEST = MotionSettings(damps_impacts=False, real_masses=False)
@@ -35,9 +35,7 @@ class RelaxationSettings:
     ramp : float [transits]
         Of the loads. With 20, slopes near their limit come down that stand with 60.
     patience : float [transits]
-        In which the rms residual must fall to the part `halved`, or it has stalled.
-    halved : float
-        Part of the rms residual before.
+        In which the rms residual must halve, or it has stalled.
     levels : tuple of float [mean weights]
         Rms residuals: contacts are searched for at each, the last ends it.
     passed : float
@@ -56,8 +54,7 @@ class RelaxationSettings:
     motion: MotionSettings = LIGHTEST
     ramp: float = 60.0
     patience: float = 10.0
-    halved: float = 0.5
-    levels: tuple[float, ...] = (MAX_RMS, 1e-3, 1e-5)
+    levels: tuple[float, ...] = (MAX_RMS, FEW_CHANGE, 1e-5)
     passed: float = 0.5
     max_searches: int = 12
     min_cycles: int = 100
@@ -85,7 +82,7 @@ class RelaxToRest:
         while levels and motion.searches < SETTINGS.max_searches:
             motion.advance(max(SETTINGS.min_cycles, int(transit)))
             rms = motion.residual.rms
-            if motion.diverged or (motion.cycles >= until and rms > SETTINGS.halved * before):
+            if motion.diverged or (motion.cycles >= until and rms > before / 2):
                 break
             if motion.cycles >= until:
                 before, until = rms, until + window

@@ -21,7 +21,7 @@ WORTH_A_THREAD = 15_000  # [contacts]; with fewer, threads wait more than they w
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Share:
-    """Contacts as `add_contact_forces` takes them; the last three change in place."""
+    """Contacts as `add_contact_forces` takes them; all but the first four change in place."""
 
     block_a: IntArray
     block_b: IntArray
@@ -30,11 +30,12 @@ class Share:
     state: Any
     events: Any
     slips: Any
+    growths: Any
 
     def of(self, rows: IntArray) -> Share:
-        """Return some of the contacts."""
-        some = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "slips"}
-        return Share(**some, slips=self.slips[rows] if len(self.slips) else self.slips)
+        """Return some of the contacts; what is empty is of none."""
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        return Share(**{name: values[rows] if len(values) else values for name, values in columns.items()})
 
     @property
     def columns(self) -> tuple[Any, ...]:

@@ -13,6 +13,9 @@ from bsm_mesh.solve.step.equations import StepEquations
 # Rms residual over the mean weight with which a step may end ACCEPTABLE though few blocks exceed the goal: later steps
 # take it up.
 MAX_RMS = 0.03
+# Residual over the mean weight below which few contacts change: they are searched for there, and Newton's tangent is
+# exact; more digits would be lost before.
+FEW_CHANGE = 1e-3
 
 
 class Outcome(StrEnum):

@@ -132,8 +132,9 @@ def _chosen(contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet
     candidates = _rows_of(contacts.candidates, rows)
     opposing_candidate = candidates.opposing_candidate
     entering = number[contacts.entering]
-    plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "hyperbolic", "dilating", "by_law")
-    others = {field.name for field in fields(contacts)}.difference(plain)
+    parts = ("hyperbolic", "dilating", "growing")
+    plain = ("outlines", "candidates", "opposing", "entering", "entering_direction", "by_law")
+    others = {field.name for field in fields(contacts)}.difference(plain, parts)
     return ContactSet(
         outlines=contacts.outlines,
         candidates=replace(
@@ -145,8 +146,7 @@ def _chosen(contacts: ContactSet, rows: IntArray, block: IntArray) -> ContactSet
         by_law=rows_by_law(contacts.law[rows]),
         opposing=np.flatnonzero(opposing_candidate >= 0),
         entering=entering[entering >= 0],
-        hyperbolic=contacts.hyperbolic.of(number),
-        dilating=contacts.dilating.of(number),
+        **{name: getattr(contacts, name).of(number) for name in parts},
         entering_direction=contacts.entering_direction[entering >= 0],
         **{name: getattr(contacts, name)[rows] for name in others},
     )
