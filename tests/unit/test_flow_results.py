@@ -17,7 +17,7 @@ from bsm_mesh.app.report import write_report
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.joint_faces import joint_faces
 from tests.campaigns.scenes import content
-from tests.scenes.flow_models import bricks
+from tests.scenes.flow_models import bricks, on_two_joints
 from tests.scenes.interrupted import interrupted
 
 DRAIN = bsm.Drain(start=(5, 0.1), end=(5, 2.9))
@@ -123,11 +123,12 @@ def test_other_runs_have_no_such_pictures_and_files(tmp_path):
 
 
 @pytest.mark.usefixtures("at_every_step")
-@pytest.mark.parametrize("scheme", ["linear", "continuation"])
-def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path: Path, left, scheme) -> None:
+@pytest.mark.parametrize(("given", "scheme"), [(model, "linear"), (model, "continuation"), (on_two_joints, "linear")])
+def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path: Path, left, given, scheme) -> None:
+    """On two joints part of the change of pressure is taken, for many turns: what Aitken's factor needs is kept."""
     case, out = tmp_path / "case", tmp_path / "case" / "out"
     case.mkdir()
-    for name, write in files_of_model(model(), bsm.Options(scheme=scheme)).items():
+    for name, write in files_of_model(given(), bsm.Options(scheme=scheme)).items():
         write(case / name)
     bsm.run(case / "model.toml", output=out)
     wanted, copies = content(out), list(left)
