@@ -5,18 +5,33 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+from scipy.linalg import solve
 from scipy.optimize import brentq
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import laplacian
+from scipy.special import ellipk
 
 import bsm_mesh as bsm
 from bsm_mesh.flow.steady import solve_steady
 from bsm_mesh.model.water_pressure import WaterLoad
 from tests.scenes.flow_models import bricks, dam, on_two_joints
-from tests.scenes.flow_networks import VISCOSITY, WEIGHT, conditions, conductance, network, random_network
+from tests.scenes.flow_networks import (
+    VISCOSITY,
+    WEIGHT,
+    conditions,
+    conductance,
+    network,
+    random_network,
+    sheet_pile,
+    under_water,
+)
 from tests.scenes.flow_networks import dam as dam_of_joints
 from tests.scenes.models import LINEAR
 from verification.case import Answer, Case
 
-CLOSED, BALANCE, TURNS = 1e-10, 1e-12, 1e-8
+CLOSED, BALANCE, TURNS = 1e-12, 1e-12, 1e-9
+DENSE = 1e-11  # heads by elimination in full matrices
+LIMIT = 2e-4  # two spacings leave what falls with their square
 
 
 def one_joint() -> Answer:
@@ -77,6 +92,41 @@ def random_networks() -> Answer:
     return 2000.0, float(found)
 
 
+def laplacians() -> Answer:
+    """Compare heads in fifty networks under water with those of SciPy's graph Laplacian, solved densely."""
+    exact, found = [], []
+    for seed in range(50):
+        net, c, given = under_water(seed)
+        n, known = len(net.point), given.given
+        matrix = laplacian(coo_array((c, (net.first, net.last)), shape=(n, n)).toarray(), symmetrized=True)
+        head = given.head.copy()
+        head[~known] = solve(matrix[np.ix_(~known, ~known)], -matrix[np.ix_(~known, known)] @ head[known])
+        flow = solve_steady(net, c, given)
+        scale = np.abs(matrix @ head).max()
+        exact.append(np.concatenate([head, (matrix @ head)[known] / scale]))
+        found.append(np.concatenate([flow.head, -flow.outflow[known] / scale]))
+    return np.concatenate(exact), np.concatenate(found)
+
+
+def under_a_sheet_pile() -> Answer:
+    """Compare q / (k h) under piles of 1/4, 1/2 and 3/4 of the layer, extrapolated from joints T/32 and T/64 apart."""
+    exact, found = [], []
+    for depth in (0.25, 0.5, 0.75):
+        modulus = np.sin(np.pi * depth / 2) ** 2
+        exact.append(ellipk(1 - modulus) / (2 * ellipk(modulus)))
+        coarse, fine = (_under_pile(depth, spacing) for spacing in (1 / 32, 1 / 64))
+        found.append(2 * fine - coarse)
+    return np.array(exact), np.array(found)
+
+
+def _under_pile(depth: float, spacing: float) -> float:
+    """Return the discharge under a sheet pile over permeability and drop of head, which is 1 m."""
+    net, given = sheet_pile(depth, spacing)
+    flow = solve_steady(net, conductance(net, 0.1e-3), given)
+    permeability = 0.1e-3**3 * WEIGHT / (12 * VISCOSITY) / spacing
+    return float(np.maximum(flow.outflow, 0.0).sum()) / permeability
+
+
 def dupuit(spacing: float) -> Answer:
     """Compare discharges through dams of closely spaced joints, over that of the first."""
     exact, found = [], []
@@ -134,10 +184,16 @@ CASES = (
          quantity="imbalance over the greatest discharge", compute=balance, tolerance=BALANCE),
     Case(name="random-networks", what="flow found, and balanced to 1e-12", source="resistances",
          quantity="networks", compute=random_networks, tolerance=0.0, is_slow=True),
+    Case(name="graph-laplacian", what="fifty random networks under water, apertures over powers of ten",
+         source="scipy-laplacian", quantity="heads [m]; discharges over the greatest", compute=laplacians,
+         tolerance=DENSE),
+    Case(name="sheet-pile", what="closely spaced joints under a sheet pile, extrapolated to none between",
+         source="harr", quantity="q / (k h), piles of 1/4, 1/2, 3/4 of the layer", compute=under_a_sheet_pile,
+         tolerance=LIMIT),
     Case(name="dupuit-1m", what="rectangular dams of joints 1 m apart, with seepage faces", source="dupuit",
-         quantity="discharge, over the first", compute=partial(dupuit, 1.0), tolerance=0.02),
+         quantity="discharge, over the first", compute=partial(dupuit, 1.0), tolerance=CLOSED),
     Case(name="dupuit-0.25m", what="the same, 0.25 m apart", source="dupuit",
-         quantity="discharge, over the first", compute=partial(dupuit, 0.25), tolerance=0.02),
+         quantity="discharge, over the first", compute=partial(dupuit, 0.25), tolerance=CLOSED),
     Case(name="uplift-in-a-joint", what="a dam on one joint", source="statics",
          quantity="thrust, uplift [N/m]", compute=partial(uplift, None), tolerance=CLOSED),
     Case(name="uplift-drained", what="the same, with water 3 m high in a drain", source="statics",

@@ -58,6 +58,13 @@ SOURCES: dict[str, Source] = {
         "J. Dupuit (1863), *Mouvement des eaux*; exact with a seepage face: P. Ya. Polubarinova-Kochina (1962), VII 1",
     ),
     "resistances": _closed("resistances", "resistances in series and side by side, written out in the case"),
+    "harr": _book(
+        "Harr",
+        "M. E. Harr (1962), *Groundwater and Seepage*, chapters 5 and 6 (a fragment of type II, after N. N. Pavlovsky)",
+    ),
+    "scipy-laplacian": _library(
+        "SciPy's Laplacian", "`scipy.sparse.csgraph.laplacian` of the resistances, and `scipy.linalg.solve`"
+    ),
     "kirsch": _book(
         "Kirsch", "G. Kirsch (1898), *Zeitschrift des VDI* 42; after A. R. Jumikis (1983), *Rock Mechanics*"
     ),

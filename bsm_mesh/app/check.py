@@ -11,6 +11,7 @@ import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, inputs_of, load_model_file
 from bsm_mesh.app.figures import paper, save
+from bsm_mesh.app.flow_given import given_flow, given_rows
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.quality import Thresholds, poor_blocks, quality_rows, quality_summary
 from bsm_mesh.app.results_folder import ResultsFolder
@@ -82,15 +83,16 @@ def check_model(
         notes = (*ready.notes, *_folder_notes(loaded))
         progress.report("quality of the blocks")
         report = quality_summary(loaded.model, ready.system, limits, loaded.dangling)
+    flow = [] if ready.flow is None else given_flow(loaded.model, ready.flow.joints)
     if picture is not None:
         draw_quality(loaded.model.blocks, report, picture, loaded.model.title)
     changes = () if repair is None else _repair(loaded, repair, limits)
     if as_json:
-        say_json({**report, "notes": [*loaded.notes, *notes], "changes": changes})
+        say_json({**report, "flow": flow, "notes": [*loaded.notes, *notes], "changes": changes})
         return
     for line in loaded.mesh_lines:
         say(f"mesh: {line.strip()}")
-    print_table(f"{path}: the model is valid", ("", ""), quality_rows(report), texts=2)
+    print_table(f"{path}: the model is valid", ("", ""), [*quality_rows(report), *given_rows(flow)], texts=2)
     for note in notes:
         say(f"note: {note}")
     if picture is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.beside_tables import HEADER as BESIDE_HEADER
 from bsm_mesh.app.beside_tables import beside_rows
-from bsm_mesh.app.flow_text import flow_rows
+from bsm_mesh.app.flow_text import flow_rows, how_solved
 from bsm_mesh.app.headings import PICTURES_FOLDER, heading
 from bsm_mesh.app.model_text import MODEL
 from bsm_mesh.app.plot import draw_in_subprocess
@@ -123,6 +123,13 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     if len(stage.water_table) or stage.water.any():
         rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
     rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
+    if stage.flow is not None:
+        met = np.bincount(stage.flow.place[stage.flow.place >= 0], minlength=len(stage.flow.places)).tolist()
+        named = zip(stage.flow.places, met, strict=True)
+        rows += [
+            ("joints end at", "; ".join(f"{name}: {counted(number, 'point')}" for name, number in named)),
+            ("flow", how_solved(stage.flow)),
+        ]
     if stage.bolts.count:
         rows.append(("bolts", _bolts(stage)))
     return {

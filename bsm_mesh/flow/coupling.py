@@ -15,6 +15,7 @@ from bsm_mesh.flow.network import cubic_law
 from bsm_mesh.flow.pressures import face_water, wet_pieces
 from bsm_mesh.flow.steady import SteadyFlow, solve_steady
 from bsm_mesh.model.face_water import FaceWater
+from bsm_mesh.model.flow import Flow
 from bsm_mesh.model.flow_faults import flow_in_stage
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import presence
@@ -117,23 +118,26 @@ class FlowCoupling:
         in_rows : bool
             As in `Apertures.after`.
         """
-        flow = flow_in_stage(self.model, number)
-        assert flow is not None
-        two_way = flow.coupling == "two_way"
+        two_way = self._in_stage(number).coupling == "two_way"
         aperture = self.apertures.after(stage.contacts, moved, in_rows=in_rows) if two_way else state.aperture
         return _Turn(self, number, present).taken(state, aperture)
 
     def is_settled(self, result: FlowResult, number: int) -> bool:
         """Return whether pressures no longer change."""
-        flow = flow_in_stage(self.model, number)
-        assert flow is not None
-        return result.change <= flow.tolerance
+        return result.change <= self.tolerance(number)
+
+    def tolerance(self, number: int) -> float:
+        """Return the change of pressures, over the greatest, below which they count as settled in a stage."""
+        return self._in_stage(number).tolerance
 
     def most_rounds(self, number: int) -> int:
         """Return after how many turns a stage counts as not converged."""
+        return self._in_stage(number).max_rounds
+
+    def _in_stage(self, number: int) -> Flow:
         flow = flow_in_stage(self.model, number)
         assert flow is not None
-        return flow.max_rounds
+        return flow
 
 
 class _Turn:

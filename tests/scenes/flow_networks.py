@@ -74,3 +74,36 @@ def random_network(seed: int):
     wells = [k for k in rng.integers(0, n, 2) if k not in head and k not in spill]
     pumped = {k: rng.uniform(0, 1) * np.median(conductance(net, 1e-3)) for k in wells}
     return net, conductance(net, aperture), conditions(net, head=head, spill=spill, pumped=pumped)
+
+
+def under_water(seed: int):
+    """Return a random network that is connected and deep under water, conductances, and heads at both its sides."""
+    from scipy.spatial import Delaunay
+
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0, 1, (int(rng.integers(20, 300)), 2)) * [20, 10]
+    sides = Delaunay(points).simplices[:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2)
+    net = network(points, np.unique(np.sort(sides, axis=1), axis=0))
+    order = np.argsort(points[:, 0])
+    head = dict.fromkeys(order[:3].tolist(), 40.0) | dict.fromkeys(order[-3:].tolist(), 15.0)
+    aperture = 0.3e-3 * np.exp(rng.normal(0, 0.5, len(net.first)))
+    return net, conductance(net, aperture), conditions(net, head=head)
+
+
+def sheet_pile(depth: float, spacing: float, reach: int = 5):
+    """Return joints in a layer 1 m thick on tight rock, a sheet pile in its middle, heads of 3 and 2 m on top.
+
+    Level and upright joints stand `spacing` apart, and `reach` metres to both sides; the pile, of some `depth`, cuts
+    the level joints it crosses.
+    """
+    half, rows = round(reach / spacing), round(1 / spacing)
+    x = (np.arange(-half, half) + 0.5) * spacing
+    y = -np.concatenate([[0.0], (np.arange(rows) + 0.5) * spacing])
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    number = np.arange(len(points)).reshape(len(x), len(y))
+    level = np.stack([number[:-1, 1:], number[1:, 1:]], axis=-1)
+    cut = (np.arange(len(x) - 1) == half - 1)[:, None] & (y[1:] > -depth)
+    upright = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+    net = network(points, np.concatenate([level[~cut], upright]))
+    head = dict.fromkeys(number[:half, 0].tolist(), 3.0) | dict.fromkeys(number[half:, 0].tolist(), 2.0)
+    return net, conditions(net, head=head)

@@ -1,6 +1,7 @@
 """Flow in results: files read back as they were, tables, pictures, resumed runs, stages that raise and lower."""
 
 import csv
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,13 +9,15 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.app.check import check_model
 from bsm_mesh.app.flow_text import flow_rows
 from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.app.pictures import figure_of
+from bsm_mesh.app.report import write_report
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.joint_faces import joint_faces
 from tests.campaigns.scenes import content
-from tests.scenes.flow_models import bricks
+from tests.scenes.flow_models import bricks, on_two_joints
 from tests.scenes.interrupted import interrupted
 
 DRAIN = bsm.Drain(start=(5, 0.1), end=(5, 2.9))
@@ -120,11 +123,12 @@ def test_other_runs_have_no_such_pictures_and_files(tmp_path):
 
 
 @pytest.mark.usefixtures("at_every_step")
-@pytest.mark.parametrize("scheme", ["linear", "continuation"])
-def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path: Path, left, scheme) -> None:
+@pytest.mark.parametrize(("given", "scheme"), [(model, "linear"), (model, "continuation"), (on_two_joints, "linear")])
+def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path: Path, left, given, scheme) -> None:
+    """On two joints part of the change of pressure is taken, for many turns: what Aitken's factor needs is kept."""
     case, out = tmp_path / "case", tmp_path / "case" / "out"
     case.mkdir()
-    for name, write in files_of_model(model(), bsm.Options(scheme=scheme)).items():
+    for name, write in files_of_model(given(), bsm.Options(scheme=scheme)).items():
         write(case / name)
     bsm.run(case / "model.toml", output=out)
     wanted, copies = content(out), list(left)
@@ -133,3 +137,33 @@ def test_a_run_that_was_interrupted_between_turns_ends_as_the_whole_one(tmp_path
         interrupted(case, copy)
         bsm.run(case / "model.toml", output=out, resume=True)
         assert content(out) == wanted
+
+
+def test_check_says_what_flow_there_is(tmp_path, capsys):
+    """So that a drain typed in centimetres, which meets a hundredth of the joints, is seen."""
+    well, grout = bsm.Well(point=(3, 1.1), discharge=1e-6), bsm.Grout(polygon=((1, 0.5), (3, 0.5), (3, 2.5), (1, 2.5)))
+    first = bsm.Stage(name="more", flow=bsm.FlowChange(wells=(well,), grout=(grout,), closed=("right",)))
+    flow = bsm.Flow(head={"left": 2.5, "right": 1.0}, drains=(bsm.Drain(start=(2, 0.1), end=(2, 2.9)),))
+    for name, write in files_of_model(bricks(flow=flow, stages=[first, *STAGES]), bsm.Options()).items():
+        write(tmp_path / name)
+    check_model(tmp_path / "model.toml", as_json=True)
+    told = {
+        (entry["what"], entry["name"], entry["stage"]): entry for entry in json.loads(capsys.readouterr().out)["flow"]
+    }
+    assert told["head", "left", ""]["level"] == 2.5
+    assert told["head", "left", "raised"]["level"] == 8.0
+    assert told["drain", "1", ""]["points"] == 6  # its ends, two crossings of joints, two of the grout's outline
+    assert told["drain", "2", "drained"]["points"] == 2
+    assert told["well", "1", "more"]["point"] == [3, 1]
+    assert told["grout", "1", "more"]["length"] == pytest.approx(2 * 2 + 2)
+    assert ("closed", "right", "more") in told
+    check_model(tmp_path / "model.toml", quiet=True)
+    words = " ".join(capsys.readouterr().out.split())
+    assert "flow: drain 1" in words
+    assert "meets joints at 6 points" in words
+
+
+def test_the_report_says_where_joints_meet_drains(results, tmp_path):
+    page = write_report(results.save(tmp_path / "out"), pictures=False).read_text(encoding="utf-8")
+    assert "left: 2 points; right: 2 points; drain 1: 2 points" in page
+    assert "turns of flow and blocks" in page

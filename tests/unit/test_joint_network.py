@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.flow.boundaries import boundaries_of
 from bsm_mesh.flow.joint_network import joint_network
+from bsm_mesh.flow.pressures import wet_pieces
+from bsm_mesh.flow.steady import solve_steady
 from tests.scenes.flow_models import bricks
+from tests.scenes.flow_networks import conditions, conductance, network
 
 LINEAR = bsm.Options(scheme="linear")
 HEADS = {"left": 2.5, "right": 1.0}
@@ -94,3 +98,28 @@ def test_sealed_joints_carry_pressure_and_no_flow():
     assert sealed.sum() == 2
     low = sealed & (flow.point[flow.first, 1] == 1)
     np.testing.assert_allclose(np.sort(flow.wet_pressure[low][0]), 9810 * np.array([1.2, 1.5]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("conducts", [True, False])
+def test_a_joint_above_standing_water_is_wet_to_where_its_pressure_ends(conducts):
+    """Full and trickling parts lead the same discharge: (z - p) / z = w (r - p) / r; if sealed, it stands level."""
+    net = network([(0, 10), (0, 5), (0, 0)], [(0, 1), (1, 2)])
+    c = conductance(net, [1e-3, 2e-3])
+    flow = solve_steady(net, c, conditions(net, head={0: 10.5, 2: 2.0}))
+    w = c[0] * 5.5 / (c[1] * 3)
+    assert flow.filled[1] == pytest.approx(w, rel=1e-12)
+    part, heads = wet_pieces(net, flow, np.array([True, conducts]))
+    z = 2 / (1 - w * 3 / 5) if conducts else 2.0
+    np.testing.assert_allclose(part[1], [1 - z / 5, 1], rtol=1e-12)
+    assert heads[1].tolist() == [0, 2]
+
+
+@pytest.mark.parametrize("levels", [(("lower", 2.0), ("upper", 2.5)), (("upper", 2.0), ("lower", 2.5))])
+def test_where_levels_meet_the_higher_counts(levels):
+    blocks = bricks().blocks
+    blocks = blocks.with_boundary("lower", lambda x, y: (abs(x) < 1e-9) & (y < 1.001))
+    blocks = blocks.with_boundary("upper", lambda x, y: (abs(x) < 1e-9) & (y > 0.999))
+    model = bricks().replace(blocks=blocks, flow=bsm.Flow(head=dict(levels) | {"right": 1.0}))
+    joints = joint_network(model)
+    given = boundaries_of(joints, blocks, model.flow, np.ones(blocks.count, dtype=bool)).conditions
+    assert given.head[(joints.network.point == (0, 1)).all(axis=1)].tolist() == [2.5]

@@ -1,13 +1,17 @@
 """Flow and blocks together: joints that close under their own water, uplift of a dam, still water, in-situ stress."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import bsm_mesh as bsm
+from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.water_pressure import WaterLoad
 from bsm_mesh.results.records import Status
 from tests.scenes.flow_models import bricks, dam, on_two_joints
+from tests.scenes.models import LINEAR
 
 WEIGHT, VISCOSITY = 9810.0, 1e-3
 CLOSED_FORM = 1e-10
@@ -70,12 +74,23 @@ def test_still_water_presses_as_a_water_table_does(level):
     assert not stage.flow.discharge.any()
 
 
-@pytest.mark.parametrize("scheme", ["linear", "continuation"])
-def test_in_situ_stress_closes_joints_without_moving_blocks(scheme):
+@pytest.mark.parametrize(
+    ("scheme", "rock", "limit"),
+    [
+        ("linear", {}, None),
+        ("continuation", {}, None),
+        ("linear", {"young": 10e9, "poisson": 0.2}, None),
+        ("continuation", {}, 4e-3),
+    ],
+)
+def test_in_situ_stress_closes_joints_without_moving_blocks(scheme, rock, limit):
+    """By the joint's spring alone: rock that gives way is no closure; hyperbolic v = s / (Kn + s / vm)."""
     ground = bsm.InSitu(surface=200.0, k0=0.5)
     loads = [bsm.InSituTraction(boundary="top")]
     sides = dict.fromkeys(("left", "right", "bottom", "top"), 50.0)
     model = bricks(flow=bsm.Flow(head=sides), in_situ=ground, loads=loads, aperture=5e-3)
+    joints = [replace(model.joints[0], max_closure=limit)]
+    model = model.replace(rocks=[bsm.Rock("rock", unit_weight=26e3, **rock)], joints=joints)
     stage = bsm.run(model, bsm.Options(scheme=scheme)).stages[-1]
     flow = stage.flow
     assert np.abs(stage.displacement).max() < 1e-9
@@ -84,10 +99,38 @@ def test_in_situ_stress_closes_joints_without_moving_blocks(scheme):
     depth, pressure = 200 - ends[:, :, 1], WEIGHT * (50 - ends[:, :, 1])
     stress = np.where(level[:, None], 26e3 * depth, 0.5 * 26e3 * depth) - pressure
     mean = stress.mean(axis=1)
-    np.testing.assert_allclose(flow.aperture.mean(axis=1), 5e-3 - mean / 5e9, rtol=1e-6)
+    closure = mean / (5e9 + (0 if limit is None else mean / limit))
+    np.testing.assert_allclose(flow.aperture.mean(axis=1), 5e-3 - closure, rtol=1e-6)
 
 
 def test_what_does_not_settle_is_not_converged():
     stage = bsm.run(on_two_joints(max_rounds=1)).stages[-1]
     assert stage.status is Status.NOT_CONVERGED
     assert "do not settle: after 1 turn" in stage.reason
+    for cure in ("max_rounds", "tolerance", "smaller stages", "(asked: 1e-09)"):
+        assert cure in stage.reason
+
+
+def test_turns_that_overshoot_take_part_of_the_change():
+    """Without Aitken's part soft joints go to and fro, for 15 turns."""
+    model = on_two_joints()
+    soft = replace(model.joints[0], normal_stiffness=3e8)
+    stage = bsm.run(model.replace(joints=[soft]), LINEAR).stages[-1]
+    assert stage.flow.change <= 1e-9
+    assert stage.flow.rounds <= 8
+
+
+def test_sealed_joints_stay_sealed_where_they_open():
+    model = on_two_joints()
+    sealed = replace(model.joints[0], aperture=0.0, residual_aperture=0.0)
+    pulled = [replace(load, force=(0, 200e3)) for load in model.loads]
+    stage = bsm.run(model.replace(joints=[sealed], loads=pulled), LINEAR).stages[-1]
+    assert stage.contacts.normal_force.max() > 0
+    assert not stage.flow.aperture.any()
+
+
+def test_a_stage_begins_in_joints_as_they_stood():
+    coupling = FlowCoupling(on_two_joints())
+    before = replace(coupling.first, aperture=0.5 * coupling.first.aperture)
+    begun = coupling.begin(0, np.ones(3, dtype=bool), before)
+    np.testing.assert_array_equal(begun.aperture, before.aperture)

@@ -12,7 +12,6 @@ from bsm_mesh.flow.steady import solve_steady
 from tests.scenes.flow_networks import VISCOSITY, WEIGHT, conductance, dam
 
 APERTURE = 0.5e-3
-AS_ASKED = 0.02
 EXACT = 1e-10  # the joints' discharge sums up to Dupuit's, as the continuum's does: measured 1e-15
 
 
@@ -24,7 +23,6 @@ def test_dupuit(spacing, width, upstream, downstream):
     permeability = APERTURE**3 * WEIGHT / (12 * VISCOSITY) / spacing
     expected = permeability * (upstream**2 - downstream**2) / (2 * width)
     through = flow.outflow[number[-1]].sum()
-    assert through == pytest.approx(expected, rel=AS_ASKED)
     assert through == pytest.approx(expected, rel=EXACT)
     assert flow.imbalance <= 1e-12
 

@@ -241,9 +241,11 @@ class StageSolution:
             return stage, True
         if found.rounds < run.flow.most_rounds(number):
             return stage, False
+        asked = run.flow.tolerance(number)
         reason = (
             f"flow and blocks do not settle: after {counted(found.rounds, 'turn')} pressures still change by "
-            f"{found.change:.2g} of the greatest"
+            f"{found.change:.2g} of the greatest (asked: {asked:.2g}); where changes become less, give [flow] a larger "
+            "max_rounds, or a tolerance you can bear; where not, change levels in smaller stages"
         )
         return replace(stage, status=Status.NOT_CONVERGED, reason=reason), True
 
