@@ -68,15 +68,19 @@ def closing(scene: Scene, size: float) -> Keys:
 
 def stiffening(scene: Scene, size: float) -> Keys:
     """Return Mohr-Coulomb's law with a shear stiffness by the root of the stress, given under ten blocks' height."""
-    stress = max(1e2, 10 * scene.unit_weight * size)
-    return {**plastic(scene, size), "shear_stiffness_exponent": 0.5, "reference_stress": stress}
+    return {**plastic(scene, size), "shear_stiffness_exponent": 0.5, "reference_stress": _stress(scene, size)}
+
+
+def _stress(scene: Scene, size: float) -> float:
+    """Return the stress under ten blocks' height [Pa], in the range of reference stresses."""
+    return float(np.clip(10 * scene.unit_weight * size, 1e2, 1e10))
 
 
 def barton(scene: Scene, size: float) -> Keys:
     """Return Barton-Bandis's law, as stiff in shear as its peak over the displacement there."""
     length = max(0.1, size)
     law = bsm.BartonBandis(jrc=6, jcs=60e6, residual_friction=0.8 * scene.friction, joint_length=length)
-    return {"law": law, "shear_stiffness": None, "reference_stress": max(1e2, 10 * scene.unit_weight * size)}
+    return {"law": law, "shear_stiffness": None, "reference_stress": _stress(scene, size)}
 
 
 LAWS: dict[str, Callable[[Scene, float], Keys]] = {

@@ -47,7 +47,8 @@ SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
 GROWTH = np.dtype([(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness")])
 """Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; the last one."""
 ZERO = np.float32(0.0)
-LEAST_SHARE = np.float32(1 / 4)  # of its compliance that a joint keeps in a window: where it gets stiffer that ends
+LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
+FIRM, FIRM_SHARE = np.float32(0.5), np.float32(1 / 4)  # and one that is four times as stiff as without stress, so much
 LEANS = np.float32(STEEPEST)  # greatest angle of Barton's strength [degrees]
 DEGREE = np.float32(np.pi / 180)
 ONE = np.float32(1.0)
@@ -89,7 +90,9 @@ def stiffness_sums(
     """
     sums = np.zeros((n, 3))
     for k in range(block_a.size):
-        normal = spring[k].normal_stiffness / max(spring[k].rock_share, LEAST_SHARE)  # as stiff as it may become
+        firm = spring[k].stiffening * spring[k].trial_pressure >= FIRM
+        normal = spring[k].normal_stiffness  # as stiff as it may become
+        normal /= max(spring[k].rock_share, FIRM_SHARE if firm else LEAST_SHARE)
         stiffness = np.float64(max(normal, spring[k].shear_stiffness))
         rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
         sums[block_a[k], 0] += stiffness
@@ -114,10 +117,8 @@ def add_contact_forces(
     slips: RecordArray,
     growths: RecordArray,
     forces: FloatArray,
-) -> bool:  # pragma: no cover - compiled
+) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
-
-    Return whether a joint has become stiffer than masses allow for, so that it takes another reference.
 
     Parameters
     ----------
@@ -140,7 +141,6 @@ def add_contact_forces(
     growths : (m,) GROWTH
         Shear stiffness that grows with pressure; empty where none does.
     """
-    too_stiff = False
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
@@ -156,8 +156,6 @@ def add_contact_forces(
         stiffness, kept = spring[k].shear_stiffness, ONE
         if growths.size and growths[k].factor > ZERO:
             stiffness, kept = _grown(pressure, growths[k])
-        if spring[k].stiffening > ZERO:
-            too_stiff |= _is_too_stiff(pressure, spring[k])
         pressure, shear, excess, event = _respond(pressure, gap, along, stiffness, kept, spring[k], state[k], events[k])
         events[k] |= event
         if slips.size and excess > ZERO and stiffness > ZERO:
@@ -173,7 +171,6 @@ def add_contact_forces(
         forces[b, 0] -= fx
         forces[b, 1] -= fy
         forces[b, 2] -= (rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0
-    return too_stiff
 
 
 @njit(nogil=True, forceinline=True)
@@ -191,14 +188,6 @@ def _pressure(gap: np.float32, spring: Any) -> Any:  # pragma: no cover - compil
     if spring.stiffening > ZERO:
         pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
     return pressure
-
-
-@njit(nogil=True, forceinline=True)
-def _is_too_stiff(pressure: Any, spring: Any) -> bool:  # pragma: no cover - compiled
-    """Return whether a joint that closes by a hyperbola is stiffer at a pressure than `LEAST_SHARE` has it."""
-    share = spring.rock_share
-    joint = ONE + spring.stiffening * max(pressure - max(spring.trial_pressure, ZERO), ZERO)
-    return bool(share < LEAST_SHARE and ONE - share < (LEAST_SHARE - share) * joint * joint)
 
 
 @njit(nogil=True)
