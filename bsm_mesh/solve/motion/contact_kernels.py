@@ -44,8 +44,10 @@ SPRING = np.dtype(
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
 SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
 """How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
-GROWTH = np.dtype([(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness")])
-"""Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; the last one."""
+GROWTH = np.dtype(
+    [(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness", "pressure")]
+)
+"""Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; both of last."""
 ZERO = np.float32(0.0)
 LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
 FIRM, FIRM_SHARE = np.float32(0.5), np.float32(1 / 4)  # and one that is four times as stiff as without stress, so much
@@ -200,7 +202,7 @@ def _grown(pressure: Any, growth: Any) -> tuple[Any, Any]:  # pragma: no cover -
         own *= np.tan(min(growth.angle + growth.roughness * decades, LEANS) * DEGREE)
     stiffness = min(ONE / (growth.compliance + ONE / own), growth.stiffest)
     kept = min(stiffness / growth.stiffness, ONE)
-    growth.stiffness = stiffness
+    growth.stiffness, growth.pressure = stiffness, pressure
     return stiffness, kept
 
 
