@@ -271,10 +271,12 @@ class Joint:
 
     def without_law(self) -> Joint:
         """Return the joint as it is where nothing slips or opens."""
-        constant = {"shear_stiffness_exponent": None, "reference_stress": None}
+        shear = self.shear_stiffness if self.filling is not None else self.contact_stiffness[1]
         return replace(
             self,
-            **({} if self.filling is not None else {"shear_stiffness": self.contact_stiffness[1], **constant}),
+            shear_stiffness=shear,
+            shear_stiffness_exponent=None,
+            reference_stress=None,
             law=None,
             tensile_strength=0.0,
             residual_tensile_strength=0.0,
