@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +56,6 @@ def gather_contacts(
     mated = _remembered(history.mated, source, np.full(found.count, first))
     # in situ, contacts are closed at gap 0, and with a large gap too
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)
-    old_tangential, first_tangential = _anchors(history, found, fresh)
-    shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
     return ContactSet(
@@ -67,13 +65,11 @@ def gather_contacts(
         law=properties.law,
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
-        shear_stiffness=shear_stiffness,
         **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
         old_shear=_remembered(history.shear, source, np.zeros(found.count)),
         old_pressure=_remembered(history.active.pressure, source, np.zeros(found.count)),
-        old_tangential=old_tangential,
-        first_tangential=first_tangential,
+        **_anchors(history, found, fresh),
         failed=failed,
         mated=mated,
         slip_path=_remembered(history.slip_path, source, np.zeros(found.count)),
@@ -84,7 +80,7 @@ def gather_contacts(
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
         dilating=_dilating(catalogue, properties, mated),
-        growing=Growing.among(*catalogue.shear_curve_of(properties.joint), found.length, shear_stiffness),
+        **_shear_springs(catalogue, properties, found.length),
         by_law=rows_by_law(properties.law),
     )
 
@@ -114,6 +110,13 @@ def _hyperbolic(
     return Hyperbolic.among(limit, stiffness, length, properties.normal_stiffness * length)
 
 
+def _shear_springs(catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray) -> dict[str, Any]:
+    """Return the shear stiffness of contacts of lengths (m,) [m], and those whose stiffness grows with pressure."""
+    stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * length)
+    curves = catalogue.shear_curve_of(properties.joint)
+    return {"shear_stiffness": stiffness, "growing": Growing.among(*curves, length, stiffness)}
+
+
 def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: BoolArray) -> Dilating:
     """Return the mated contacts (m,) whose joints open as they slide."""
     slope, last = catalogue.dilation_of(properties.joint)
@@ -131,13 +134,13 @@ def _lengths(history: History, found: Candidates) -> FloatArray:
     return length
 
 
-def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:
+def _anchors(history: History, found: Candidates, fresh: BoolArray) -> dict[str, FloatArray]:
     """Return the tangential coordinates of the shear force, and of first contact, (m,) each [m]."""
     heir = (found.history < 0) & (found.predecessor >= 0)
     anchor = np.where(fresh | heir, found.tangential, np.nan)
     kept = history.tangential, history.first_tangential
     old_tangential, first_tangential = (_remembered(values, found.history, anchor) for values in kept)
-    return old_tangential, first_tangential
+    return {"old_tangential": old_tangential, "first_tangential": first_tangential}
 
 
 def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:

@@ -149,13 +149,10 @@ def add_contact_forces(
         sb, vb = sine[b], versine[b]
         dax, day = _change_by_turn(ax, ay, sine[a], versine[a])  # by which a's turn moves the corner
         ex, ey = np.float32(here[a, 0] - here[b, 0]) + dax, np.float32(here[a, 1] - here[b, 1]) + day
-        qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
-        qy = ey - sb * (rx + ex) - vb * (ry + ey)
-        gap, along = qx * ty - qy * tx, qx * tx + qy * ty
+        gap, along = _as_b_sees_it(ex, ey, rx, ry, tx, ty, sb, vb)
         if slips.size:
             gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
-        pressure = _pressure(gap, spring[k])
-        stiffness, kept = spring[k].shear_stiffness, ONE
+        pressure, stiffness, kept = _pressure(gap, spring[k]), spring[k].shear_stiffness, ONE
         if growths.size and growths[k].factor > ZERO:
             stiffness, kept = _grown(pressure, growths[k])
         pressure, shear, excess, event = _respond(pressure, gap, along, stiffness, kept, spring[k], state[k], events[k])
@@ -167,12 +164,28 @@ def add_contact_forces(
             continue
         fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
         fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
-        forces[a, 0] += fx
-        forces[a, 1] += fy
-        forces[a, 2] += (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0
-        forces[b, 0] -= fx
-        forces[b, 1] -= fy
-        forces[b, 2] -= (rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0
+        _add_force(forces, a, fx, fy, (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0)
+        _add_force(forces, b, -fx, -fy, -((rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0))
+
+
+@njit(nogil=True, forceinline=True)
+def _add_force(
+    forces: FloatArray, block: int, fx: float, fy: float, moment: float
+) -> None:  # pragma: no cover - compiled
+    """Add a force and its moment to a block's of forces (n, 3)."""
+    forces[block, 0] += fx
+    forces[block, 1] += fy
+    forces[block, 2] += moment
+
+
+@njit(nogil=True, forceinline=True)
+def _as_b_sees_it(
+    ex: float, ey: float, rx: float, ry: float, tx: float, ty: float, sine: float, versine: float
+) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Return gap and movement along the edge of a corner that moves by (ex, ey) from (rx, ry), as b turns."""
+    qx = ex + sine * (ry + ey) - versine * (rx + ex)
+    qy = ey - sine * (rx + ex) - versine * (ry + ey)
+    return qx * ty - qy * tx, qx * tx + qy * ty
 
 
 @njit(nogil=True, forceinline=True)
