@@ -50,7 +50,6 @@ GROWTH = np.dtype(
 """Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; both of last."""
 ZERO = np.float32(0.0)
 LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
-FIRM, FIRM_SHARE = np.float32(0.5), np.float32(1 / 4)  # and one that is four times as stiff as without stress, so much
 LEANS = np.float32(STEEPEST)  # greatest angle of Barton's strength [degrees]
 DEGREE = np.float32(np.pi / 180)
 ONE = np.float32(1.0)
@@ -92,9 +91,7 @@ def stiffness_sums(
     """
     sums = np.zeros((n, 3))
     for k in range(block_a.size):
-        firm = spring[k].stiffening * spring[k].trial_pressure >= FIRM
-        normal = spring[k].normal_stiffness  # as stiff as it may become
-        normal /= max(spring[k].rock_share, FIRM_SHARE if firm else LEAST_SHARE)
+        normal = spring[k].normal_stiffness / max(spring[k].rock_share, LEAST_SHARE)  # as stiff as it may become
         stiffness = np.float64(max(normal, spring[k].shear_stiffness))
         rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
         sums[block_a[k], 0] += stiffness
