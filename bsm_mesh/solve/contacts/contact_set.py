@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,12 +50,11 @@ def gather_contacts(
     meeting = ~known & _meet_at_a_node(blocks, found, near)
     within_tolerance = found.in_range & (found.gap <= near) & ~meeting
     fresh = ~known & within_tolerance
-    offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
-    offset = _remembered(history.offset, source, offset)
+    offset = _remembered(history.offset, source, _offsets(found, fresh, meeting, near, 0.0 if first else band))
     failed = _remembered(history.failed, source, np.full(found.count, not first))
     mated = _remembered(history.mated, source, np.full(found.count, first))
-    # in situ, contacts are closed at gap 0, and with a large gap too
-    within_tolerance |= known & found.in_range & (found.gap <= offset + near)
+    within_tolerance |= known & found.in_range & (found.gap <= offset + near)  # in situ, with a large gap too
+    shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
     return ContactSet(
@@ -80,7 +79,8 @@ def gather_contacts(
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
         dilating=_dilating(catalogue, properties, mated),
-        **_shear_springs(catalogue, properties, found.length),
+        shear_stiffness=shear_stiffness,
+        growing=Growing.among(*catalogue.shear_curve_of(properties.joint), found.length, shear_stiffness),
         by_law=rows_by_law(properties.law),
     )
 
@@ -108,13 +108,6 @@ def _hyperbolic(
     limit, stiffness = catalogue.closure_of(properties.joint)
     limit = np.where(mated, limit, np.inf) if len(limit) else limit
     return Hyperbolic.among(limit, stiffness, length, properties.normal_stiffness * length)
-
-
-def _shear_springs(catalogue: JointCatalogue, properties: ContactProperties, length: FloatArray) -> dict[str, Any]:
-    """Return the shear stiffness of contacts of lengths (m,) [m], and those whose stiffness grows with pressure."""
-    stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * length)
-    curves = catalogue.shear_curve_of(properties.joint)
-    return {"shear_stiffness": stiffness, "growing": Growing.among(*curves, length, stiffness)}
 
 
 def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: BoolArray) -> Dilating:
