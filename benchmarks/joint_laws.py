@@ -1,15 +1,17 @@
 """What joint laws cost, over the first random model of every family: ``python -m benchmarks.joint_laws``.
 
-Models of up to 400 blocks, 8 processor seconds each. The table takes the place of that of `PAGE`.
+Models of up to 400 blocks, 8 processor seconds each. The table takes the place of that of `PAGE`; with names of laws
+only their rows do, and that of Mohr-Coulomb.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import signal
+import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,15 +70,19 @@ def closing(scene: Scene, size: float) -> Keys:
 
 def stiffening(scene: Scene, size: float) -> Keys:
     """Return Mohr-Coulomb's law with a shear stiffness by the root of the stress, given under ten blocks' height."""
-    stress = max(1e2, 10 * scene.unit_weight * size)
-    return {**plastic(scene, size), "shear_stiffness_exponent": 0.5, "reference_stress": stress}
+    return {**plastic(scene, size), "shear_stiffness_exponent": 0.5, "reference_stress": _stress(scene, size)}
+
+
+def _stress(scene: Scene, size: float) -> float:
+    """Return the stress under ten blocks' height [Pa], in the range of reference stresses."""
+    return float(np.clip(10 * scene.unit_weight * size, 1e2, 1e10))
 
 
 def barton(scene: Scene, size: float) -> Keys:
     """Return Barton-Bandis's law, as stiff in shear as its peak over the displacement there."""
     length = max(0.1, size)
     law = bsm.BartonBandis(jrc=6, jcs=60e6, residual_friction=0.8 * scene.friction, joint_length=length)
-    return {"law": law, "shear_stiffness": None, "reference_stress": max(1e2, 10 * scene.unit_weight * size)}
+    return {"law": law, "shear_stiffness": None, "reference_stress": _stress(scene, size)}
 
 
 LAWS: dict[str, Callable[[Scene, float], Keys]] = {
@@ -117,23 +123,28 @@ def _up(*_: object) -> None:
     raise TimeUpError
 
 
-def main() -> None:
-    """Run all and write the table."""
+def main(names: Sequence[str] = ()) -> None:
+    """Run all laws, or Mohr-Coulomb and those named, and write their rows of the table."""
     signal.signal(signal.SIGPROF, _up)
     verdicts(plastic, 60.0)  # compiles, which must not be interrupted
-    lines = ["| law | models | answers | stable | unstable | s | times |", "|---|---|---|---|---|---|---|"]
+    page = PAGE.read_text(encoding="utf-8")
+    rows = {name: line for name in LAWS for line in page.splitlines() if line.startswith(f"| {name} |")}
     usual = 0.0
     for name, keys_of in LAWS.items():
+        if usual and names and name not in names:
+            continue
         found, spent = verdicts(keys_of)
         usual = usual or spent
         count = Counter(found.values())
         answers = len(found) - count["no answer"] - count["not_converged"]
         stable = count["stable"] + count["stable_after_falls"]
         row = (name, len(found), answers, stable, count["unstable"], f"{spent:.0f}", f"{spent / usual:.1f}")
-        lines.append(f"| {' | '.join(map(str, row))} |")
+        rows[name] = f"| {' | '.join(map(str, row))} |"
         print(name, {family: value for family, value in found.items() if value in ("no answer", "not_converged")}, row)
-    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), "law-answers", "\n".join(lines)), encoding="utf-8")
+    heading = ["| law | models | answers | stable | unstable | s | times |", "|---|---|---|---|---|---|---|"]
+    lines = [*heading, *(rows[name] for name in LAWS if name in rows)]
+    PAGE.write_text(with_table(page, "law-answers", "\n".join(lines)), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.motion import threads as motion_threads
+from bsm_mesh.solve.motion.contact_kernels import _grown
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
 from bsm_mesh.solve.motion.kernels import set_turns
 from bsm_mesh.solve.motion.masses import MotionSettings
@@ -127,7 +128,7 @@ def around(turn: float, *points: tuple[float, float]) -> list[tuple[float, float
 
 
 @pytest.mark.parametrize("turn", [0.0, 17.0, 97.0, 172.0])
-@pytest.mark.parametrize("kind", ["plain", "cohesive", "patton", "hyperbolic", "bolted", "dowelled"])
+@pytest.mark.parametrize("kind", ["plain", "cohesive", "patton", "hyperbolic", "stiffening", "bolted", "dowelled"])
 def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
     """A window begins with forces from the equations; a long one, in which blocks turn, goes as several short ones."""
     polygons = [turned(p, turn) for p in (BASE, rectangle(-0.5, 0, 0.5, 1), rectangle(0.5, 0, 1.5, 1.2))]
@@ -146,6 +147,10 @@ def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
     model = model_of(polygons, **given)
     if kind == "hyperbolic":
         model = model.replace(joints=[replace(model.joints[0], max_closure=4e-5)])
+    elif kind == "stiffening":
+        law = bsm.MohrCoulomb(friction=60.0, cohesion=1e5)
+        stiffens = {"shear_stiffness_exponent": 0.8, "reference_stress": 1e7}
+        model = model.replace(joints=[replace(model.joints[0], law=law, **stiffens)])
     (long, fast), (short, quick) = (
         moved_in(model, windows, b1=(*along, 0.06), b2=(0, 0, -0.05)) for windows in ((40,), 8 * (5,))
     )
@@ -155,6 +160,28 @@ def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
     off = 1e-2 if kind in ("cohesive", "patton") else 1e-5  # what breaks in a cycle breaks a cycle earlier or later
     assert_allclose(long, short, rtol=0, atol=off * moved)
     assert_allclose(fast, quick, rtol=0, atol=10 * off * np.abs(fast).max())
+
+
+@pytest.mark.parametrize("young", [None, 1e9])
+@pytest.mark.parametrize("keys", [{"shear_stiffness_exponent": 0.8}, {"shear_stiffness": None}])
+def test_shear_stiffness_in_cycles_is_that_of_the_contacts(young, keys):
+    """And so is the part of the force that is left as pressure falls; as it rises all of it is."""
+    law = bsm.BartonBandis(jrc=9, jcs=60e6, residual_friction=28.0)
+    model = model_of([BASE, rectangle(-0.5, 0, 0.5, 1)])
+    rock = replace(model.rocks[0], young=young, poisson=None if young is None else 0.2)
+    joint = replace(model.joints[0], law=law, reference_stress=1e4, **keys)
+    motion = ExplicitMotion(begun(model.replace(rocks=[rock], joints=[joint])), INELASTIC)
+    growths, growing = motion._growths(), motion.contacts.growing
+    growths["stiffest"] = 1e30
+    row = int(np.searchsorted(motion._rows, growing.rows[0]))
+    before = np.inf
+    for pressure in (0.0, 10.0, 3e3, 2e5, 4e4):
+        wanted = float(growing.stiffness(np.full(len(growing.rows), pressure))[0][0])
+        found, kept = _grown(np.float32(pressure), growths[row])
+        assert found == pytest.approx(wanted, rel=1e-5)
+        if np.isfinite(before):
+            assert kept == pytest.approx(min(wanted / before, 1.0), rel=1e-5)
+        before = wanted
 
 
 @pytest.mark.parametrize("young", [None, 1e9])

@@ -50,13 +50,10 @@ def gather_contacts(
     meeting = ~known & _meet_at_a_node(blocks, found, near)
     within_tolerance = found.in_range & (found.gap <= near) & ~meeting
     fresh = ~known & within_tolerance
-    offset = _offsets(found, fresh, meeting, near, 0.0 if first else band)
-    offset = _remembered(history.offset, source, offset)
+    offset = _remembered(history.offset, source, _offsets(found, fresh, meeting, near, 0.0 if first else band))
     failed = _remembered(history.failed, source, np.full(found.count, not first))
     mated = _remembered(history.mated, source, np.full(found.count, first))
-    # in situ, contacts are closed at gap 0, and with a large gap too
-    within_tolerance |= known & found.in_range & (found.gap <= offset + near)
-    old_tangential, first_tangential = _anchors(history, found, fresh)
+    within_tolerance |= known & found.in_range & (found.gap <= offset + near)  # in situ, with a large gap too
     shear_stiffness = np.where(catalogue.smooth[properties.law], 0.0, properties.shear_stiffness * found.length)
     entering = np.flatnonzero(found.entering_edge >= 0)
     entering_edges = found.entering_edge[entering], found.corner[entering]
@@ -67,13 +64,11 @@ def gather_contacts(
         law=properties.law,
         geometry=given_geometry(*sides[:4], outlines.centroid, outlines.corners, outlines.directions),
         normal_stiffness=properties.normal_stiffness * found.length,
-        shear_stiffness=shear_stiffness,
         **_tensions(properties, found.length, known | within_tolerance, failed, mated),
         offset=offset,
         old_shear=_remembered(history.shear, source, np.zeros(found.count)),
         old_pressure=_remembered(history.active.pressure, source, np.zeros(found.count)),
-        old_tangential=old_tangential,
-        first_tangential=first_tangential,
+        **_anchors(history, found, fresh),
         failed=failed,
         mated=mated,
         slip_path=_remembered(history.slip_path, source, np.zeros(found.count)),
@@ -84,6 +79,7 @@ def gather_contacts(
         entering_direction=_edges_from_corners(outlines.corners, blocks.following, *entering_edges),
         hyperbolic=_hyperbolic(catalogue, properties, found.length, mated),
         dilating=_dilating(catalogue, properties, mated),
+        shear_stiffness=shear_stiffness,
         growing=Growing.among(*catalogue.shear_curve_of(properties.joint), found.length, shear_stiffness),
         by_law=rows_by_law(properties.law),
     )
@@ -131,13 +127,13 @@ def _lengths(history: History, found: Candidates) -> FloatArray:
     return length
 
 
-def _anchors(history: History, found: Candidates, fresh: BoolArray) -> tuple[FloatArray, FloatArray]:
+def _anchors(history: History, found: Candidates, fresh: BoolArray) -> dict[str, FloatArray]:
     """Return the tangential coordinates of the shear force, and of first contact, (m,) each [m]."""
     heir = (found.history < 0) & (found.predecessor >= 0)
     anchor = np.where(fresh | heir, found.tangential, np.nan)
     kept = history.tangential, history.first_tangential
     old_tangential, first_tangential = (_remembered(values, found.history, anchor) for values in kept)
-    return old_tangential, first_tangential
+    return {"old_tangential": old_tangential, "first_tangential": first_tangential}
 
 
 def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:

@@ -44,10 +44,12 @@ SPRING = np.dtype(
 STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
 SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
 """How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
-GROWTH = np.dtype([(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness")])
-"""Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; the last one."""
+GROWTH = np.dtype(
+    [(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness", "pressure")]
+)
+"""Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; both of last."""
 ZERO = np.float32(0.0)
-LEAST_SHARE = np.float32(1 / 4)  # of its compliance that a joint keeps in a window: where it gets stiffer that ends
+LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
 LEANS = np.float32(STEEPEST)  # greatest angle of Barton's strength [degrees]
 DEGREE = np.float32(np.pi / 180)
 ONE = np.float32(1.0)
@@ -114,10 +116,8 @@ def add_contact_forces(
     slips: RecordArray,
     growths: RecordArray,
     forces: FloatArray,
-) -> bool:  # pragma: no cover - compiled
+) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
-
-    Return whether a joint has become stiffer than masses allow for, so that it takes another reference.
 
     Parameters
     ----------
@@ -140,24 +140,18 @@ def add_contact_forces(
     growths : (m,) GROWTH
         Shear stiffness that grows with pressure; empty where none does.
     """
-    too_stiff = False
     for k in range(block_a.size):
         a, b = block_a[k], block_b[k]
         rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
         sb, vb = sine[b], versine[b]
         dax, day = _change_by_turn(ax, ay, sine[a], versine[a])  # by which a's turn moves the corner
         ex, ey = np.float32(here[a, 0] - here[b, 0]) + dax, np.float32(here[a, 1] - here[b, 1]) + day
-        qx = ex + sb * (ry + ey) - vb * (rx + ex)  # the same as b sees it, which turns too
-        qy = ey - sb * (rx + ex) - vb * (ry + ey)
-        gap, along = qx * ty - qy * tx, qx * tx + qy * ty
+        gap, along = _as_b_sees_it(ex, ey, rx, ry, tx, ty, sb, vb)
         if slips.size:
             gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
-        pressure = _pressure(gap, spring[k])
-        stiffness, kept = spring[k].shear_stiffness, ONE
+        pressure, stiffness, kept = _pressure(gap, spring[k]), spring[k].shear_stiffness, ONE
         if growths.size and growths[k].factor > ZERO:
             stiffness, kept = _grown(pressure, growths[k])
-        if spring[k].stiffening > ZERO:
-            too_stiff |= _is_too_stiff(pressure, spring[k])
         pressure, shear, excess, event = _respond(pressure, gap, along, stiffness, kept, spring[k], state[k], events[k])
         events[k] |= event
         if slips.size and excess > ZERO and stiffness > ZERO:
@@ -167,13 +161,28 @@ def add_contact_forces(
             continue
         fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
         fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
-        forces[a, 0] += fx
-        forces[a, 1] += fy
-        forces[a, 2] += (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0
-        forces[b, 0] -= fx
-        forces[b, 1] -= fy
-        forces[b, 2] -= (rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0
-    return too_stiff
+        _add_force(forces, a, fx, fy, (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0)
+        _add_force(forces, b, -fx, -fy, -((rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0))
+
+
+@njit(nogil=True, forceinline=True)
+def _add_force(
+    forces: FloatArray, block: int, fx: float, fy: float, moment: float
+) -> None:  # pragma: no cover - compiled
+    """Add a force and its moment to a block's of forces (n, 3)."""
+    forces[block, 0] += fx
+    forces[block, 1] += fy
+    forces[block, 2] += moment
+
+
+@njit(nogil=True, forceinline=True)
+def _as_b_sees_it(
+    ex: float, ey: float, rx: float, ry: float, tx: float, ty: float, sine: float, versine: float
+) -> tuple[float, float]:  # pragma: no cover - compiled
+    """Return gap and movement along the edge of a corner that moves by (ex, ey) from (rx, ry), as b turns."""
+    qx = ex + sine * (ry + ey) - versine * (rx + ex)
+    qy = ey - sine * (rx + ex) - versine * (ry + ey)
+    return qx * ty - qy * tx, qx * tx + qy * ty
 
 
 @njit(nogil=True, forceinline=True)
@@ -193,14 +202,6 @@ def _pressure(gap: np.float32, spring: Any) -> Any:  # pragma: no cover - compil
     return pressure
 
 
-@njit(nogil=True, forceinline=True)
-def _is_too_stiff(pressure: Any, spring: Any) -> bool:  # pragma: no cover - compiled
-    """Return whether a joint that closes by a hyperbola is stiffer at a pressure than `LEAST_SHARE` has it."""
-    share = spring.rock_share
-    joint = ONE + spring.stiffening * max(pressure - max(spring.trial_pressure, ZERO), ZERO)
-    return bool(share < LEAST_SHARE and ONE - share < (LEAST_SHARE - share) * joint * joint)
-
-
 @njit(nogil=True)
 def _grown(pressure: Any, growth: Any) -> tuple[Any, Any]:  # pragma: no cover - compiled
     """Return the shear stiffness at a pressure, and the part of the shear force that is left as it falls to that."""
@@ -211,7 +212,7 @@ def _grown(pressure: Any, growth: Any) -> tuple[Any, Any]:  # pragma: no cover -
         own *= np.tan(min(growth.angle + growth.roughness * decades, LEANS) * DEGREE)
     stiffness = min(ONE / (growth.compliance + ONE / own), growth.stiffest)
     kept = min(stiffness / growth.stiffness, ONE)
-    growth.stiffness = stiffness
+    growth.stiffness, growth.pressure = stiffness, pressure
     return stiffness, kept
 
 

@@ -42,6 +42,7 @@ from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
+AS_EXACT = 1 - 2e-7  # by which pressures in single precision may be too high: what rests would creep
 HIGH = 1e12  # a pressure above all others [N/m]
 
 
@@ -196,6 +197,7 @@ class ExplicitMotion:
         columns |= {"length": mine.length, "compliance": mine.compliance}
         for name, column in columns.items():
             growths[name][mine.rows] = column
+        growths["pressure"] = self._spring["pressure"]
         growths["stiffness"] = self.residual.at.springs.stiffness[rows]
         growths["stiffest"] = np.maximum(self._spring["normal_stiffness"], growths["stiffness"])
         return growths
@@ -294,10 +296,13 @@ class ExplicitMotion:
         along[rows] = before.tangential[rows] + share.state["along"]
         touched = ~np.isnan(contacts.old_tangential)
         touched[rows] |= (events & CONTACTED) > 0
+        pressure = np.full(contacts.count, np.nan)
+        if len(share.growths):
+            pressure[rows] = AS_EXACT * share.growths["pressure"]
         here = replace(
             contacts,
             old_shear=shear,
-            old_pressure=np.full(contacts.count, np.nan),  # cycles have let it fall with the stiffness
+            old_pressure=pressure,
             old_tangential=np.where(touched, along, np.nan),
         )
         path = contacts.slip_path
