@@ -20,6 +20,7 @@ from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
 BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
+FEW = 8  # models that are named
 MAKER = "the campaign"  # in the marks of pages
 
 
@@ -136,7 +137,7 @@ def print_tables(given: argparse.Namespace) -> int:
         parts += compared(given.against, small, limit)
     if given.pack:
         store.pack(head, records, given.pack)
-    said = " ".join(dict.fromkeys(f"{_told(store.read([path])[0])}." for path in given.files))
+    said = " ".join(_said(given.files))
     if given.into:
         made = [(title, tables.as_markdown(rows) if len(rows) > 1 else "") for title, rows in parts]
         write_between(given.into, MAKER, said, made)
@@ -175,6 +176,17 @@ def compared(former: Path, records: dict[store.Key, Record], limit: float) -> li
         (f"{title}: now over before", comparison.ratios(pairs, (float(head["limit"]), limit))),
         ("Judged otherwise", comparison.differences(pairs)),
     ]
+
+
+def _said(files: Sequence[Path]) -> list[str]:
+    """Return a sentence a file: where its records come from, and of how many models, if there are several."""
+    told: list[str] = []
+    source = {key: number for number, path in enumerate(files) for key in store.read([path])[1]}
+    for number, path in enumerate(files):
+        models = [key[0] for key, last in source.items() if last == number]
+        which = f": {', '.join(models) if len(models) < FEW else f'{len(models)} models'}" if len(files) > 1 else ""
+        told.append(f"{_told(store.read([path])[0])}{which}.")
+    return told
 
 
 def _told(head: Record) -> str:

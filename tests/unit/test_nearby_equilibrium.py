@@ -8,6 +8,7 @@ import bsm_mesh as bsm
 from bsm_mesh.solve.continuation.plan import PLANS
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
+from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun, still
@@ -52,6 +53,19 @@ def test_it_ends_in_equilibrium(name, localized):
     assert not found.position[0].any()
     assert at.forces[1:, 1].sum() == pytest.approx(GAMMA * step.system.model.blocks.moments.area[1:].sum(), rel=1e-4)
     assert (step.acting_at(found.position) * found.position)[1:].sum() > 0  # weight has done work
+
+
+def test_it_goes_on_to_rest_whatever_the_step_asks_for(monkeypatch):
+    """A step that asks for little got six searches for contacts in vain, and began again."""
+    polygons, friction = scene("tilted wall")
+    searches, gather = [], BlockSystem.gather
+    monkeypatch.setattr(BlockSystem, "gather", lambda *given, **more: searches.append(1) or gather(*given, **more))
+    step = begun(model_of(polygons, friction=friction))
+    searches.clear()
+    found = NearbyEquilibrium().solve(step, AT_REST, Goal(max_residual=1e-2, rest=1e-6))
+    assert found.outcome is Outcome.SOLVED
+    assert found.equations.residual_at(found.position).max_norm < 1e-6
+    assert len(searches) <= 3
 
 
 def test_a_block_that_must_slide_has_none_nearby():

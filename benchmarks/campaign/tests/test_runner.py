@@ -108,7 +108,7 @@ def test_large_scenes_stand_beside_what_they_were_before(tmp_path):
     assert list(found) == list(names)
     assert found["1e4 wall"] == ("10.0", "18.0", "0.56")
     assert found["1e5 wall"][:2] == ("over 50.0", "18.0")
-    assert "at most 5 processor seconds a model. Commit" in page.read_text()
+    assert "at most 5 processor seconds a model: 1e4 wall, 1e4 layers. Commit" in page.read_text()
     assert "at most 9 processor seconds" in page.read_text().partition("### ")[2]
 
 

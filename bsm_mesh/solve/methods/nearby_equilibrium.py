@@ -58,14 +58,12 @@ class NearbyEquilibrium:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return the equilibrium, or the last state before contacts were updated in vain."""
-        step = equations
-        if step.residual_at(step.start).max_norm < goal.max_residual and not step.supports_move:
+        step, inner = equations, goal.max_residual
+        if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
         shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
         position = step.elastic_position
         step = step.allowing_settlement(position)
-        # To rest, not to the goal of a step: Newton's method converges here, and would have to be begun anew.
-        inner = min(goal.max_residual, SETTINGS.confirmed * goal.rest)
         wanted = max(FEW_CHANGE, inner)
         for update in range(SETTINGS.max_updates + 1):
             rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
@@ -81,6 +79,10 @@ class NearbyEquilibrium:
             if left < SETTINGS.confirmed * goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
                 break
+            if left < wanted and step.factors.ready:  # the next updates would change nothing: on to rest
+                inner = min(inner, SETTINGS.confirmed * goal.rest)
+                position = chord_method(step, position, inner)
+                left = step.residual_at(position).max_norm
             loosest = FEW_CHANGE if update < SETTINGS.max_updates - 1 else inner
             wanted = max(inner, min(loosest, SETTINGS.updated * left))
         return _ended(attempt)
