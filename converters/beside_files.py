@@ -51,7 +51,7 @@ def read_beside(path: Path, history: str | None = None, source: str | None = Non
     ModelError
         With what is wrong, where, and the cure.
     """
-    refuse_unreadable(path)
+    refuse_unreadable(path, "table")
     header, lines, rows = read_rows(path, HOLDS)
     names = [re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", name).strip().lower() for name in header]
     texts = {name: names.index(name) for name in TEXTS if name in names}

@@ -76,7 +76,13 @@ def _draw_pressures(axes: Any, bolts: BoltForces) -> None:
     what = "support pressure on the wall, kPa" if known.any() else "force at the head, kN"
     number = np.arange(bolts.count)
     shown = np.isfinite(values)
-    axes.bar(number[shown], values[shown], color="#1f4e79", width=0.7)
+    if known.any():  # both readings of Fig. 8.14
+        axes.bar(number[shown] - 0.2, values[shown], color="#1f4e79", width=0.4, label="of the force at the head")
+        mean = bolts.mean_pressure / 1e3
+        axes.bar(number[shown] + 0.2, mean[shown], color="#e69f00", width=0.4, label="of the mean tension")
+        axes.legend(fontsize=7, frameon=False, ncols=2)
+    else:
+        axes.bar(number[shown], values[shown], color="#1f4e79", width=0.7)
     axes.set_xlim(-0.6, bolts.count - 0.4)
     for place in number[~shown]:
         axes.annotate("?", (place, 0.02), xycoords=("data", "axes fraction"), ha="center", fontsize=10)

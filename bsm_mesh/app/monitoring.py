@@ -32,7 +32,7 @@ def add_monitoring(sheet: Sheet) -> None:
             "markersize": 3 if line else 4,
         }
         sheet.axes.plot(*points.T, color=PLACES, zorder=5, **style)
-        at = points[len(points) // 2] if line else points[0]
+        at = points[(len(points) - 1) // 2 :][:2].mean(axis=0)  # of a line between two of its points
         if len(placed) <= MOST_NAMED and x0 < at[0] < x1 and y0 < at[1] < y1:
             sheet.axes.annotate(
                 recorded.name, tuple(at), xytext=(5, 3), textcoords="offset points", fontsize=8, color=PLACES,

@@ -71,21 +71,21 @@ def may_name_others(file: Path) -> bool:
         return False  # reading says what is wrong
 
 
-def refuse_unreadable(file: Path) -> None:
-    """Raise a `ModelError` for a path that is no file with something in it."""
+def refuse_unreadable(file: Path, what: str = "mesh") -> None:
+    """Raise a `ModelError` for a path that is no file with something in it; `what` should be in it, for messages."""
     refuse_special(file)
     if file.is_dir():
-        raise ModelError(f"{file}: is a folder; give the mesh file in it")
+        raise ModelError(f"{file}: is a folder; give the {what} file in it")
     try:
         with file.open("rb") as opened:
             empty = not opened.read(1)
     except FileNotFoundError:
         alike = sorted(p.name for p in file.parent.glob(f"*{file.suffix}")) if file.suffix else []
         there = f" ({file.parent} holds: {', '.join(alike[:8])})" if alike else ""
-        raise ModelError(f"{file}: there is no such file{there}; correct the path or make the mesh first") from None
+        raise ModelError(f"{file}: there is no such file{there}; correct the path or make the {what} first") from None
     except OSError as problem:
         raise ModelError(f"{file}: cannot be opened ({problem.strerror}); see to its permissions") from None
     except ValueError:  # a NUL in it
         raise ModelError(f"{file!s:.60}: is no path; correct it") from None
     if empty:
-        raise ModelError(f"{file}: is empty; write the mesh again")
+        raise ModelError(f"{file}: is empty; write the {what} again")

@@ -166,8 +166,8 @@ def _joined(panels: Sequence[Path], columns: int) -> Image.Image:
     if whole.width > WIDEST:
         whole = whole.resize((WIDEST, round(whole.height * WIDEST / whole.width)), Image.Resampling.LANCZOS)
     return whole.quantize(
-        COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-    )  # thin lines keep theirs
+        COLOURS, method=Image.Quantize.MAXCOVERAGE, kmeans=4, dither=Image.Dither.NONE
+    )  # thin lines too
 
 
 def table(pictures: Sequence[Drawn]) -> str:

@@ -109,7 +109,7 @@ def test_the_text_of_the_thesis_stands_in_the_model_files() -> None:
 
 def test_the_readme_names_the_files() -> None:
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
-    for name in ("model.toml", "bolts.toml", "dupont_station.figures", "sweep.py"):
+    for name in ("model.toml", "bolts.toml", "published.csv", "examples.pictures", "sweep.py"):
         assert name in text
     for picture in re.findall(r"\]\((\w+\.png)\)", text):
         assert (FOLDER / picture).is_file()

@@ -30,9 +30,10 @@ from tests.scenes.typed_lines import type_line
 
 SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
+SURVEY = """python -c "open('survey.csv', 'w').write('history,v [mm]\\ncrest,-3\\n')" """
 PAGES = {  # pages that are followed, and what their reader has done before
     "docs/other_programs.md": ["bsm-mesh new arch ."],
-    "docs/pictures.md": RUN,
+    "docs/pictures.md": [*RUN, SURVEY],
     "docs/safety.md": [],
     "docs/tutorial.md": [],
     "docs/user_guide.md": [  # a mesh, for --no-scripts
@@ -42,6 +43,8 @@ PAGES = {  # pages that are followed, and what their reader has done before
         """ a, b = t.index('geometry ='), t.index('[rock.'); blocks = 'blocks = \\'regions\\'';"""
         """ p.write_text(t[:a] + 'file = \\'dupont.msh\\'\\n' + blocks + '\\n' + t[b:])" """,
         "bsm-mesh run model.toml",
+        "bsm-mesh run model.toml -o out/steep",
+        SURVEY,
     ],
 }
 FOLLOWED_ELSEWHERE = {  # more is asserted of them there

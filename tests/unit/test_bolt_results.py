@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.app.bolt_pictures import draw_bolt_forces
 from bsm_mesh.model.bolt_patterns import radial_bolts
 from bsm_mesh.results import BoltForces, BoltStatus
 from tests.scenes.shapes import rectangle
@@ -63,6 +64,17 @@ def test_support_pressure_round_an_arch():
     bolts = radial_bolts(centre=(0, 0), radius=3, length=2, count=19, diameter=0.02)
     found = record(bolts, np.full(19, 1e4)).support_pressure
     assert_allclose(found[1:-1], 1e4 / (3 * np.sin(np.radians(10))))
+
+
+def test_a_support_pressure_that_is_not_known_is_no_bar():
+    """Of bolts of which none has a neighbour the forces are drawn; of some, a question mark."""
+    row = [bsm.Bolt(start=(x, 0), end=(x, 2), diameter=0.02, name=f"R{x}") for x in (0.5, 1.5)]
+    alone = bsm.Bolt(start=(0.5, -3), end=(0.5, -5), diameter=0.02, name="alone")
+    found = record([*row, alone], np.array([1e3, 2e3, 5e3]))
+    *_, axes = draw_bolt_forces(found, "").axes
+    assert [text.get_text() for text in axes.texts] == ["?"]
+    assert [round(bar.get_x() + bar.get_width() / 2) for bar in axes.patches] == [0, 1, 0, 1]
+    assert min(bar.get_height() for bar in axes.patches) > 0
 
 
 def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:

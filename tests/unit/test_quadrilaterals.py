@@ -6,6 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
+from bsm_mesh.converters import read_blocks
 from bsm_mesh.geometries import brick_wall, column, dam_foundation, pushed_block, stratified_slope, voussoir_arch
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.quadrilaterals import rectangle, turn, write_quadrilaterals
@@ -117,6 +118,25 @@ def test_stratified_slope_down_to_a_floor(tmp_path):
     assert groups["boundary:base"] == 2
 
 
+def test_stratified_slope_of_layers_throughout(tmp_path):
+    """Both sets run through all rock; the outline, and the layers over the face, are those of the slope on a floor."""
+    sizes = {"dip": 30.0, "layers": 2, "blocks": 4, "length": 3.0, "gap": 3.0, "floor": 10.0}
+    path = stratified_slope.build(tmp_path / "slope.msh", **sizes, layered=True)
+    blocks = read_blocks(path, blocks="regions")
+    corners, _ = read(stratified_slope.build(tmp_path / "floor.msh", **sizes))
+    assert blocks.moments.area.sum() == pytest.approx(areas(corners).sum())
+    np.testing.assert_allclose(blocks.vertices.min(axis=0), corners.min(axis=(0, 1)))
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    x, y = blocks.moments.centroid.T
+    over = (s * x + c * y > 0) & (c * x - s * y < 0)
+    assert over.sum() == 8
+    np.testing.assert_allclose(blocks.moments.area[over], 3.0)
+    assert blocks.count > 60
+    assert set(blocks.boundaries) == {"base", "left", "right", "ground"}
+    lengths = np.hypot(*blocks.edge_vectors.T)
+    assert lengths.min() > 0.4
+
+
 def test_dam_foundation(tmp_path):
     path = dam_foundation.build(
         tmp_path / "dam.msh", upstream=2, downstream=3, under=2, beds=2, thickness=5.0, dip=60.0
@@ -147,6 +167,7 @@ def test_dam_foundation(tmp_path):
         (voussoir_arch, {"thickness": 3.0}, "twice radius"),
         (stratified_slope, {"step": -1.0}, "step = -1.0"),
         (stratified_slope, {"dip": 90.0, "floor": 5.0}, "below 90 degrees"),
+        (stratified_slope, {"layered": True}, "layered = true without a floor"),
         (dam_foundation, {"dip": 10.0, "beds": 0}, "beds = 0"),
     ],
 )
