@@ -76,7 +76,7 @@ class NearbyEquilibrium:
                 break
             step = _updated(attempt)
             left = step.residual_at(position).max_norm
-            if left < SETTINGS.confirmed * goal.rest:
+            if left < max(inner, SETTINGS.confirmed * goal.rest):
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
                 break
             loosest = FEW_CHANGE if update < SETTINGS.max_updates - 1 else inner
