@@ -21,9 +21,6 @@ class NewtonSettings:
         Corrections: it converges quadratically or, where contacts flicker, not at all.
     max_halvings : int
         Of a correction, at most: to a sixty-fourth.
-    decrease : float
-        Part of the predicted decrease of the 2-norm that a correction must bring: Armijo's condition, hardly more than
-        that it decreases.
     chord : float
         Part of either norm left by a chord iteration, above which it ends: rounding is near.
     regularization : float
@@ -33,7 +30,6 @@ class NewtonSettings:
 
     max_iterations: int = 12
     max_halvings: int = 6
-    decrease: float = 1e-3
     chord: float = 0.5
     regularization: float = 0.1
 
@@ -118,7 +114,7 @@ def tangent_regularization(max_norm: float) -> float:
 
 
 def _line_search(step: StepEquations, here: Residual, correction: FloatArray) -> Residual:
-    """Return the best of the corrections halved until the 2-norm falls enough (backtracking, Armijo).
+    """Return the best of the corrections halved until the 2-norm falls (backtracking).
 
     The maximum norm as merit function needs many times the iterations.
     """
@@ -128,7 +124,7 @@ def _line_search(step: StepEquations, here: Residual, correction: FloatArray) ->
     for _ in range(SETTINGS.max_halvings + 1):
         there = step.residual_at(moved_by(here.position, part * correction), here.weight)
         tried.append(there)
-        if there.l2_norm < (1 - SETTINGS.decrease * part) * here.l2_norm:
+        if there.l2_norm < here.l2_norm:
             return there
         part /= 2
     return min(tried, key=lambda residual: np.nan_to_num(residual.l2_norm, nan=np.inf))

@@ -29,14 +29,11 @@ class RegularizedSettings:
         The same while the maximum norm is below `nearly`: few contacts still change there, and a stage is near its end.
     nearly : float
         Maximum norm [mean weights].
-    max_factorizations : int
-        Corrections at most: what shrinks by `worthwhile` every second time has come to a two-hundredth.
     """
 
     shrinking: float = 0.25
     worthwhile: float = 0.7
     nearly: float = 0.3
-    max_factorizations: int = 30
 
 
 SETTINGS = RegularizedSettings()
@@ -84,13 +81,14 @@ def regularized_newton(
     """
     here = step.residual_at(position)
     norms = [np.inf, np.inf, here.l2_norm]
-    for _ in range(SETTINGS.max_factorizations):
+    while True:
         if here.max_norm < tolerance and not (step.supports_move and len(norms) == 3):
             return Attempt(equations=step, position=here.position, outcome=Outcome.SOLVED)
         if here.rms < max_rms:
             return Attempt(equations=step, position=here.position, outcome=Outcome.ACCEPTABLE)
-        if norms[-1] > (SETTINGS.worthwhile if here.max_norm < SETTINGS.nearly else shrinking) * norms[-3]:
-            break
+        # A number that is none ends it too.
+        if not norms[-1] <= (SETTINGS.worthwhile if here.max_norm < SETTINGS.nearly else shrinking) * norms[-3]:
+            return Attempt(equations=step, position=here.position, outcome=Outcome.STALLED)
         corrected = subdomain_correction(step, here.position) if localized else None
         if corrected is None:
             found = newton(step, here.position, tolerance, regularized=True, max_iterations=1)
@@ -99,4 +97,3 @@ def regularized_newton(
             corrected = found.position
         here = step.residual_at(corrected)
         norms.append(here.l2_norm)
-    return Attempt(equations=step, position=here.position, outcome=Outcome.STALLED)

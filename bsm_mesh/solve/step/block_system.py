@@ -8,6 +8,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import Outlines, corner_positions
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
@@ -23,7 +24,6 @@ from bsm_mesh.solve.contacts.history import History, worn
 STEP = 0.05  # step length d over the block size: turns within it are small, and the rules of contacts hold
 BAND = 3.0  # of the contact search, over the step length: corners nearer to an edge are candidates
 PRESCRIBED_STEP = 0.5  # largest prescribed movement in a step, over the step length: less than blocks fall in one
-PRESCRIPTION_TOLERANCE = 1e-6  # of a prescribed displacement at the end, over the step length: rounding
 
 
 class BlockSystem:
@@ -163,7 +163,7 @@ class BlockSystem:
     def prescription_complete(self, position: FloatArray) -> bool:
         """Return whether the prescribed displacements are applied in full."""
         left = self.constraints_at(position).prescribed / self.scale
-        return float(np.abs(left).max()) <= PRESCRIPTION_TOLERANCE * self.d
+        return float(np.abs(left).max()) <= RULES.rounding * self.outlines.size
 
     def gather(self, history: History, position: FloatArray, *, first: bool) -> ContactSet:
         """Return the contacts near a position with their history; `first`: closed ones are intact."""
