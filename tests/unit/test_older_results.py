@@ -45,7 +45,7 @@ def test_what_was_written_is_read(tmp_path: Path, version: int, name: str) -> No
         np.testing.assert_allclose(stage.water[:, :2].sum(axis=0), said["total_water"])
         assert len(stage.water_table) == 1
         assert len(stage.contacts.length) == said["contacts"]
-    assert results.check().passed
+    assert results.check().ok
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -64,9 +64,9 @@ def test_what_an_older_one_does_not_say_is_not_known(case: Case) -> None:
     unpacked(3, case.folder)
     results = bsm.Results.load(case.folder / "out" / "model")
     assert np.isnan(results.stages[0].water_gradient).all()
-    assert case.run("report", "out/model").code == 0
     assert case.run("plot", "out/model", "--only", "joints_state").code == 0
     case.refuses("verify", "out/model", says=["schema version 3", "run the model.toml beside it again"])
+    assert case.run("report", "out/model").code == 2  # it states what certificates show
 
 
 def test_a_changed_summary_of_an_older_version_is_refused(case: Case) -> None:
