@@ -70,6 +70,18 @@ def without_encoding(source: str) -> Iterator[str]:
                 yield ast.unparse(node)
 
 
+def without_line_ends(source: str) -> Iterator[str]:
+    """Give calls that write text with the line ends of the system."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and not any(keyword.arg == "newline" for keyword in node.keywords):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            modes = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+            opens = name in OPENERS and any(set(mode) <= set("wax+t") for mode in modes)
+            ours = isinstance(node.func, ast.Name)  # the one writer
+            if opens or (name == "write_text" and not ours):
+                yield ast.unparse(node)
+
+
 def found_in(search: object) -> list[str]:
     assert callable(search)
     return [
@@ -85,6 +97,10 @@ def test_text_is_utf_8() -> None:
     assert found_in(without_encoding) == []
 
 
+def test_line_ends_are_the_same_everywhere() -> None:
+    assert found_in(without_line_ends) == []
+
+
 def test_the_walks_find_what_they_look_for() -> None:
     assert list(unguarded("import fcntl\nx = os.getuid()")) == ["fcntl", "os.getuid"]
     assert list(unguarded("def f():\n    return os.getuid() if hasattr(os, 'getuid') else 0")) == []
@@ -92,6 +108,8 @@ def test_the_walks_find_what_they_look_for() -> None:
         "path.read_text()",
         "open('a')",
     ]
+    writing = "open('f', 'w')\npath.open('w', newline='')\np.write_text('a')\nwrite_text(p, 'a')\nopen('f', 'wb')"
+    assert list(without_line_ends(writing)) == ["open('f', 'w')", "p.write_text('a')"]
 
 
 def test_a_private_folder_without_users(monkeypatch: pytest.MonkeyPatch) -> None:
