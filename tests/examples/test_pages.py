@@ -31,6 +31,7 @@ from tests.scenes.typed_lines import type_line
 SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
 PAGES = {  # pages that are followed, and what their reader has done before
+    "docs/how_to.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": RUN,
     "docs/safety.md": [],
