@@ -30,7 +30,7 @@ NEXT: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {3: from_3}  # 1 a
 
 
 def brought_up(told: dict[str, Any]) -> dict[str, Any]:
-    """Return a summary as one of the present version, with the version it was `WRITTEN` in; the present one as it is."""
+    """Return a summary as one of the present version; an older one keeps the version that it was `WRITTEN` in."""
     version = told["schema_version"]
     if version in NEXT:
         told = {**told, WRITTEN: version}
