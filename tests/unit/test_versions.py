@@ -70,3 +70,17 @@ def test_extras_are_what_bootstrap_adds() -> None:
         "coverage",
         "view",
     }
+
+
+def sentences(entry: str) -> int:
+    """Return of how many sentences an entry of the changelog is; what stands in code or in brackets is none."""
+    plain = re.sub(r"\([^()]*\)", "", re.sub(r"`[^`]*`", "x", " ".join(entry.split())))
+    return len(re.findall(r"(?<!Fig)(?<!Eq)[.!?](?=\s+[A-Zx\[0-9*]|$)", plain))
+
+
+def test_an_entry_of_the_changelog_has_two_sentences_at_most() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    entries = re.findall(r"^- (.*?)(?=^- |^#|\Z)", text, re.MULTILINE | re.DOTALL)
+    assert len(entries) > 200
+    assert [entry for entry in entries if sentences(entry) > 2] == []
+    assert sentences("One. Two (of 3. them). `x. y`: three (Wang Fig. 8.14).") == 3
