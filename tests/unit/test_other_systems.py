@@ -6,6 +6,7 @@ import ast
 import builtins
 import errno
 import os
+import signal
 import sys
 import types
 from collections.abc import Iterator
@@ -13,9 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from bsm_mesh import files, locks
+import bsm_mesh as bsm
+from bsm_mesh import files, heap, locks
 from bsm_mesh.app import study
 from bsm_mesh.converters.meshes import apart
+from tests.scenes.small_case import Case
 
 ROOT = Path(__file__).parents[2]
 SOURCES = [path for part in ("bsm_mesh", "converters", "geometries") for path in sorted((ROOT / part).rglob("*.py"))]
@@ -138,6 +141,43 @@ def test_a_mesh_is_read_without_limits_where_there_are_none(monkeypatch: pytest.
 def test_two_folders_are_not_exchanged_where_the_system_cannot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     assert files.exchange(tmp_path / "a", tmp_path / "b") is False
+
+
+def as_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take from our modules what Windows does not have; libraries stay what they are."""
+    hidden = {"getuid", "sched_getaffinity", "O_NOFOLLOW", "kill", "sysconf"}
+    names = {name: value for name, value in vars(os).items() if name not in hidden}
+    windows = types.SimpleNamespace(**{**names, "name": "nt"})
+    for module in (files, locks):
+        monkeypatch.setattr(module, "os", windows)
+    monkeypatch.setattr(files, "sys", types.SimpleNamespace(**{**vars(sys), "platform": "win32"}))
+    monkeypatch.setitem(sys.modules, "msvcrt", types.SimpleNamespace(locking=lambda *_: None, LK_NBLCK=2))
+    for name in ("fcntl", "resource"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for name in ("SIGHUP", "SIGKILL", "SIGXCPU"):
+        monkeypatch.delattr(signal, name, raising=False)
+
+
+def test_a_run_and_the_next_one_where_posix_is_not_there(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Locked, settled, exchanged and read again as on Windows, pictures and a foreign mesh apart."""
+    as_windows(monkeypatch)
+    for _ in range(2):
+        outcome = case.run("run", "model.toml")
+        assert outcome.code == 0, outcome.err
+    assert bsm.Results.load(case.folder / "out" / "model").status.value == "stable"
+    assert (case.folder / "out" / "model" / "summary.json").read_bytes().count(b"\r") == 0
+    assert sorted(entry.name for entry in (case.folder / "out").iterdir()) == ["model"]  # nothing is left of the former
+
+
+def test_what_has_no_answer_there_is_taken_as_safe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    as_windows(monkeypatch)
+    assert files.is_alive(2**22 + 1)  # else the drafts of a running process would be removed
+    files.settle(tmp_path)
+    assert files.temporary_place().is_dir()
+    monkeypatch.setattr(heap, "sys", types.SimpleNamespace(platform="win32"))
+    heap._trim.cache_clear()
+    heap.give_back()
+    heap._trim.cache_clear()
 
 
 def test_a_lock_by_the_functions_of_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
