@@ -68,7 +68,8 @@ def report() -> int:
         reached = sum(of["covered_lines"] + of["covered_branches"] for of in mine)
         percent = 100 * reached / max(lines + branches, 1)
         is_enough &= percent >= LEAST
-        print(f"{package}: {percent:.1f} % of {lines} lines and {branches} branches")
+        alone = 100 * sum(of["covered_branches"] for of in mine) / max(branches, 1)
+        print(f"{package}: {percent:.1f} % of {lines} lines and {branches} branches; of branches alone {alone:.1f} %")
     print("\nmissing lines and branches:")
     missing = sorted(
         ((of["missing_lines"] + of["missing_branches"], place) for place, of in files.items()), reverse=True
