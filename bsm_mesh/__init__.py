@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.falls import Falls
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.

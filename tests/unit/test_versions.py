@@ -58,6 +58,15 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert bsm.__version__ == PROJECT["project"]["version"] == cited[1]
 
 
+def test_the_version_is_the_newest_of_the_changelog() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.search(r"^## \[(\d+\.\d+\.\d+)\] - (\d{4}-\d\d-\d\d)$", text, re.MULTILINE)
+    cited = re.search(r"^date-released: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert newest is not None
+    assert cited is not None
+    assert (bsm.__version__, cited[1]) == newest.groups()
+
+
 def test_extras_are_what_bootstrap_adds() -> None:
     script = (ROOT / "bootstrap.sh").read_text(encoding="utf-8")
     found = re.search(r"^    ((?:\w+ \| )+\w+)\) \[ \$# = 0 \] \|\| usage; extra=\$command", script, re.MULTILINE)
