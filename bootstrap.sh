@@ -62,7 +62,7 @@ apt_install() {
     fi
     apt_refused=yes
     say "system packages are missing. On Debian or Ubuntu type the next line; for others see docs/installation.md."
-    printf '\n    sudo apt-get install --no-install-recommends %s\n\n' "$*" >&2
+    printf '\n    sudo apt-get update && sudo apt-get install --no-install-recommends %s\n\n' "$*" >&2
     return 1
 }
 
@@ -90,7 +90,8 @@ find_python() {
             "With a newer one installed elsewhere: PYTHON=/path/to/python3 sh bootstrap.sh ..."
     fi
     say "there is no python3."
-    apt_install python3 python3-venv || exit 2
+    # shellcheck disable=SC2046 # a list of names
+    apt_install python3 python3-venv $([ "$(uname -s)" != Linux ] || echo "$gmsh_packages") || exit 2 # all in one go
     is_new_enough python3 || fail "Python 3.11 or newer is needed; this system's is $(python3 -V 2>&1 | sed 's/Python //')."
     base_python=python3
 }

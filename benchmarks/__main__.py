@@ -1,7 +1,7 @@
 """Every scene by every program that can solve it: tables, and scaling plots in a folder (``python -m benchmarks``).
 
 Every size and program runs in a process of its own with a time limit, so that peak memory is its own; compiled code is
-warmed up on a small model first. ``pip install bsm-mesh[benchmark]`` brings the peers along.
+warmed up on a small model first. ``pip install '.[benchmark]'`` brings the peers along.
 """
 
 from __future__ import annotations

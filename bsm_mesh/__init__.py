@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.falls import Falls
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 # All other names are imported when they are first used: the command line must be able to take an interruption before
 # NumPy is there, and a geometry script needs none of them. Here stands where those are that `bsm_mesh.model` has not.
@@ -83,6 +83,25 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
     """Return whether the model is statically admissible, and the greatest factor on loads.
 
     See `bsm_mesh.solve.limit_analysis.limit_analysis`; what it proves is one-sided.
+
+    Examples
+    --------
+    A push at mid-height of a block of 26 kN/m on 35 degrees: it slides at 26 tan(35) kN/m.
+
+    >>> import bsm_mesh as bsm
+    >>> model = bsm.Model(
+    ...     blocks=bsm.Blocks.from_polygons(
+    ...         [[(0, 0), (3, 0), (3, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="granite"
+    ...     ),
+    ...     rocks=[bsm.Rock("granite", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+    ...     default_joint="J1",
+    ...     supports=[bsm.Fixed(blocks=[0])],
+    ... )
+    >>> push = bsm.PointLoad(block=1, point=(1, 1.5), force=(1e3, 0))
+    >>> answer = bsm.limit_analysis(model, live=[push])
+    >>> round(float(answer.factor), 2)
+    18.21
     """
     from bsm_mesh.solve import limit_analysis as limit
 

@@ -47,7 +47,17 @@ class InputError(ValueError):
 
 
 class ModelError(InputError):
-    """A model cannot be analysed."""
+    """A model cannot be analysed.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> try:
+    ...     bsm.Rock("gneiss", unit_weight=-1)
+    ... except bsm.ModelError as error:
+    ...     print(len(error.faults))
+    1
+    """
 
 
 class SingularMatrixError(ArithmeticError):

@@ -73,9 +73,9 @@ def whole_file(path: Path, *, parents: bool = False, settled: bool = False) -> I
 
 
 def write_text(path: Path, text: str, *, settled: bool = False) -> None:
-    """Write a text file in UTF-8, whole or not at all."""
+    """Write a text file in UTF-8 with Unix line ends, whole or not at all."""
     with whole_file(path, settled=settled) as draft:
-        draft.write_text(text, encoding="utf-8")
+        draft.write_text(text, encoding="utf-8", newline="\n")
 
 
 def is_draft(name: str) -> bool:

@@ -176,14 +176,20 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
 
 
 def names_in(data: Any) -> dict[str, int]:
-    """Return the names that a grid of VTK's gives numbers: ``"joint:J1": 3``."""
+    """Return the names that a grid of VTK's gives numbers: ``"joint:J1": 3``.
+
+    Results of schema version 3 have a list of them instead: texts ``joint_names``.
+    """
     fields = data.GetFieldData()
-    found = (fields.GetArray(k) for k in range(fields.GetNumberOfArrays()))  # None for texts
-    return {
-        array.GetName(): int(array.GetValue(0))
-        for array in found
-        if array is not None and array.GetNumberOfValues() == 1 and ":" in (array.GetName() or "")
-    }
+    found = [fields.GetAbstractArray(k) for k in range(fields.GetNumberOfArrays())]
+    names: dict[str, int] = {}
+    for array in found:
+        name, count = array.GetName() or "", array.GetNumberOfValues()
+        if not array.IsNumeric() and name.endswith("_names"):
+            names |= numbered(name.removesuffix("_names"), [array.GetValue(k) for k in range(count)])
+        elif array.IsNumeric() and count == 1 and ":" in name:
+            names[name] = int(array.GetValue(0))
+    return names
 
 
 def vtk_grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Any:

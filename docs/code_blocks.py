@@ -15,7 +15,20 @@ ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 TEXT = README.read_text(encoding="utf-8") if README.is_file() else ""
 BLOCK = re.compile(r"(?:`([\w./]+\.\w+)`:\n\n)?^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-PROGRAMS = ("bsm-mesh ", "python ", "sh ", ". ", "pip ", "sudo ", "dask ", "mpiexec ", "gmsh ", "python3 ", ".venv/")
+PROGRAMS = (
+    "bsm-mesh ",
+    "python ",
+    "sh ",
+    ". ",
+    "pip ",
+    "sudo ",
+    "dask ",
+    "mpiexec ",
+    "gmsh ",
+    "python3 ",
+    ".venv/",
+    "cat ",
+)
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,14 @@ class Case:
 
 
 def case_names() -> tuple[str, ...]:
-    """Return the names of the cases in this package, sorted."""
+    """Return the names of the cases in this package, sorted.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> "circular_tunnel" in g.case_names()
+    True
+    """
     return tuple(sorted(name for name in _module_names() if hasattr(_import_module(name), "build")))
 
 
@@ -90,6 +97,12 @@ def find_case(case: str | os.PathLike[str]) -> Case:
     GeometryError
         For an unknown name, with the nearest one; for a script that is not there, fails or has no
         ``build``.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.find_case("circular_tunnel").name
+    'circular_tunnel'
     """
     text = os.fspath(case)
     if isinstance(case, os.PathLike) or text.endswith(".py") or "/" in text or os.sep in text:

@@ -81,6 +81,14 @@ class JointSet:
     abuts : sequence of str
         With a length: sets at whose joints these end, on both sides of their middle; the density is that before. No
         set may abut on one that in turn abuts on it.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.JointSet(name="J1", dip=-60, spacing=2.0).spacing
+    2.0
+    >>> g.JointSet(name="J2", dip=20, spacing=g.Lognormal(2.5, 0.5), persistence=0.8, bridge=0.5).persistence
+    0.8
     """
 
     name: str
@@ -270,6 +278,12 @@ class Fault:
         Polylines [m].
     extends : bool
         Whether dead ends go on to the next joint.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.Fault(name="F1", lines=[[(0, 2), (10, 5)]]).name
+    'F1'
     """
 
     name: str
@@ -297,7 +311,14 @@ class Fault:
 
 
 def bedding(name: str, dip: float, thickness: float | Spacing, **others: object) -> JointSet:
-    """Return bedding: a persistent joint set by the thickness of its layers, measured across them [m]."""
+    """Return bedding: a persistent joint set by the thickness of its layers, measured across them [m].
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.bedding("bed", 20, 0.5).dip
+    20
+    """
     return JointSet(name=name, dip=dip, spacing=thickness, **others)  # type: ignore[arg-type]
 
 

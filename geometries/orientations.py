@@ -61,6 +61,14 @@ def apparent_spacing(
         Between the planes, across them [m].
     dip, dip_direction, section_azimuth
         As for `apparent_dip`.
+
+    Examples
+    --------
+    Upright joints that strike across the section have their own spacing in it.
+
+    >>> from bsm_mesh import geometries as g
+    >>> float(g.apparent_spacing(2.0, 90, 90, 90).round(6))
+    2.0
     """
     delta, turn = np.radians(np.asarray(dip, dtype=np.float64)), np.radians(np.asarray(dip_direction) - section_azimuth)
     sine = np.hypot(np.sin(delta) * np.cos(turn), np.cos(delta))  # of the angle between plane and section
@@ -91,6 +99,13 @@ def joint_set_in_section(
     ------
     GeometryError
         For planes that are nearly parallel to the section.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> found = g.joint_set_in_section("J", dip=60, dip_direction=90, spacing=2.0, section_azimuth=90)
+    >>> round(found.dip)  # it falls to the right
+    -60
     """
     wide = float(apparent_spacing(spacing, dip, dip_direction, section_azimuth))
     if wide > spacing / LEAST_SINE:

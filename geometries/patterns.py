@@ -80,6 +80,13 @@ def bricks(
         By how much of its length a course is shifted against the one below; 0 gives continuous upright joints.
     within : (k, 2) array_like, optional
         Polygon that the pattern keeps to [m].
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> beds, heads = g.bricks(0.5, 0.25)
+    >>> beds.name, heads.length
+    ('bed', 0.5)
     """
     if not (math.isfinite(length) and length > 0 and math.isfinite(height) and height > 0):
         raise GeometryError(f"bricks: length = {length} and height = {height} must be above 0 m")
@@ -102,6 +109,12 @@ class Voronoi:
         regular ones, a centroidal Voronoi pattern.
     within : (k, 2) array_like, optional
         Polygon that the pattern keeps to [m].
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.Voronoi(name="V", size=1.0, rounds=20).size
+    1.0
     """
 
     name: str

@@ -32,6 +32,12 @@ class Region:
         Whether it keeps to the rock given before it, as a shear zone drawn beyond the frame of the model does.
     intact : bool
         Whether joints end at it, as at a dam, a lining or a lintel.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.Region(outline=g.band([(0, 0), (10, 5)], 1.0), rock="shear_zone", border="wall", clipped=True).rock
+    'shear_zone'
     """
 
     outline: Points
@@ -51,6 +57,12 @@ class Opening:
         Its outline.
     boundary : str
         Name of the boundary along it.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.Opening(outline=g.circle(2.0, (0, 5)), boundary="tunnel").boundary
+    'tunnel'
     """
 
     outline: Points
@@ -69,6 +81,12 @@ class Excavation:
         Name of the group, ``excavation:name``.
     border : str, optional
         Joint along the outline inside the rock. Without it the rock is whole across it until the stage.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.Excavation(outline=g.rectangle(0, 0, 4, 3), name="heading").name
+    'heading'
     """
 
     outline: Points
@@ -95,6 +113,18 @@ class RockMass:
     dead_ends : str
         What becomes of joints that end in the rock: ``keep`` (they stay in the mesh, and bound no block), ``extend``
         (they go on to the next joint) or ``cut`` (they are left out). All are reported.
+
+    Examples
+    --------
+    A square of 4 m in two sets of 2 m: four blocks.
+
+    >>> from bsm_mesh import geometries as g
+    >>> rock = g.RockMass(
+    ...     regions=[g.Region(outline=g.rectangle(0, 0, 4, 4), rock="gneiss")],
+    ...     joints=[g.JointSet(name=f"J{dip}", dip=dip, spacing=2.0, start=(0, 0)) for dip in (0, 90)],
+    ... )
+    >>> g.cut_blocks(rock).count
+    4
     """
 
     regions: Sequence[Region | Opening | Excavation]

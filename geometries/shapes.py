@@ -36,6 +36,14 @@ def circle(radius: float, centre: Point = (0.0, 0.0), sides: int = 48) -> FloatA
         Centre [m].
     sides : int
         Corners; the polygon has ``sides / (2 pi) sin(2 pi / sides)`` of the circle's area.
+
+    Examples
+    --------
+    Four corners: a square on its corner.
+
+    >>> from bsm_mesh import geometries as g
+    >>> abs(g.circle(2.0, sides=4).round(6)).tolist()
+    [[2.0, 0.0], [0.0, 2.0], [2.0, 0.0], [0.0, 2.0]]
     """
     _positive("circle", radius=radius)
     return _at(centre, _arc(radius, 0.0, 2 * math.pi, max(3, sides))[:-1])
@@ -52,6 +60,12 @@ def horseshoe(width: float, height: float, base: Point = (0.0, 0.0), sides: int 
         Middle of the floor [m].
     sides : int
         Straight sides of the semicircle.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> float(g.horseshoe(6, 6)[:, 0].max())
+    3.0
     """
     wall = height - width / 2
     _positive("horseshoe", width=width, height=height, **{"height - width / 2": wall})
@@ -130,6 +144,12 @@ def slope(
         Foot of the lowest face [m].
     ahead, behind, below : float, optional
         Rock in front of the toe, behind the crest and under the toe [m]; the height, where not given.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> float(g.slope(10.0, 45.0)[:, 1].max())
+    10.0
     """
     ahead, behind, below = (height if value is None else value for value in (ahead, behind, below))
     _positive("slope", height=height, angle=angle, ahead=ahead, behind=behind, below=below, benches=benches)
@@ -160,6 +180,12 @@ def dam(
         Angles of the faces from the level [degrees].
     heel : (float, float)
         Foot of the upstream face [m].
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> float(g.dam(40.0, 8.0)[:, 1].max())
+    40.0
     """
     _positive("dam", height=height, crest=crest, upstream=upstream, downstream=downstream)
     left = height / math.tan(math.radians(upstream)) if upstream < 90 else 0.0
@@ -176,6 +202,12 @@ def band(line: Sequence[Point] | FloatArray, width: float) -> FloatArray:
         Its middle [m].
     width : float
         Width across it [m].
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.band([(0, 0), (4, 0)], 1.0).tolist()
+    [[4.0, 0.5], [0.0, 0.5], [0.0, -0.5], [4.0, -0.5]]
     """
     import shapely
 

@@ -58,7 +58,14 @@ class Normal:
 
 @dataclass(frozen=True, slots=True)
 class Lognormal:
-    """Lognormal spacings by their own mean and standard deviation [m], not those of the logarithm."""
+    """Lognormal spacings by their own mean and standard deviation [m], not those of the logarithm.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> g.Lognormal(2.5, 0.5).mean
+    2.5
+    """
 
     mean: float
     deviation: float

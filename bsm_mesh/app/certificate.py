@@ -161,7 +161,8 @@ def read_evidence(content: bytes) -> tuple[Evidence, Proof | None]:
         arrays = {name: file[name] for name in file.files}
     told = json.loads(str(arrays["told"]))
     names = [field.name for field in fields(Evidence) if field.name in arrays]
-    evidence = Evidence(laws=tuple(told["laws"]), **{name: arrays[name] for name in names})
+    slid = {"slip_path": np.zeros(len(arrays["law"]))}  # schema version 3: no law asked for it
+    evidence = Evidence(laws=tuple(told["laws"]), **{**slid, **{name: arrays[name] for name in names}})
     if "proof" not in told:
         return evidence, None
     if "laws" not in told["proof"]:

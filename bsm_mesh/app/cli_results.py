@@ -70,7 +70,7 @@ def view(out: Path) -> None:
     """Write the results in OUT as a page to explore, OUT/view.html.
 
     Blocks, joints, bolts and water of every stage and step, coloured by any array, movements as large as one likes; a
-    click tells numbers. The page needs no other file and no network. It takes Bokeh: pip install 'bsm-mesh[view]'.
+    click tells numbers. The page needs no other file and no network. It takes Bokeh: pip install bokeh.
     """
     from bsm_mesh.app.view import write_view
 

@@ -341,14 +341,13 @@ def _water_of(saved: SavedResults, number: int, told: dict[str, Any]) -> dict[st
     """Return the water table of a stage, the pressure under it, and that of joints with one of their own."""
     from bsm_mesh.converters.result_files import WATER, stage_file
 
-    name = stage_file(WATER, number)
-    gradient = (
-        saved.grid(name, needs=("pressure_gradient",)).cell_data["pressure_gradient"] if name in saved else np.zeros(0)
-    )
+    name, table = stage_file(WATER, number), saved.water_table(number)
+    unknown = np.full(len(table), np.nan)  # schema version 3 did not write it
+    gradient = saved.grid(name).cell_data.get("pressure_gradient", unknown) if name in saved else unknown
     own = told.get("joint_water", {})
     joints = [own.get(joint, np.nan) for joint in saved.told["joint_names"]]
     return {
-        "water_table": saved.water_table(number),
+        "water_table": table,
         "water_gradient": gradient,
         "joint_water": np.array(joints, dtype=np.float64),
     }

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh import __version__
+from bsm_mesh.app.older_results import NEXT, brought_up
 from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.bolts import BoltStatus
@@ -169,7 +170,7 @@ def _of_another_version(path: Path, told: dict[str, Any]) -> str:
     by = f" by bsm-mesh {written[PROGRAM]!s:.20}" if isinstance(written, dict) and PROGRAM in written else ""
     is_newer = isinstance(version, int) and version > SCHEMA_VERSION
     cure = "update bsm-mesh" if is_newer else "run the model.toml beside it again"
-    here = f"bsm-mesh {__version__} reads {SCHEMA_VERSION}"
+    here = f"bsm-mesh {__version__} reads {' and '.join(map(str, (*NEXT, SCHEMA_VERSION)))}"
     return f"{path} was written{by} with schema version {version!s:.20}; {here}: {cure}"
 
 
@@ -188,12 +189,12 @@ def finished_stages(folder: Path) -> list[str]:
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
-    """Return the content of ``summary.json``.
+    """Return the content of ``summary.json``; that of an older schema version as the present one would tell it.
 
     Raises
     ------
     ModelError
-        If the folder holds no results of this version, or they were changed.
+        If the folder holds no results of a version that is known, or they were changed.
     """
     path = folder / SUMMARY
     if not path.is_file():
@@ -206,10 +207,11 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{path} is damaged; run the model again") from None
     if not isinstance(told, dict) or "schema_version" not in told:
         raise ModelError(f"{path} is not from a run of bsm-mesh; give the output folder of a run")
-    if told["schema_version"] != SCHEMA_VERSION:
+    version = told["schema_version"]
+    if not isinstance(version, int) or version not in (*NEXT, SCHEMA_VERSION):
         raise ModelError(_of_another_version(path, told))
     if not set(told) >= NEEDED or not told["stages"]:
         raise ModelError(f"{path} is not complete; run the model again")
     if told.pop("checksum", None) != _checksum(told):
         raise ModelError(f"{path} was changed after the run; run the model again")
-    return told
+    return brought_up(told)

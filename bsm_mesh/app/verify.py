@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.app.certificate import CERTIFICATE, certificate, certificate_arrays
+from bsm_mesh.app.older_results import WRITTEN
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.verify_certificate import check_stage
@@ -71,6 +72,11 @@ def grounds_in(out: Path) -> tuple[Ground, ...]:
     saved = SavedResults(out)
     if CERTIFICATE not in saved:
         raise ModelError(f"{out} holds no {CERTIFICATE}; run the model again")
+    if WRITTEN in saved.told:
+        raise ModelError(
+            f"{out} was written with schema version {saved.told[WRITTEN]}: its certificate is checked by the bsm-mesh "
+            "that wrote it, or run the model.toml beside it again"
+        )
     told = json.loads(saved.content(CERTIFICATE))
     arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]
     return tuple(grounds_of(results, told, arrays))

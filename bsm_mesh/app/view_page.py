@@ -58,7 +58,7 @@ def page_of(data: ViewData, heading: str) -> str:
         from bokeh.embed import file_html
         from bokeh.resources import INLINE
     except ImportError:
-        raise ModelError("view needs Bokeh: pip install 'bsm-mesh[view]'") from None
+        raise ModelError("view needs Bokeh: pip install bokeh") from None
     return str(file_html(_document(data, heading), INLINE, title=heading))
 
 

@@ -54,6 +54,13 @@ class Blocks(Portable):
     ------
     ModelError
         If an outline is not a simple polygon of positive area, or the arrays do not fit together.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> blocks = bsm.Blocks.from_polygons([[(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 1), (2, 1), (1, 2)]], rock="granite")
+    >>> blocks.count, blocks.moments.area.tolist()
+    (2, [2.0, 1.0])
     """
 
     vertices: FloatArray

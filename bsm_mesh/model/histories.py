@@ -46,6 +46,12 @@ class History:
     ------
     ModelError
         If the name can be in no file's name, or not exactly one thing is named.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.History(name="crown", point=(0, 4.1)).name
+    'crown'
     """
 
     name: str

@@ -57,6 +57,12 @@ class InSitu:
     ------
     ModelError
         With every fault found.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.InSitu(surface=20.0, k0=0.5).surface
+    20.0
     """
 
     method: InSituMethod = "direct"

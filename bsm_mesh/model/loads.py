@@ -31,6 +31,12 @@ class PointLoad:
         Where the force acts; it must lie in the block or on its outline.
     force : (fx, fy) [N/m]
         Force per metre of thickness.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.PointLoad(block=1, point=(1, 1.5), force=(1e3, 0)).force
+    (1000.0, 0.0)
     """
 
     block: int
@@ -56,6 +62,14 @@ class Pressure:
         Name of the boundary.
     pressure : float or (c, a_x, a_y) [Pa, Pa/m]
         Constant, or linear in the coordinates: ``c + a_x * x + a_y * y``.
+
+    Examples
+    --------
+    Water up to y = 40 m: 392.4 kPa - 9.81 kN/m3 y.
+
+    >>> import bsm_mesh as bsm
+    >>> bsm.Pressure(boundary="upstream", pressure=(392.4e3, 0, -9810)).pressure
+    (392400.0, 0.0, -9810.0)
     """
 
     boundary: str
@@ -76,6 +90,12 @@ class Traction:
         Name of the boundary.
     traction : pair of float or (c, a_x, a_y) [Pa, Pa/m]
         Components (t_x, t_y), each constant or linear in the coordinates.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Traction(boundary="top", traction=(0, -20e3)).boundary
+    'top'
     """
 
     boundary: str
@@ -122,6 +142,12 @@ class InSituTraction:
     ----------
     boundary : str
         Name of the boundary.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.InSituTraction(boundary="right").boundary
+    'right'
     """
 
     boundary: str

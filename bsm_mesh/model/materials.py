@@ -44,6 +44,13 @@ class Filling:
         Elastic modulus E of the filling.
     poisson : float
         Poisson's ratio of the filling.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> clay = bsm.Filling(thickness=2e-3, young=50e6, poisson=0.3)
+    >>> bsm.Joint("fault", filling=clay, law=bsm.MohrCoulomb(friction=22)).filling.thickness
+    0.002
     """
 
     thickness: Annotated[float, THICKNESS]
@@ -98,6 +105,13 @@ class Rock:
         Slip over which strength falls to what is left; None: at the first slip.
     residual_tensile_strength : float [Pa]
         Tension that faces still bear once they have failed by slip; one that has opened bears none.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> rock = bsm.Rock("gneiss", unit_weight=26e3, young=20e9, poisson=0.25)
+    >>> rock.young
+    20000000000.0
     """
 
     name: str
@@ -206,6 +220,13 @@ class Joint:
         Hydraulic aperture without normal stress, which flow takes; 0: sealed.
     residual_aperture : float [m]
         Aperture that no stress closes.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> law = bsm.MohrCoulomb(friction=35, cohesion=20e3)
+    >>> bsm.Joint("bedding", normal_stiffness=5e9, shear_stiffness=1e9, law=law).law.friction
+    35
     """
 
     name: str

@@ -96,6 +96,23 @@ class Model:
     ------
     ModelError
         With every fault found: names that do not exist, values out of range, points outside their block.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> model = bsm.Model(
+    ...     blocks=bsm.Blocks.from_polygons(
+    ...         [[(0, 0), (3, 0), (3, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="granite"
+    ...     ),
+    ...     rocks=[bsm.Rock("granite", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+    ...     default_joint="J1",
+    ...     supports=[bsm.Fixed(blocks=[0])],
+    ... )
+    >>> model.blocks.count, model.rocks[0].name
+    (2, 'granite')
+    >>> model.replace(gravity_horizontal=0.1).gravity_horizontal
+    0.1
     """
 
     blocks: Blocks

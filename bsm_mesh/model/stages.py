@@ -60,6 +60,13 @@ class Stage:
     ------
     ModelError
         With every fault found.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> stage = bsm.Stage(name="heading", excavate=["1"], relaxation=[0.5, 1.0])
+    >>> stage.excavate, stage.relaxation
+    (('1',), (0.5, 1.0))
     """
 
     name: str

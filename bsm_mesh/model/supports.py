@@ -75,7 +75,14 @@ def _block_numbers(value: object, rules: Rules) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fixed(Target):
-    """No displacement at all: blocks neither move nor rotate; both components at edge ends and points."""
+    """No displacement at all: blocks neither move nor rotate; both components at edge ends and points.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Fixed(boundary="bottom").boundary, bsm.Fixed(blocks=[0, 7]).blocks
+    ('bottom', (0, 7))
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +93,14 @@ class Roller(Target):
     ----------
     direction : float [degrees]
         Direction that is held, from the x axis, counter-clockwise.
+
+    Examples
+    --------
+    Held along x, free along y:
+
+    >>> import bsm_mesh as bsm
+    >>> bsm.Roller(boundary="left", direction=0).direction
+    0
     """
 
     direction: Annotated[float, DIRECTION]
@@ -93,7 +108,14 @@ class Roller(Target):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NormalRoller(Target):
-    """No displacement normal to each edge of a boundary."""
+    """No displacement normal to each edge of a boundary.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.NormalRoller(boundary="left").boundary
+    'left'
+    """
 
     def __post_init__(self) -> None:
         Target.__post_init__(self)
@@ -111,6 +133,14 @@ class PrescribedDisplacement(Target):
         Direction, from the x axis, counter-clockwise.
     displacement : float [m]
         Displacement in that direction.
+
+    Examples
+    --------
+    A wall pushed by 2 mm to the right:
+
+    >>> import bsm_mesh as bsm
+    >>> bsm.PrescribedDisplacement(boundary="left", direction=0, displacement=2e-3).displacement
+    0.002
     """
 
     direction: Annotated[float, DIRECTION]

@@ -34,6 +34,12 @@ class Water:
         for seepage parallel to it.
     joint_pressure : mapping of str to float [Pa]
         Pressure in all faces of a joint, instead of the table's.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Water(table=[(0, 12), (40, 7)], joint_pressure={"J1": 50e3}).unit_weight
+    9810.0
     """
 
     table: tuple[Points, ...] = ()

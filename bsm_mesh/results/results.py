@@ -59,6 +59,24 @@ class Results:
         How it was solved; None for results that were read back.
     spread : tuple of RouteEnd
         Where other routes led, the usual one first; none where it was not asked.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> model = bsm.Model(
+    ...     blocks=bsm.Blocks.from_polygons(
+    ...         [[(0, 0), (3, 0), (3, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="granite"
+    ...     ),
+    ...     rocks=[bsm.Rock("granite", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+    ...     default_joint="J1",
+    ...     supports=[bsm.Fixed(blocks=[0])],
+    ... )
+    >>> results = bsm.run(model)
+    >>> results.status.value, results.unstable_blocks.tolist()
+    ('stable', [])
+    >>> results.check().ok
+    True
     """
 
     blocks: Blocks

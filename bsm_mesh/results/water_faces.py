@@ -70,6 +70,8 @@ def wet_parts(
     ]
     last = len(stage.water_table) - 1
     for piece, (table, gradient) in enumerate(zip(stage.water_table, stage.water_gradient, strict=True)):  # a few
+        if np.isnan(gradient):  # results of schema version 3 do not say
+            continue
         (x0, _), (x1, _) = table
         reach = (-np.inf if piece == 0 else x0, np.inf if piece == last else x1)
         part = _under(table, reach, start[under], end[under])

@@ -77,6 +77,12 @@ class Failure:
     movement : float
         A block that moves by more than this part of its size (the root of its area) from where it is in the reference
         state has failed, even where it comes to rest again.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Failure(movement=0.02).movement
+    0.02
     """
 
     movement: Annotated[float, MOVEMENT] = 0.05

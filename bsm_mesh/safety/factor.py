@@ -82,6 +82,24 @@ def factor_of_safety(
     ------
     ModelError
         If the model cannot be analysed, nothing has a strength, or a stage before the one in question is not stable.
+
+    Examples
+    --------
+    On a slope of 20 degrees: tan(35) / tan(20) = 1.92, within the bracket.
+
+    >>> import bsm_mesh as bsm
+    >>> model = bsm.Model(
+    ...     blocks=bsm.Blocks.from_polygons(
+    ...         [[(0, 0), (3, 0), (3, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="granite"
+    ...     ),
+    ...     rocks=[bsm.Rock("granite", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+    ...     default_joint="J1",
+    ...     supports=[bsm.Fixed(blocks=[0])],
+    ... )
+    >>> answer = bsm.factor_of_safety(model.replace(gravity_direction=-110))
+    >>> answer.stable <= 1.9238 <= answer.unstable
+    True
     """
     rules = Rules("safety")
     rules.a_thing("model", model, Model)

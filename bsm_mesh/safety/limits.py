@@ -77,6 +77,24 @@ def limit_value(
     ------
     ModelError
         If the range is none, or a model cannot be analysed.
+
+    Examples
+    --------
+    The greatest earthquake, of the weights: tan(35) = 0.70, beyond 0.5 at which a block twice as high would turn over.
+
+    >>> import bsm_mesh as bsm
+    >>> model = bsm.Model(
+    ...     blocks=bsm.Blocks.from_polygons(
+    ...         [[(0, 0), (3, 0), (3, 1), (0, 1)], [(1, 1), (2, 1), (2, 2), (1, 2)]], rock="granite"
+    ...     ),
+    ...     rocks=[bsm.Rock("granite", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=35))],
+    ...     default_joint="J1",
+    ...     supports=[bsm.Fixed(blocks=[0])],
+    ... )
+    >>> answer = bsm.limit_value(lambda part: model.replace(gravity_horizontal=part), 0.0, 1.0)
+    >>> answer.stable <= 0.7002 <= answer.unstable
+    True
     """
     settings = Settings(tolerance=tolerance, failure=failure or Failure(), trials=trials, processes=processes)
     within = range_of(good, bad, tolerance)

@@ -43,6 +43,12 @@ class Measured:
         How much.
     deviation : float [m]
         Its standard deviation.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Measured(point=(4.5, 11), movement=0.012, deviation=0.002).component
+    'total'
     """
 
     point: tuple[float, float]

@@ -41,6 +41,14 @@ class Options:
         Threads of the linear solver, of every MPI rank, and of explicit cycles; 0: as many as there are cores.
     falls : Falls
         What is done with blocks that come down.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Options(scheme="linear").scheme
+    'linear'
+    >>> bsm.Options(displacement_limit=1.0, falls=bsm.Falls(on_fall="remove")).falls.on_fall
+    'remove'
     """
 
     scheme: Scheme = "continuation"

@@ -56,7 +56,7 @@ class Dask:
         try:
             from distributed import Client
         except ImportError:
-            raise ModelError("--scheduler needs Dask: pip install 'bsm-mesh[dask]'") from None
+            raise ModelError("--scheduler needs Dask: pip install distributed") from None
         try:
             return Client(self.address, timeout=WAITING)
         except (OSError, ValueError, TimeoutError) as error:

@@ -42,6 +42,16 @@ def cut_blocks(mass: RockMass, engine: Engine = "auto") -> BlockCut:
     ------
     GeometryError
         For another engine, and for outlines that enclose no rock.
+
+    Examples
+    --------
+    >>> from bsm_mesh import geometries as g
+    >>> rock = g.RockMass(
+    ...     regions=[g.Region(outline=g.rectangle(0, 0, 4, 4), rock="gneiss")],
+    ...     joints=[g.JointSet(name="bed", dip=0, spacing=1.0, start=(0, 0))],
+    ... )
+    >>> g.cut_blocks(rock).count
+    4
     """
     pieces, given = gather_pieces(mass)
     in_rock = _sums(pieces.joint, pieces.length, len(pieces.joint_names))

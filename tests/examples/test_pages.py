@@ -32,6 +32,7 @@ SLOPE = ["bsm-mesh new slope ."]
 RUN = [*SLOPE, "bsm-mesh run model.toml"]
 SURVEY = """python -c "open('survey.csv', 'w').write('history,v [mm]\\ncrest,-3\\n')" """
 PAGES = {  # pages that are followed, and what their reader has done before
+    "docs/how_to.md": [],
     "docs/other_programs.md": ["bsm-mesh new arch ."],
     "docs/pictures.md": [*RUN, SURVEY],
     "docs/safety.md": [],

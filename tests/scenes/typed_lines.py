@@ -12,7 +12,7 @@ from tests.scenes.small_case import Case
 
 
 def type_line(case: Case, line: str, place: str, otherwise: Callable[[str, str], None] | None = None) -> None:
-    """Run the commands of a line in the folder of a case: bsm-mesh, Python files and code, Gmsh on a script.
+    """Run the commands of a line in the folder of a case: bsm-mesh, Python files and code, Gmsh on a script, cat.
 
     Any other command, of which `otherwise` makes what it can, is a fault where there is none.
     """
@@ -25,6 +25,9 @@ def type_line(case: Case, line: str, place: str, otherwise: Callable[[str, str],
             command = [sys.executable, *arguments]
             done = subprocess.run(command, cwd=case.folder, capture_output=True, text=True, check=False)
             assert done.returncode == 0, f"{place}: {part}: {done.stderr}"
+        elif program == "cat":
+            *parts, _, target = arguments
+            case.write(target, "".join((case.folder / name).read_text(encoding="utf-8") for name in parts))
         elif program == "gmsh":
             _, geo, _, _, _, target = arguments
             mesh_by_gmsh(case.folder, geo, target)

@@ -1,5 +1,6 @@
 """Limits of any number of a model, and the number that gives what was measured."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -48,6 +49,53 @@ def test_greatest_load_on_an_incline():
     found = limit_value(partial(with_load_factor, model, number=1), 0.0, 20.0, quantity="load.1.factor")
     contains(found, exact, 0.1)
     assert W > 0
+
+
+TOP = bsm.Pressure(boundary="top", pressure=(1e3, 10.0, 0.0))
+LOADS = [
+    bsm.PointLoad(block=1, point=(0.5, 1.5), force=(1e3, -2e3)),
+    TOP,
+    bsm.Traction(boundary="top", traction=((500.0, 0.0, 0.0), (-1e3, 0.0, 5.0))),
+]
+
+
+def wall_with(load):
+    blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 1, 1), rectangle(0, 1, 1, 2)], rock="rock")
+    return bsm.Model(
+        blocks=replace(blocks, boundaries={"top": np.array([6])}),  # the edge from the third corner of the second block
+        rocks=[bsm.Rock("rock", unit_weight=0)],
+        joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)],
+        default_joint="J1",
+        supports=[bsm.Fixed(blocks=[0])],
+        loads=[load],
+    )
+
+
+@pytest.mark.parametrize("load", LOADS, ids=lambda load: type(load).__name__)
+def test_a_load_twice_as_great_moves_twice_as_far(load):
+    linear = bsm.Options(scheme="linear")
+    model = wall_with(load)
+    once, twice = (bsm.run(with_load_factor(model, k, number=1), linear).stages[0].displacement for k in (1.0, 2.0))
+    assert np.abs(once).max() > 1e-7
+    np.testing.assert_allclose(twice, 2 * once, rtol=1e-9, atol=1e-18)
+
+
+def test_loads_that_have_no_factor_are_told():
+    model = wall_with(TOP).replace(stages=[bsm.Stage(name="rain", loads=[TOP])])
+    doubled = change_of("stage.rain.load.1.factor")(model, 2.0)
+    assert doubled.stages[0].loads[0].pressure == (2e3, 20.0, 0.0)
+    assert doubled.loads == model.loads
+    for name, says in {
+        "stage.rian.load.1.factor": "did you mean 'rain'",
+        "load.2.factor": "there are 1",
+        "water.rise": "no water table",
+    }.items():
+        with pytest.raises(bsm.ModelError, match=says):
+            change_of(name)(model, 2.0)
+    stressed = model.replace(in_situ=bsm.InSitu(surface=2.0, k0=0.5), loads=[bsm.InSituTraction(boundary="top")])
+    with pytest.raises(bsm.ModelError, match="no factor of its own"):
+        with_load_factor(stressed, 2.0, number=1)
+    assert change_of("joint.J1.friction") is None
 
 
 def test_greatest_tilt():

@@ -6,6 +6,7 @@ import ast
 import builtins
 import errno
 import os
+import signal
 import sys
 import types
 from collections.abc import Iterator
@@ -13,9 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from bsm_mesh import files, locks
+import bsm_mesh as bsm
+from bsm_mesh import files, heap, locks
 from bsm_mesh.app import study
 from bsm_mesh.converters.meshes import apart
+from tests.scenes.small_case import Case
 
 ROOT = Path(__file__).parents[2]
 SOURCES = [path for part in ("bsm_mesh", "converters", "geometries") for path in sorted((ROOT / part).rglob("*.py"))]
@@ -70,6 +73,18 @@ def without_encoding(source: str) -> Iterator[str]:
                 yield ast.unparse(node)
 
 
+def without_line_ends(source: str) -> Iterator[str]:
+    """Give calls that write text with the line ends of the system."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and not any(keyword.arg == "newline" for keyword in node.keywords):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            modes = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+            opens = name in OPENERS and any(set(mode) <= set("wax+t") for mode in modes)
+            ours = isinstance(node.func, ast.Name)  # the one writer
+            if opens or (name == "write_text" and not ours):
+                yield ast.unparse(node)
+
+
 def found_in(search: object) -> list[str]:
     assert callable(search)
     return [
@@ -85,6 +100,10 @@ def test_text_is_utf_8() -> None:
     assert found_in(without_encoding) == []
 
 
+def test_line_ends_are_the_same_everywhere() -> None:
+    assert found_in(without_line_ends) == []
+
+
 def test_the_walks_find_what_they_look_for() -> None:
     assert list(unguarded("import fcntl\nx = os.getuid()")) == ["fcntl", "os.getuid"]
     assert list(unguarded("def f():\n    return os.getuid() if hasattr(os, 'getuid') else 0")) == []
@@ -92,6 +111,8 @@ def test_the_walks_find_what_they_look_for() -> None:
         "path.read_text()",
         "open('a')",
     ]
+    writing = "open('f', 'w')\npath.open('w', newline='')\np.write_text('a')\nwrite_text(p, 'a')\nopen('f', 'wb')"
+    assert list(without_line_ends(writing)) == ["open('f', 'w')", "p.write_text('a')"]
 
 
 def test_a_private_folder_without_users(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,6 +141,43 @@ def test_a_mesh_is_read_without_limits_where_there_are_none(monkeypatch: pytest.
 def test_two_folders_are_not_exchanged_where_the_system_cannot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     assert files.exchange(tmp_path / "a", tmp_path / "b") is False
+
+
+def as_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take from our modules what Windows does not have; libraries stay what they are."""
+    hidden = {"getuid", "sched_getaffinity", "O_NOFOLLOW", "kill", "sysconf"}
+    names = {name: value for name, value in vars(os).items() if name not in hidden}
+    windows = types.SimpleNamespace(**{**names, "name": "nt"})
+    for module in (files, locks):
+        monkeypatch.setattr(module, "os", windows)
+    monkeypatch.setattr(files, "sys", types.SimpleNamespace(**{**vars(sys), "platform": "win32"}))
+    monkeypatch.setitem(sys.modules, "msvcrt", types.SimpleNamespace(locking=lambda *_: None, LK_NBLCK=2))
+    for name in ("fcntl", "resource"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for name in ("SIGHUP", "SIGKILL", "SIGXCPU"):
+        monkeypatch.delattr(signal, name, raising=False)
+
+
+def test_a_run_and_the_next_one_where_posix_is_not_there(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Locked, settled, exchanged and read again as on Windows, pictures and a foreign mesh apart."""
+    as_windows(monkeypatch)
+    for _ in range(2):
+        outcome = case.run("run", "model.toml")
+        assert outcome.code == 0, outcome.err
+    assert bsm.Results.load(case.folder / "out" / "model").status.value == "stable"
+    assert (case.folder / "out" / "model" / "summary.json").read_bytes().count(b"\r") == 0
+    assert sorted(entry.name for entry in (case.folder / "out").iterdir()) == ["model"]  # nothing is left of the former
+
+
+def test_what_has_no_answer_there_is_taken_as_safe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    as_windows(monkeypatch)
+    assert files.is_alive(2**22 + 1)  # else the drafts of a running process would be removed
+    files.settle(tmp_path)
+    assert files.temporary_place().is_dir()
+    monkeypatch.setattr(heap, "sys", types.SimpleNamespace(platform="win32"))
+    heap._trim.cache_clear()
+    heap.give_back()
+    heap._trim.cache_clear()
 
 
 def test_a_lock_by_the_functions_of_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,7 +21,7 @@ LINEAR, NONLINEAR = 1e-9, 1e-8  # relative: rounding alone; rounding through joi
 
 needs_mpi = pytest.mark.skipif(
     MPIEXEC is None or importlib.util.find_spec("mpi4py") is None or not pardiso.is_available(),
-    reason="needs mkl, mpi4py and mpiexec: pip install 'bsm-mesh[mpi]'",
+    reason="needs mkl, mpi4py and mpiexec: pip install mkl mpi4py mpich",
 )
 
 SCRIPT = """

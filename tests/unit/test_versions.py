@@ -58,6 +58,15 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert bsm.__version__ == PROJECT["project"]["version"] == cited[1]
 
 
+def test_the_version_is_the_newest_of_the_changelog() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.search(r"^## \[(\d+\.\d+\.\d+)\] - (\d{4}-\d\d-\d\d)$", text, re.MULTILINE)
+    cited = re.search(r"^date-released: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert newest is not None
+    assert cited is not None
+    assert (bsm.__version__, cited[1]) == newest.groups()
+
+
 def test_extras_are_what_bootstrap_adds() -> None:
     script = (ROOT / "bootstrap.sh").read_text(encoding="utf-8")
     found = re.search(r"^    ((?:\w+ \| )+\w+)\) \[ \$# = 0 \] \|\| usage; extra=\$command", script, re.MULTILINE)
@@ -70,3 +79,17 @@ def test_extras_are_what_bootstrap_adds() -> None:
         "coverage",
         "view",
     }
+
+
+def sentences(entry: str) -> int:
+    """Return of how many sentences an entry of the changelog is; what stands in code or in brackets is none."""
+    plain = re.sub(r"\([^()]*\)", "", re.sub(r"`[^`]*`", "x", " ".join(entry.split())))
+    return len(re.findall(r"(?<!Fig)(?<!Eq)[.!?](?=\s+[A-Zx\[0-9*]|$)", plain))
+
+
+def test_an_entry_of_the_changelog_has_two_sentences_at_most() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    entries = re.findall(r"^- (.*?)(?=^- |^#|\Z)", text, re.MULTILINE | re.DOTALL)
+    assert len(entries) > 200
+    assert [entry for entry in entries if sentences(entry) > 2] == []
+    assert sentences("One. Two (of 3. them). `x. y`: three (Wang Fig. 8.14).") == 3

@@ -145,4 +145,4 @@ def test_it_says_how_to_get_bokeh(bolted: tuple[Results, Path], monkeypatch: pyt
     monkeypatch.setitem(sys.modules, "bokeh.embed", None)
     outcome = CliRunner().invoke(cli, ["view", str(bolted[1])])
     assert isinstance(outcome.exception, ModelError)
-    assert str(outcome.exception) == "view needs Bokeh: pip install 'bsm-mesh[view]'"
+    assert str(outcome.exception) == "view needs Bokeh: pip install bokeh"

@@ -31,7 +31,7 @@ def missing() -> str:
     try:
         import selenium  # noqa: F401
     except ImportError:
-        return "needs Selenium: pip install 'bsm-mesh[browser]'"
+        return "needs Selenium: pip install selenium"
     if program(BROWSERS) and program(DRIVERS):
         return ""
     return "needs Chromium and its driver: on Debian 'apt-get install chromium chromium-driver'"

@@ -53,6 +53,15 @@ class BartonBandis:
     ------
     ModelError
         With every value out of range.
+
+    Examples
+    --------
+    Of a joint 1 m long JRC 8 is 8 (1 / 0.1)^(-0.16).
+
+    >>> import bsm_mesh as bsm
+    >>> law = bsm.BartonBandis(jrc=8, jcs=60e6, residual_friction=28, joint_length=1.0)
+    >>> law.jrc, law.residual_friction
+    (8, 28)
     """
 
     jrc: Annotated[float, JRC]

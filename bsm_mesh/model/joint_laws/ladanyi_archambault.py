@@ -47,6 +47,12 @@ class LadanyiArchambault:
     ------
     ModelError
         With every value out of range, and where friction and dilation together are 90 degrees or more.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.LadanyiArchambault(friction=30, dilation=15, jcs=60e6).dilation
+    15
     """
 
     friction: Annotated[float, FRICTION]

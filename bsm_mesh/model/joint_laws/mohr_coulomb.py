@@ -41,6 +41,16 @@ class MohrCoulomb:
     ------
     ModelError
         With every value out of range, a residual value above its peak, or a softening slip without one.
+
+    Examples
+    --------
+    Strength at 1 MPa over 2 m: 2 (0.1 + tan(35)) MN/m.
+
+    >>> import numpy as np
+    >>> import bsm_mesh as bsm
+    >>> law = bsm.MohrCoulomb(friction=35, cohesion=0.1e6)
+    >>> law.respond(np.array([2e6]), np.zeros(1), np.array([2.0]), np.array([False])).strength.round(-2).tolist()
+    [1600400.0]
     """
 
     friction: Annotated[float, FRICTION]

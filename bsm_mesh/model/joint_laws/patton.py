@@ -37,6 +37,12 @@ class Patton:
     ModelError
         With every value out of range; where one of the two lines can never govern, so that a value given is without
         effect; where the residual friction exceeds the peak, `friction` + `dilation`.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Patton(friction=30, dilation=10, cohesion=0.5e6, residual_friction=30).dilation
+    10
     """
 
     friction: Annotated[float, FRICTION]

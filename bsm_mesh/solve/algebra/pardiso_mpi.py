@@ -27,7 +27,7 @@ from bsm_mesh.solve.algebra.pardiso import RELEASE, Pardiso, arguments, find_lib
 
 NEEDS = (
     "linear_solver = 'cluster' needs the packages mkl, mpi4py and an MPI library such as mpich (Linux on x86-64): "
-    "pip install 'bsm-mesh[mpi]'"
+    "pip install mkl mpi4py mpich"
 )
 LIBRARIES = ("libmkl_core.so", "libmkl_intel_thread.so", "libmkl_intel_lp64.so")
 _helped = False  # whether the other ranks wait in `ranks`

@@ -31,6 +31,12 @@ class Falls:
     on_fall : {"stop", "remove"}
         ``"stop"``: the stage is unstable, and the run ends. ``"remove"``: whatever comes down is listed and taken away,
         as a roof is scaled, and the others go on: the stage is stable after falls where they come to rest.
+
+    Examples
+    --------
+    >>> import bsm_mesh as bsm
+    >>> bsm.Falls().ignore_below, bsm.Falls(on_fall="remove").on_fall
+    (0.01, 'remove')
     """
 
     ignore_below: Annotated[float, SHARE] = 0.01
