@@ -72,8 +72,8 @@ def _new_contacts(model: Model, contacts: ContactForces) -> str:
 def corners_met(model: Model, contacts: ContactForces) -> str:
     """Return what corners bear that slid past a node of the mesh, in words; empty where they bear next to nothing.
 
-    Blocks about a node that have no face in common press on each other once they have moved. Small displacements have no
-    such contacts, and elements no interface there.
+    Blocks about a node that have no face in common press on each other once they have moved. Small displacements have
+    no such contacts, and elements no interface there.
     """
     a, b = contacts.block_a, contacts.block_b
     size = np.hypot(contacts.normal_force, contacts.shear_force)

@@ -100,7 +100,9 @@ def compare_stages(
     reasons = [obstacle(model, results, stage) for stage in results.stages]
     if all(reasons):
         return tuple(_refused(stage.name, reason) for stage, reason in zip(results.stages, reasons, strict=True))
-    asked = Request(order=order, joints=joints, refine=refine, refinements=refinements, mesher=mesher, near_blocks=near_blocks)
+    asked = Request(
+        order=order, joints=joints, refine=refine, refinements=refinements, mesher=mesher, near_blocks=near_blocks
+    )
     count = 1 + max(number for number, reason in enumerate(reasons) if not reason)
     references = solve_references(model, results, count, asked)
     kind = Comparability.WITH_INTERFACES if references.interfaces else Comparability.COMPARABLE

@@ -239,7 +239,9 @@ class JointPoints:
             overlap = closure.overlap_at(initial[rows], *joint) - opening[rows]
             whole = ~history.parted[rows]
             fitting = closure.pressure_at(overlap, *joint)
-            for values, fits, not_so in zip((pressure, stiffness), fitting, (joint[0] * overlap, joint[0]), strict=True):
+            for values, fits, not_so in zip(
+                (pressure, stiffness), fitting, (joint[0] * overlap, joint[0]), strict=True
+            ):
                 values[rows] = np.where(whole, fits, not_so)
         return pressure, stiffness
 
