@@ -161,9 +161,8 @@ def constrain_bars(
     lever = np.where(bars.holds_rotation, radius[row_of_bar], 1.0)
     values[row_of_bar, slot] = value * lever
     left, size, axes = np.linalg.svd(rows, full_matrices=False) if most >= 3 else _svd_padded(rows)
-    noise = rounding(model.blocks.vertices) / radius
     # A smaller singular value is that of a bar that repeats others, a smaller misfit no contradiction.
-    least = np.maximum(ROUNDING, noise)
+    least = np.maximum(ROUNDING, rounding(model.blocks.vertices) / radius)
     constrained = (size > least[:, None] * size[:, :1]).sum(axis=1)
     inverse = np.where(np.arange(3) < constrained[:, None], 1 / np.where(size > 0, size, 1.0), 0.0)
     pseudo = np.einsum("kia,ki,kbi->kab", axes, inverse, left)  # (k, 3, bars): (u, v, r theta) from the values
