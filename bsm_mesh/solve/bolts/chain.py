@@ -50,11 +50,7 @@ def solve_chain(
     """
     n = capacity.size
     tension, slip = np.zeros(n - 1), anchor.copy()
-    greatest = 0.0
-    for i in range(n - 1):
-        trial = stiffness[i] * (stretch[i] + anchor[i + 1] - anchor[i])
-        greatest = max(greatest, trial)
-        tension[i] = min(max(trial, 0.0), most_tension)
+    greatest = _trial(stiffness, stretch, most_tension, anchor, tension)
     bound = 2.0 * greatest  # no tension exceeds what the bonds impose where none of them gives way
     if greatest <= 0.0 or _holds(tension, capacity - AT_LIMIT * bound, bond_stiffness):
         return tension, slip
@@ -81,6 +77,19 @@ def solve_chain(
         slip[i] = _near_slip(anchor[i], low, high, elastic, found, most)
     _reset_rounding(tension, slip, capacity - AT_LIMIT * bound, bond_stiffness, anchor)
     return tension, slip
+
+
+@njit()
+def _trial(
+    stiffness: FloatArray, stretch: FloatArray, most_tension: float, anchor: FloatArray, tension: FloatArray
+) -> float:  # pragma: no cover - compiled
+    """Set the tensions (n - 1,) that elements have if no node slips; return the greatest if no steel yields either."""
+    greatest = 0.0
+    for i in range(stretch.size):
+        trial = stiffness[i] * (stretch[i] + anchor[i + 1] - anchor[i])
+        greatest = max(greatest, trial)
+        tension[i] = min(max(trial, 0.0), most_tension)
+    return greatest
 
 
 @njit()
