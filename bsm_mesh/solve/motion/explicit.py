@@ -42,7 +42,7 @@ from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
-AS_EXACT = 1 - 2e-7  # by which pressures in single precision may be too high: what rests would creep
+AS_EXACT = 1 - 2 * float(np.finfo(np.float32).eps)  # pressures may be too high by rounding: what rests would creep
 HIGH = 1e12  # a pressure above all others [N/m]
 
 
