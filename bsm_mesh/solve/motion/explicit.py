@@ -42,7 +42,6 @@ from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
 UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
-AS_EXACT = 1 - 2 * float(np.finfo(np.float32).eps)  # pressures may be too high by rounding: what rests would creep
 HIGH = 1e12  # a pressure above all others [N/m]
 
 
@@ -298,7 +297,8 @@ class ExplicitMotion:
         touched[rows] |= (events & CONTACTED) > 0
         pressure = np.full(contacts.count, np.nan)
         if len(share.growths):
-            pressure[rows] = AS_EXACT * share.growths["pressure"]
+            # Not above the exact one, which single precision may be: what rests would creep.
+            pressure[rows] = (1 - 2 * float(np.finfo(np.float32).eps)) * share.growths["pressure"]
         here = replace(
             contacts,
             old_shear=shear,
