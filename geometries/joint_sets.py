@@ -48,8 +48,8 @@ class JointSet:
     """A set of nearly parallel joints.
 
     By `spacing` it is lines through the whole model, parted by bridges where `persistence` is below 1. By `density` and
-    `length` it is a network of traces around centres at random (Baecher, Lanney & Einstein 1977). By `density` alone it
-    is lines at random (Poisson); with bridges of random length these are Veneziano's (1978) joints.
+    ``length`` it is a network of traces around centres at random (Baecher, Lanney & Einstein 1977). By `density` alone
+    it is lines at random (Poisson); with bridges of random length these are Veneziano's (1978) joints.
 
     Attributes
     ----------

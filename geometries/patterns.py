@@ -22,8 +22,10 @@ class Heads:
     ----------
     name : str
         Name of the joint.
-    length, height : float
-        Size of a brick [m].
+    length : float
+        Of a brick [m].
+    height : float
+        Of a brick [m].
     start : (float, float)
         Lower left corner of a brick [m].
     shift : float
@@ -70,8 +72,10 @@ def bricks(
 
     Parameters
     ----------
-    length, height : float
-        Size of a brick [m].
+    length : float
+        Of a brick [m].
+    height : float
+        Of a brick [m].
     bed, head : str
         Names of the level and of the upright joints.
     start : (float, float)

@@ -50,7 +50,7 @@ def stratified_slope() -> Answer:
 def layers_at_the_toe() -> Answer:
     """Compare Example 3: how far the layers slide until the toe stops them, as the reconstruction lays them [m]."""
     name = f"{SLOPE}/model"
-    found = [runs.moved(runs.run(name), rows).mean() for rows in layers(runs.load(name))]
+    found = [runs.moved(runs.run(name), rows).mean() for rows in layers(runs.load(name), 40.0)]
     return np.array([2.0, 3.0]), np.array(found)
 
 

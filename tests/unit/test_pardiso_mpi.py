@@ -99,5 +99,5 @@ def test_without_mpi(monkeypatch):
     rock = bsm.Rock("rock", unit_weight=25e3, young=1e9, poisson=0.25)
     blocks = bsm.Blocks.from_polygons(grid(2, 1), rock="rock")
     model = bsm.Model(blocks=blocks, rocks=[rock], supports=[bsm.Fixed(blocks=[0])])
-    with pytest.raises(bsm.ModelError, match=r"'cluster' needs .* mpi4py .*pip install 'bsm-mesh\[mpi\]'"):
+    with pytest.raises(bsm.ModelError, match=r"'cluster' needs .* mpi4py .*pip install mkl mpi4py mpich"):
         bsm.run(model, bsm.Options(scheme="linear", linear_solver="cluster"))
