@@ -78,11 +78,13 @@ def _numbered(what: str, count: int) -> tuple[str, ...]:
 
 
 def _there(joints: JointNetwork, blocks: Blocks, present: BoolArray) -> tuple[BoolArray, IntArray]:
-    """Return the pieces between two blocks that are there, (m,), and the nodes of those where one is gone."""
+    """Return the pieces between two blocks that are there, (m,), and the nodes on faces where one is gone."""
     faces, network = joints.faces, joints.network
     of_a, of_b = present[blocks.owner[faces.edge_a]], present[blocks.owner[faces.edge_b]]
     bare = (of_a != of_b)[joints.face]
-    return (of_a & of_b)[joints.face], np.unique(np.concatenate([network.first[bare], network.last[bare]]))
+    of_rock = joints.at_unjointed[present[joints.unjointed].sum(axis=1) == 1]
+    bared = np.unique(np.concatenate([network.first[bare], network.last[bare], of_rock[of_rock >= 0]]))
+    return (of_a & of_b)[joints.face], bared
 
 
 def _on_boundary(joints: JointNetwork, blocks: Blocks, present: BoolArray, name: str) -> IntArray:

@@ -50,6 +50,10 @@ class JointNetwork(Portable):
         Node of each well.
     in_grout : tuple of (m,) bool
         Pieces in each grouted region.
+    unjointed : (j, 2) int32
+        Blocks on both sides of the faces without a joint, where no water is until one of them is gone.
+    at_unjointed : (j, 2) int32
+        Nodes at both ends of these; -1 where no joint ends.
     """
 
     network: Network
@@ -61,6 +65,8 @@ class JointNetwork(Portable):
     on_drain: tuple[IntArray, ...]
     at_well: IntArray
     in_grout: tuple[BoolArray, ...]
+    unjointed: IntArray
+    at_unjointed: IntArray
 
     def __post_init__(self) -> None:
         show_only(self)
@@ -90,7 +96,7 @@ def joint_network(
     blocks = model.blocks
     faces = find_faces(blocks)
     joint = face_joints(model, faces)
-    faces, joint = _rows(faces, joint >= 0), joint[joint >= 0]
+    rock, faces, joint = _rows(faces, joint < 0), _rows(faces, joint >= 0), joint[joint >= 0]
     if not len(joint):
         raise ModelError("flow: no face bears a joint, and rock is tight; give faces joints, or mesh.default_joint")
     lines = _Lines(np.stack([faces.start, faces.end], axis=1))
@@ -119,7 +125,16 @@ def joint_network(
         on_drain=tuple(_near_line(network.point, drain, lines.tolerance) for drain in drains),
         at_well=_nearest(network.point, [lines.foot(well) for well in wells]),
         in_grout=tuple(_within(network, region) for region in grout),
+        unjointed=np.stack([blocks.owner[rock.edge_a], blocks.owner[rock.edge_b]], axis=1),
+        at_unjointed=of_point[_ends(blocks, rock)],
     )
+
+
+def _ends(blocks: Blocks, faces: Faces) -> IntArray:
+    """Return the points at the start and at the end of faces, (k, 2), in ``blocks.nodes``."""
+    start = np.where(faces.start_corner_of_a, blocks.following[faces.edge_a], faces.edge_b)
+    end = np.where(faces.end_corner_of_a, faces.edge_a, blocks.following[faces.edge_b])
+    return np.stack([blocks.nodes[start], blocks.nodes[end]], axis=1)
 
 
 def _rows(faces: Faces, chosen: BoolArray) -> Faces:
@@ -209,10 +224,8 @@ def _cut(
     blocks: Blocks, faces: Faces, lines: _Lines, cuts: Sequence[tuple[IntArray, FloatArray]]
 ) -> tuple[IntArray, FloatArray, IntArray, FloatArray]:
     """Return face, part and both end points of the pieces, and all points: those of the blocks, then the cuts'."""
-    following = blocks.following
     k = len(faces.edge_b)
-    start = np.where(faces.start_corner_of_a, following[faces.edge_a], faces.edge_b)
-    end = np.where(faces.end_corner_of_a, faces.edge_a, following[faces.edge_b])
+    start, end = _ends(blocks, faces).T
     count = int(blocks.nodes.max()) + 1
     point = np.zeros((count, 2))
     point[blocks.nodes] = blocks.vertices
@@ -228,7 +241,7 @@ def _cut(
     new = count + np.arange(len(line))
     of_face = np.concatenate([np.arange(k), line, np.arange(k)])
     along = np.concatenate([np.zeros(k), t, np.ones(k)])
-    node = np.concatenate([blocks.nodes[start], new, blocks.nodes[end]])
+    node = np.concatenate([start, new, end])
     order = np.lexsort((along, of_face))
     of_face, along, node = of_face[order], along[order], node[order]
     piece = np.flatnonzero(of_face[1:] == of_face[:-1])

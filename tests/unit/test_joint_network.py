@@ -123,3 +123,22 @@ def test_where_levels_meet_the_higher_counts(levels):
     joints = joint_network(model)
     given = boundaries_of(joints, blocks, model.flow, np.ones(blocks.count, dtype=bool)).conditions
     assert given.head[(joints.network.point == (0, 1)).all(axis=1)].tolist() == [2.5]
+
+
+def test_an_excavation_drains_joints_that_end_on_a_face_without_one():
+    """A joint in the ground ends below rock that is dug away; between the two there is no joint."""
+    polygons = [[(0, 0), (2, 0), (2, 1), (0, 1)], [(2, 0), (4, 0), (4, 1), (2, 1)], [(0, 1), (4, 1), (4, 2), (0, 2)]]
+    blocks = bsm.Blocks.from_polygons(polygons, rock="r").with_joint("J", lambda x, y: x == 2)
+    blocks = blocks.with_boundary("base", lambda x, y: y == 0)
+    model = bsm.Model(
+        blocks=blocks,
+        rocks=[bsm.Rock("r", unit_weight=0, young=1e9, poisson=0.2)],
+        joints=[bsm.Joint("J", 1e9, 1e9, aperture=1e-3, residual_aperture=1e-4)],
+        supports=[bsm.Fixed(blocks=[0, 1])],
+        flow=bsm.Flow(head={"base": 3.0}, coupling="one_way"),
+        stages=[bsm.Stage(name="dug", excavate=[2])],
+    )
+    before, after = (stage.flow for stage in bsm.run(model, LINEAR).stages)
+    assert before.through == 0
+    assert after.leaving[after.places.index("new faces")] > 0
+    assert after.head[after.point[:, 1] == 1] == pytest.approx(1.0)

@@ -69,17 +69,13 @@ class History:
 def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:
     """Return the history after an accepted step, and the number of contacts that failed in it.
 
-    Intact contacts of the start that touch without force are kept too: they have not lost their strength. So are those
-    that in-situ stress had closed and that have come apart since: without their offset they would bear nothing again
-    until the blocks had gone back where they were.
+    Intact contacts of the start that touch without force are kept too: they have not lost their strength.
     """
     kept = _kept(contacts, at, size)
     changed = int((at.failed & ~contacts.failed)[kept].sum())
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
     path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
-    parted, without_dilation = _parted_in_situ(contacts, at)
     offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
-    offset = np.where(parted, without_dilation, offset)
     history = History(
         active=_active(contacts, at, position, kept),
         shear=at.shear[kept],
@@ -87,8 +83,8 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         first_tangential=first_tangential[kept],
         offset=np.where(_still_overlapping(contacts, at), at.gap, offset)[kept],
         length=contacts.candidates.length[kept],
-        failed=(at.failed | parted)[kept],
-        mated=(contacts.mated & ~parted)[kept],
+        failed=at.failed[kept],
+        mated=contacts.mated[kept],
         slip_path=path[kept],
     )
     return history, changed
@@ -126,17 +122,13 @@ def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
 
 
 def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size: float) -> ContactSet:
-    """Return updated contacts with the state variables that continuing ones had before a provisional commit.
-
-    What came apart in it has lost its strength.
-    """
+    """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
     stay = again.candidates.history >= 0
     source = _kept(before, at, size)[again.candidates.history[stay]]
     names = ("old_shear", "old_pressure", "old_tangential", "first_tangential", "failed", "slip_path")
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
         memory[name][stay] = getattr(before, name)[source]
-    memory["failed"][stay] |= before.mated[source] & ~again.mated[stay]
     # What slip opened in the provisional step it has not yet.
     offset = again.dilating.opened(again.offset, again.slip_path, memory["slip_path"])
     return replace(again, offset=offset, **memory)
@@ -145,17 +137,7 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
 def _kept(contacts: ContactSet, at: Evaluation, size: float) -> IntArray:
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken
-    return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at) | _parted_in_situ(contacts, at)[0])
-
-
-def _parted_in_situ(contacts: ContactSet, at: Evaluation) -> tuple[BoolArray, FloatArray]:
-    """Return which contacts that were closed at gaps above 0 are open now, (m,), and all offsets, (m,) [m].
-
-    The offsets are those of contacts that have lost their dilation, as these have.
-    """
-    offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, np.zeros(contacts.count))
-    parted: BoolArray = (contacts.candidates.history >= 0) & ~at.closed & (offset > 0)
-    return parted, offset
+    return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at))
 
 
 def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:
