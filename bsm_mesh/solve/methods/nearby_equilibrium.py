@@ -76,7 +76,7 @@ class NearbyEquilibrium:
                 break
             step = _updated(attempt)
             left = step.residual_at(position).max_norm
-            if left < max(inner, SETTINGS.confirmed * goal.rest):
+            if left < SETTINGS.confirmed * goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
                 break
             if left < wanted and step.factors.ready:  # the next updates would change nothing: on to rest
