@@ -9,6 +9,7 @@ from bsm_mesh.solve.continuation.plan import PLANS
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
 from bsm_mesh.solve.step.block_system import BlockSystem
+from tests.scenes.large import tilted_wall
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun, still
@@ -66,6 +67,13 @@ def test_it_goes_on_to_rest_whatever_the_step_asks_for(monkeypatch):
     assert found.outcome is Outcome.SOLVED
     assert found.equations.residual_at(found.position).max_norm < 1e-6
     assert len(searches) <= 3
+
+
+def test_a_wall_of_thousands_of_bricks_comes_to_rest_in_its_first_step():
+    """A step that ended at its own goal, above that of rest, left Newton's method to be begun anew."""
+    steps = bsm.run(tilted_wall(5000).model()).stages[0].steps
+    assert len(steps) == 2
+    assert steps[1].method == "nearby equilibrium"
 
 
 def test_a_block_that_must_slide_has_none_nearby():
