@@ -22,8 +22,6 @@ from bsm_mesh.model.stages import presence
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.records import StageResult
 
-LEAST_PART = 0.1  # of a change of pressure that is put on the blocks in a turn
-
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class FlowState(Portable):
@@ -164,7 +162,8 @@ class _Turn:
     def taken(self, state: FlowState, aperture: FloatArray) -> tuple[FlowState, FlowResult]:
         """Return the flow in joints of some aperture, part of whose change of pressure is put on the blocks.
 
-        The part is Aitken's, at most all: B.M. Irons, R.C. Tuck, Int. J. Num. Meth. Eng. 1 (1969) 275-277.
+        The part is Aitken's where that is one, else all: B.M. Irons, R.C. Tuck, Int. J. Num. Meth. Eng. 1 (1969)
+        275-277.
         """
         ends, conductance, found = self._solved(aperture, state.u)
         before = np.maximum(state.u, 0.0)
@@ -174,7 +173,8 @@ class _Turn:
         part = state.part
         turned = step - state.step
         if state.rounds and (turned**2).sum() > 0:
-            part = float(np.clip(-part * (state.step * turned).sum() / (turned**2).sum(), LEAST_PART, 1.0))
+            aitken = -part * float((state.step * turned).sum() / (turned**2).sum())
+            part = aitken if 0 < aitken < 1 else 1.0
         u = found.u if part == 1 else np.where(found.u > 0, before + part * step, found.u)
         pressing = replace(found, u=u)
         wet = self._wet(found, conductance)
