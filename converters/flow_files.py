@@ -79,17 +79,17 @@ def flow_of_grid(grid: Grid, told: dict[str, Any]) -> FlowResult:
     at = points["node"] >= 0
     of, count = points["node"][at], int(told["nodes"])
 
-    def whole(values: Any, none: float) -> Any:
-        found = np.full((count, *values.shape[1:]), none, dtype=values.dtype)
+    def whole(values: Any) -> Any:
+        found = np.zeros((count, *values.shape[1:]), dtype=values.dtype)
         found[of] = values[at]
         return found
 
     return FlowResult(
-        point=whole(grid.points, np.nan),
-        head=whole(points["head"], np.nan),
-        filled=whole(points["filled"], 0.0),
-        outflow=whole(points["outflow"], 0.0),
-        place=whole(points["place"], -1),
+        point=whole(grid.points),
+        head=whole(points["head"]),
+        filled=whole(points["filled"]),
+        outflow=whole(points["outflow"]),
+        place=whole(points["place"]),
         places=tuple(told["places"]),
         first=node[:, 0],
         last=node[:, 1],

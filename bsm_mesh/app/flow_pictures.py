@@ -7,8 +7,8 @@ import numpy as np
 from bsm_mesh.app.canvas import FAINT, WATER, Sheet, add_outline, add_paper, limits
 from bsm_mesh.app.figures import TEXT
 from bsm_mesh.app.flow_text import discharge_text, in_litres
-from bsm_mesh.app.marks import add_gone, add_gravity
-from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.app.marks import add_gone, add_gravity, add_name
+from bsm_mesh.arrays import BoolArray
 from bsm_mesh.results.flow import FlowResult
 
 STILL = 1e-9  # of the greatest discharge: what is less is still water
@@ -126,36 +126,5 @@ def _add_places(sheet: Sheet, flow: FlowResult) -> None:
         middle = at[int(np.searchsorted(np.cumsum(weight), weight.sum() / 2))]
         word, told = "out" if leaving[k] > 0 else "in", discharge_text(abs(float(leaving[k])), beside=flow.through)
         colour = LEAVES if leaving[k] > 0 else ENTERS
-        _name(sheet, flow.point[middle], f"{flow.places[k]}: {told} {word}", colour)
-
-
-def _name(sheet: Sheet, at: FloatArray, text: str, colour: str) -> None:
-    """Write a name beside a point of the picture, where no other name is."""
-    from matplotlib.text import Text
-
-    x0, y0, x1, y1 = sheet.scene.view
-    part = (at - (x0, y0)) / (x1 - x0, y1 - y0)
-    if not ((part > 0) & (part < 1)).all():
-        return
-    side, up = (-1 if part[0] > 0.5 else 1), (-1 if part[1] > 0.75 else 1)
-    for right, above in OF_NAMES:
-        name = sheet.axes.annotate(
-            text,
-            xy=tuple(at),
-            xytext=(right * side, above * up),
-            textcoords="offset points",
-            ha="left" if side > 0 else "right",
-            va="center",
-            fontsize=9,
-            color=TEXT,
-            zorder=6,
-            parse_math=False,
-            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "alpha": 0.92},
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.0},
-        )
-        name.get_window_extent()  # puts it where it belongs
-        box = Text.get_window_extent(name).padded(4)
-        if not any(box.overlaps(other) for other in sheet.names) or (right, above) == OF_NAMES[-1]:
-            sheet.names.append(box)
-            return
-        name.remove()
+        text = f"{flow.places[k]}: {told} {word}"
+        add_name(sheet, flow.point[middle], text, colour, OF_NAMES, leftwards=0.5)

@@ -49,7 +49,9 @@ def flow_rows(stage: StageResult) -> list[tuple[str, ...]]:
 
 def how_solved(flow: FlowResult) -> str:
     """Return how flow and blocks were brought together, and how well the water balances."""
-    balance = f"the water of every node balances to {flow.imbalance:.1g} of the greatest discharge"
+    rounding = flow.imbalance <= np.finfo(float).eps
+    how_well = "rounding" if rounding else f"{flow.imbalance:.1g} of the greatest discharge"
+    balance = f"the water of every node balances to {how_well}"
     if flow.rounds == 0:
         return balance
     turns = "1 turn" if flow.rounds == 1 else f"{flow.rounds} turns"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -82,11 +83,36 @@ def _ring(sheet: Sheet, blocks: IntArray, factor: float) -> None:
         total = area[blocks[group]].sum()
         text = f"{numbered('block', blocks[group], 6)}\n{total:.3g} m2"
         text += f", {engineering(float(weight[blocks[group]].sum()), 'N/m')}" if weight.any() else ""
-        _name(sheet, at, across, text)
+        add_name(sheet, at, text, FALLS, NAME_PLACES, across=across)
 
 
-def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
-    """Draw a ring of a diameter, and a name beside it within the picture, where no other name is."""
+def add_name(
+    sheet: Sheet,
+    at: FloatArray,
+    text: str,
+    colour: str,
+    places: Sequence[tuple[float, float]],
+    *,
+    across: float = 0.0,
+    leftwards: float = 0.7,
+) -> None:
+    """Write a name beside a point within the picture, where no other name is.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The picture.
+    at : (2,) float64 [m]
+        The point.
+    text, colour : str
+        The name, and the colour of its frame.
+    places : sequence of (right, up)
+        Of a name from its point, in points; the first at which it meets no other is taken, or the last.
+    across : float [m]
+        Diameter of a ring round the point; 0: none.
+    leftwards : float
+        Part of the picture's width beyond which names stand to the left.
+    """
     from matplotlib.patches import Circle
     from matplotlib.text import Text
 
@@ -95,10 +121,10 @@ def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
     if not ((part > 0) & (part < 1)).all():
         return
     if across > 0:
-        sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=FALLS, linewidth=2.0, zorder=5))
-    side, up = (-1 if part[0] > 0.7 else 1), (-1 if part[1] > 0.75 else 1)
+        sheet.axes.add_patch(Circle(tuple(at), across / 2, fill=False, edgecolor=colour, linewidth=2.0, zorder=5))
+    side, up = (-1 if part[0] > leftwards else 1), (-1 if part[1] > 0.75 else 1)
     edge = at + across / 2 * np.array([0.7 * side, 0.7 * up])
-    for right, above in NAME_PLACES:
+    for right, above in places:
         name = sheet.axes.annotate(
             text,
             xy=tuple(edge),
@@ -110,12 +136,12 @@ def _name(sheet: Sheet, at: FloatArray, across: float, text: str) -> None:
             color=TEXT,
             zorder=6,
             parse_math=False,
-            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": FALLS, "alpha": 0.92},
-            arrowprops={"arrowstyle": "-", "color": FALLS, "linewidth": 1.2},
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "alpha": 0.92},
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 1.2},
         )
         name.get_window_extent()  # puts it where it belongs
         box = Text.get_window_extent(name).padded(NAME_MARGIN)
-        if not any(box.overlaps(other) for other in sheet.names) or (right, above) == NAME_PLACES[-1]:
+        if not any(box.overlaps(other) for other in sheet.names) or (right, above) == places[-1]:
             sheet.names.append(box)
             return
         name.remove()

@@ -103,12 +103,12 @@ def boundary_edges(blocks: Blocks, present: BoolArray, name: str) -> IntArray:
 
 def reservoir_parts(blocks: Blocks, flow: Flow, present: BoolArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return edge, ends of its part under water (k, 2) and pressure there (k, 2) [Pa], at boundaries with a level."""
-    edges = [boundary_edges(blocks, present, name) for name in flow.head]
-    level = np.concatenate(
-        [np.zeros(0), *(np.full(len(e), at) for e, at in zip(edges, flow.head.values(), strict=True))]
-    )
-    edge = np.concatenate([np.zeros(0, np.int32), *edges]).astype(np.int32)
-    depth = np.stack([level - blocks.vertices[corner, 1] for corner in (edge, blocks.following[edge])], axis=1)
+    level = np.full(len(blocks.vertices), -np.inf)  # of every edge: the higher where boundaries share one
+    for name, at in flow.head.items():
+        edges = boundary_edges(blocks, present, name)
+        level[edges] = np.maximum(level[edges], at)
+    edge = np.flatnonzero(np.isfinite(level)).astype(np.int32)
+    depth = np.stack([level[edge] - blocks.vertices[corner, 1] for corner in (edge, blocks.following[edge])], axis=1)
     ends, pressure = under_water(depth)
     wet = (depth > 0).any(axis=1)
     return edge[wet], ends[wet], flow.unit_weight * pressure[wet]

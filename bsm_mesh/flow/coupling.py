@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, Portable, show_only
-from bsm_mesh.errors import ModelError, listing, place
+from bsm_mesh.errors import ModelError, listing, place, placed
 from bsm_mesh.flow.apertures import Apertures
 from bsm_mesh.flow.boundaries import Boundaries, boundaries_of, reservoir_parts
 from bsm_mesh.flow.joint_network import joint_network
@@ -21,8 +21,6 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import presence
 from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.records import StageResult
-
-LEAST_PART = 0.1  # of a change of pressure that is put on the blocks in a turn
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -80,8 +78,11 @@ class FlowCoupling:
         assert last is not None
         self.model, self.joints = model, joint_network(model, last.drains, last.wells, last.grout)
         self.apertures = Apertures(model, self.joints)
-        states = [self.begin(number, here) for number, here in enumerate(presence(model.stages, model.blocks))]
-        self.first = states[0]
+        at_start, *later = presence(model.stages, model.blocks)
+        self.first = self.begin(0, at_start)
+        for number, (stage, here) in enumerate(zip(model.stages, later, strict=True), start=1):
+            with placed(f"stage '{stage.name}'"):
+                self.begin(number, here)  # what is wrong with it is told before the run
 
     def begin(self, number: int, present: BoolArray, before: FlowState | None = None) -> FlowState:
         """Return the flow at the start of a stage: in joints as they stood last, or before anything pressed on them.
@@ -161,7 +162,8 @@ class _Turn:
     def taken(self, state: FlowState, aperture: FloatArray) -> tuple[FlowState, FlowResult]:
         """Return the flow in joints of some aperture, part of whose change of pressure is put on the blocks.
 
-        The part is Aitken's, at most all: B.M. Irons, R.C. Tuck, Int. J. Num. Meth. Eng. 1 (1969) 275-277.
+        The part is Aitken's where that is one, else all: B.M. Irons, R.C. Tuck, Int. J. Num. Meth. Eng. 1 (1969)
+        275-277.
         """
         ends, conductance, found = self._solved(aperture, state.u)
         before = np.maximum(state.u, 0.0)
@@ -171,7 +173,8 @@ class _Turn:
         part = state.part
         turned = step - state.step
         if state.rounds and (turned**2).sum() > 0:
-            part = float(np.clip(-part * (state.step * turned).sum() / (turned**2).sum(), LEAST_PART, 1.0))
+            aitken = -part * float((state.step * turned).sum() / (turned**2).sum())
+            part = aitken if 0 < aitken < 1 else 1.0
         u = found.u if part == 1 else np.where(found.u > 0, before + part * step, found.u)
         pressing = replace(found, u=u)
         wet = self._wet(found, conductance)
@@ -230,17 +233,20 @@ class _Turn:
         network, there = self.joints.network, self.boundaries.there
         part, heads = wet
         edge, ends_of_shore, pressure = reservoir_parts(self.blocks, self.flow, self.present)
+        ends_of_pieces = np.stack([network.first[there], network.last[there]])
+        node, number = np.unique(ends_of_pieces, return_inverse=True)  # where no joint is any more there is no node
+        first, last = number.reshape(ends_of_pieces.shape).astype(np.int32)
         start = self.blocks.vertices[edge]
         along = self.blocks.vertices[self.blocks.following[edge]] - start
         return FlowResult(
-            point=network.point,
-            head=found.head,
-            filled=found.filled,
-            outflow=found.outflow,
-            place=self.boundaries.place,
+            point=network.point[node],
+            head=found.head[node],
+            filled=found.filled[node],
+            outflow=found.outflow[node],
+            place=self.boundaries.place[node],
             places=self.boundaries.names,
-            first=network.first[there],
-            last=network.last[there],
+            first=first,
+            last=last,
             joint=self.joints.joint[self.joints.face][there],
             aperture=ends[there],
             discharge=found.discharge[there],

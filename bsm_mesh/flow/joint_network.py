@@ -10,17 +10,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
-from bsm_mesh.errors import ModelError, place
+from bsm_mesh.errors import ModelError, place, raise_faults
 from bsm_mesh.flow.network import Network
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.face_stiffness import face_joints
 from bsm_mesh.model.faces import Faces, find_faces
 from bsm_mesh.model.flow import Drain, Grout, Well
 from bsm_mesh.model.model import Model
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 SNAP = 1e-6  # of a face's length: a cut this near to its end is at its end
 FARTHEST = 1.0  # of the nearest joint's length: a well farther from it was meant to be elsewhere
@@ -104,14 +108,19 @@ def joint_network(
     cuts = [
         *(lines.where_drained(drain, f"flow: drain {k + 1}", faults) for k, drain in enumerate(drains)),
         *(lines.where_pumped(well, f"flow: well {k + 1}", faults) for k, well in enumerate(wells)),
-        *(lines.where_grouted(region, f"flow: grout {k + 1}", faults) for k, region in enumerate(grout)),
+        *(lines.where_grouted(region) for region in grout),
     ]
-    if faults:
-        raise ModelError(faults)
     face, part, ends, point = _cut(blocks, faces, lines, cuts)
     used, number = np.unique(ends, return_inverse=True)
     first, last = number.reshape(ends.shape).T.astype(np.int32)
     network = Network(point=point[used], first=first, last=last)
+    in_grout = tuple(_within(network, region) for region in grout)
+    faults += [
+        f"flow: grout {k + 1} from {place(region.polygon[0])} has no joint in it; check its corners and their unit"
+        for k, (region, inside) in enumerate(zip(grout, in_grout, strict=True))
+        if not inside.any()
+    ]
+    raise_faults(faults)
     of_point = np.full(int(blocks.nodes.max()) + 1, -1, dtype=np.int32)
     corners = used[used < len(of_point)]
     of_point[corners] = np.arange(len(corners))
@@ -124,7 +133,7 @@ def joint_network(
         of_point=of_point,
         on_drain=tuple(_near_line(network.point, drain, lines.tolerance) for drain in drains),
         at_well=_nearest(network.point, [lines.foot(well) for well in wells]),
-        in_grout=tuple(_within(network, region) for region in grout),
+        in_grout=in_grout,
         unjointed=np.stack([blocks.owner[rock.edge_a], blocks.owner[rock.edge_b]], axis=1),
         at_unjointed=of_point[_ends(blocks, rock)],
     )
@@ -171,17 +180,9 @@ class _Lines:
             )
         return found
 
-    def where_grouted(self, region: Grout, what: str, faults: list[str]) -> tuple[IntArray, FloatArray]:
+    def where_grouted(self, region: Grout) -> tuple[IntArray, FloatArray]:
         """Return the faces that the outline of a grouted region crosses, and where along them."""
-        import shapely
-
-        polygon = shapely.make_valid(shapely.Polygon(region.polygon))
-        if not len(self.tree.query(polygon, predicate="intersects")):
-            faults.append(
-                f"{what} from {place(region.polygon[0])} has no joint in it; check its corners and their unit"
-            )
-            return np.zeros(0, np.int64), np.zeros(0)
-        outline = polygon.boundary
+        outline = _polygon(region).boundary
         return self._met(outline, self.tree.query(outline, predicate="intersects"))
 
     def where_pumped(self, well: Well, what: str, faults: list[str]) -> tuple[IntArray, FloatArray]:
@@ -265,7 +266,12 @@ def _nearest(point: FloatArray, feet: Sequence[FloatArray]) -> IntArray:
 def _within(network: Network, region: Grout) -> BoolArray:
     import shapely
 
-    polygon = shapely.make_valid(shapely.Polygon(region.polygon))
     middle = (network.point[network.first] + network.point[network.last]) / 2
-    inside: BoolArray = shapely.contains_xy(polygon, *middle.T)
+    inside: BoolArray = shapely.contains_xy(_polygon(region), *middle.T)
     return inside
+
+
+def _polygon(region: Grout) -> Polygon:
+    import shapely
+
+    return shapely.make_valid(shapely.Polygon(region.polygon))

@@ -114,6 +114,11 @@ NO_FLOW = {
     "a drain in rock": ({"drains": (bsm.Drain(start=(0.5, 0.5), end=(1, 0.5)),)}, "meets no joint: it drains nothing"),
     "a well far off": ({"wells": (bsm.Well(point=(50, 0), discharge=1e-6),)}, "wells stand in joints: move it"),
     "grout off the model": ({"grout": (bsm.Grout(polygon=((50, 0), (51, 0), (50, 1))),)}, "has no joint in it"),
+    "grout on a line": ({"grout": (bsm.Grout(polygon=((2.7, 0.5), (2.7, 1.5), (2.7, 2.5))),)}, "has no joint in it"),
+    "grout that ends at a joint": (
+        {"grout": (bsm.Grout(polygon=((0.5, 1), (1.5, 1), (1.5, 1.5), (0.5, 1.5))),)},
+        "has no joint in it",
+    ),
     "no outlet": (
         {"head": {}, "wells": (bsm.Well(point=(4, 1), discharge=-1e-6),)},
         "what well 1 (the first at (4, 1)) puts in cannot leave",
@@ -127,6 +132,13 @@ def test_what_cannot_flow_is_told_before_the_run(name: str) -> None:
     with pytest.raises(bsm.ModelError) as told:
         bsm.run(bricks(flow=bsm.Flow(**{"head": HEADS} | given)), bsm.Options(scheme="linear"))
     assert text in str(told.value)
+
+
+def test_a_stage_in_which_water_cannot_flow_is_named_before_the_run() -> None:
+    shut = bsm.FlowChange(closed=("left",), wells=(bsm.Well(point=(4, 1), discharge=-1e-6),))
+    model = bricks(flow=bsm.Flow(head={"left": 2.5}), stages=[bsm.Stage(name="injection", flow=shut)])
+    with pytest.raises(bsm.ModelError, match="stage 'injection': flow: what well 1"):
+        bsm.run(model, bsm.Options(scheme="linear"))
 
 
 def test_statics_and_the_continuum_say_that_they_know_no_flow() -> None:

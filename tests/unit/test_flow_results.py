@@ -10,7 +10,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.app.check import check_model
-from bsm_mesh.app.flow_text import flow_rows
+from bsm_mesh.app.flow_text import flow_rows, how_solved
 from bsm_mesh.app.model_text import files_of_model
 from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.app.report import write_report
@@ -19,6 +19,7 @@ from bsm_mesh.results.joint_faces import joint_faces
 from tests.campaigns.scenes import content
 from tests.scenes.flow_models import bricks, on_two_joints
 from tests.scenes.interrupted import interrupted
+from tests.scenes.models import LINEAR
 
 DRAIN = bsm.Drain(start=(5, 0.1), end=(5, 2.9))
 STAGES = [
@@ -62,11 +63,26 @@ def test_results_are_read_back_as_they_were(results, tmp_path):
     for stage, read in zip(results.stages, again.stages, strict=True):
         before, after = stage.flow, read.flow
         for name in FlowResult.__slots__:
-            one, other = getattr(before, name), getattr(after, name)
-            if isinstance(one, np.ndarray) and len(one) == len(before.point):
-                used = np.unique([before.first, before.last])
-                one, other = one[used], other[used]
-            np.testing.assert_array_equal(one, other, err_msg=name)
+            np.testing.assert_array_equal(getattr(before, name), getattr(after, name), err_msg=name)
+
+
+def test_joints_that_are_dug_away_leave_no_nodes(tmp_path):
+    """Nor numbers that are none where results are read back."""
+    dug = bsm.Stage(name="dug", excavate=[1, 5, 9])
+    flow = bsm.Flow(head={"left": 2.5, "right": 1.0}, coupling="one_way")
+    results = bsm.run(bricks(flow=flow, stages=[dug]), LINEAR)
+    again = bsm.Results.load(results.save(tmp_path / "out"))
+    before, after = (one.stages[-1].flow for one in (results, again))
+    assert len(before.point) == len(np.unique([before.first, before.last]))
+    for name in ("point", "head", "place", "outflow"):
+        np.testing.assert_array_equal(getattr(before, name), getattr(after, name), err_msg=name)
+
+
+@pytest.mark.parametrize(("imbalance", "told"), [(2e-42, "to rounding"), (0.0, "to rounding"), (3e-13, "to 3e-13 of")])
+def test_no_balance_is_told_finer_than_rounding(results, imbalance, told):
+    assert f"the water of every node balances {told}" in how_solved(
+        replace(results.stages[0].flow, imbalance=imbalance)
+    )
 
 
 def test_the_table_says_what_enters_and_leaves_where(results, tmp_path):
