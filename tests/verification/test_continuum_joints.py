@@ -289,8 +289,8 @@ def test_opening_and_slip_of_both(tmp_path):
 def test_in_situ_a_joint_that_opened_closes_where_it_opened(limit):
     """A block between two others is pushed off the lower one and let go, or pushed back beyond where it was.
 
-    What opened bears K times its overlap since: its walls fit together no more. The blocks' contact forgets what in-situ
-    stress had closed (D0037), and bears from the given gap on.
+    What opened bears K times its overlap since: its walls fit together no more. The blocks' contact forgets what
+    in-situ stress had closed (D0037), and bears from the given gap on.
     """
     p0, stiffness = 1e5, 1e9
     loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -3 * p0, -2 * p0)]
