@@ -116,7 +116,7 @@ class LimitProgram:
         return other
 
     def balance(self, loads: FloatArray) -> Shortfall:
-        """Return the strength, in shear and tension alike, that all contacts need beyond theirs to balance the loads."""
+        """Return the strength, in shear and tension alike, that all contacts need beyond theirs to balance loads."""
         bounded, bound = self.bounds()
         return self.shortfall(loads, bounded, bound, _any(bounded[:, : 2 * self.contacts.count]))
 
