@@ -125,6 +125,8 @@ def _up(*_: object) -> None:
 
 def main(names: Sequence[str] = ()) -> None:
     """Run all laws, or Mohr-Coulomb and those named, and write their rows of the table."""
+    if unknown := [name for name in names if name not in LAWS]:
+        raise SystemExit(f"no law is called {', '.join(unknown)}; there are: {', '.join(LAWS)}")
     signal.signal(signal.SIGPROF, _up)
     verdicts(plastic, 60.0)  # compiles, which must not be interrupted
     page = PAGE.read_text(encoding="utf-8")

@@ -20,8 +20,8 @@ from bsm_mesh.converters.continuum.stages import Continuum
 from bsm_mesh.converters.vtk_files import read_vtu
 from tests.scenes.continuum import on_a_slope
 from tests.scenes.kirsch import P, Q, cut_by_stages
-from tests.scenes.models import LINEAR
-from tests.scenes.shapes import rectangle
+from tests.scenes.models import LINEAR, model_of
+from tests.scenes.shapes import rectangle, square
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ELASTIC = {"young": 20e9, "poisson": 0.2}
@@ -30,6 +30,7 @@ IN_SITU_FORCES, IN_SITU_DISPLACEMENTS = (
     1e-2,
 )  # of the greatest; found 2e-3 and 7e-3 (brittle joints: which point breaks first)
 KIRSCH = 1e-2  # of the stress at the wall, 24 blocks along a quarter of it; found 4e-3 with both orders
+RIGID = 2e-5  # of a joint's force between three blocks in a column, what rock stiff for rigid leaves; found 8e-6
 SAME_FORCES, SAME_DISPLACEMENTS = 5e-4, 2e-3  # found 1e-4 and 1.7e-3 (an arch turns by 1e-4: small displacements)
 
 
@@ -282,3 +283,29 @@ def test_opening_and_slip_of_both(tmp_path):
     for name in ("opening", "slip"):
         assert_allclose(data[f"{name}_fem"], getattr(points, name))
         assert_allclose(data[f"{name}_difference"], data[name] - data[f"{name}_fem"])
+
+
+@pytest.mark.parametrize("limit", [None, 5e-4])
+def test_in_situ_a_joint_that_opened_closes_where_it_opened(limit):
+    """A block between two others is pushed off the lower one and let go, or pushed back beyond where it was.
+
+    What opened bears K times its overlap since: its walls fit together no more. The blocks' contact forgets what
+    in-situ stress had closed (D0037), and bears from the given gap on.
+    """
+    p0, stiffness = 1e5, 1e9
+    loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -3 * p0, -2 * p0)]
+    stages = [bsm.Stage(name=name, loads=[load]) for name, load in zip(("push", "let go", "back"), loads, strict=True)]
+    model = model_of([square(0, 0), square(0, 1), square(0, 2)], fixed=(0, 2), gamma=0.0)
+    joint = bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=35.0), max_closure=limit)
+    model = model.replace(joints=[joint], in_situ=bsm.InSitu(stress={"yy": -p0}), stages=stages)
+    closed = 1 / (stiffness / p0 + (1 / limit if limit else 0.0))  # under p0
+
+    def upper(u):
+        overlap = max(closed + u, 0.0)
+        return stiffness * overlap / (1 - (overlap / limit if limit else 0.0))
+
+    elements = solve_continuum_stages(model, joints=True), closed, RIGID
+    for found, gap, off in (elements, (bsm.run(model).stages, 0.0, 1e-9)):
+        for stage, load in zip(found[-2:], (0.0, 2 * p0), strict=True):
+            u = stage.displacement[1, 1]
+            assert_allclose(upper(u) + load, stiffness * max(gap - u, 0.0), rtol=off)

@@ -20,7 +20,7 @@ from bsm_mesh.solve.limit.interior_point import Answer, Solution, minimise
 from bsm_mesh.solve.limit.measure import Measure, Measured
 from bsm_mesh.solve.limit.strength import Strength
 
-NOTHING = 1e-8  # over loads on blocks: what lacks less lacks nothing; programs are solved to 1e-10
+NOTHING = 1e-8  # over loads on blocks: a smaller shortfall is none; programs are solved to 1e-10
 HARDLY = 1e-6  # of the loads: where less is borne nothing is
 
 
@@ -48,7 +48,7 @@ class Optimum:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shortfall:
-    """What is lacking for forces within strength to balance loads, and the mechanism that lacks it.
+    """By how much forces within strength fall short of a balance of the loads, and the mechanism that begins there.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class LimitProgram:
         return other
 
     def balance(self, loads: FloatArray) -> Shortfall:
-        """Return what all contacts lack, in shear and in tension alike, for forces that balance the loads."""
+        """Return the strength, in shear and tension alike, that all contacts need beyond theirs to balance loads."""
         bounded, bound = self.bounds()
         return self.shortfall(loads, bounded, bound, _any(bounded[:, : 2 * self.contacts.count]))
 

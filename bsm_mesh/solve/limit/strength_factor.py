@@ -172,7 +172,7 @@ class _Search:
             part = self._next(part, self._ask(part))
 
     def _ask(self, part: float) -> Shortfall:
-        """Return what a part of the strength lacks, and move a side there."""
+        """Return the shortfall at a part of the strength, and move a side there."""
         found = self.program.shortfall(self.loads, *self._at(part).bounds(), self.yields)
         self.programs += 1
         if found.stands:

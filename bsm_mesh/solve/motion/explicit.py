@@ -297,8 +297,7 @@ class ExplicitMotion:
         touched[rows] |= (events & CONTACTED) > 0
         pressure = np.full(contacts.count, np.nan)
         if len(share.growths):
-            # Not above the exact one, which single precision may be: what rests would creep.
-            pressure[rows] = (1 - 2 * float(np.finfo(np.float32).eps)) * share.growths["pressure"]
+            pressure[rows] = share.growths["pressure"]
         here = replace(
             contacts,
             old_shear=shear,
