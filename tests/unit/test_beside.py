@@ -31,7 +31,7 @@ RECORDED = (
 TABLE = """history;source;stage;distance (m);u [mm];u_until [mm];v [cm];extension [mm];displacement;note
 corner;prism;;;490;510;-0,1;;;by night
 corner;UDEC;initial;;;;;;0,47;
-rod;anchor;0;1,0;;;;-2;;
+rod;anchor, 1 m;0;1,0;;;;-2;;
 """
 
 
@@ -49,14 +49,16 @@ def table(tmp_path: Path) -> Path:
 
 
 def test_a_table_is_read_in_its_units(table: Path) -> None:
-    """Decimal commas between semicolons, ranges, stages by name or number; a note is not read."""
+    """Decimal commas between semicolons, in numbers alone; ranges, stages by name or number; a note is not read."""
     found = read_beside(table)
     assert found["corner"] == (
         bsm.Beside(quantity="u", value=0.49, until=0.51, source="prism"),
         bsm.Beside(quantity="v", value=-0.001, source="prism"),
         bsm.Beside(quantity="displacement", value=0.47, stage="initial", source="UDEC"),
     )
-    assert found["rod"] == (bsm.Beside(quantity="extension", value=-0.002, stage="0", distance=1.0, source="anchor"),)
+    assert found["rod"] == (
+        bsm.Beside(quantity="extension", value=-0.002, stage="0", distance=1.0, source="anchor, 1 m"),
+    )
     assert set(read_beside(table, "rod")) == {"rod"}
     assert {one.source for one in read_beside(table, source="mine")["corner"]} == {"mine"}
 
