@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.beside_marks import Looks, by_source, draw_beside, looks_of, stages_that_count
-from bsm_mesh.app.canvas import WIDTH, add_key, scaled
+from bsm_mesh.app.beside_marks import Looks, by_source, draw_beside, ends_of, looks_of, stages_that_count
+from bsm_mesh.app.canvas import WIDTH, add_key, prefixed_unit
 from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.results.beside import at_the_end
@@ -33,11 +33,8 @@ def draw_points(results: Results, title: str, figure: Figure | None = None) -> F
     looks = looks_of(results, points, stages)
     curves = {stage: [at_the_end(results.histories[one.name], QUANTITY, stage) for one in points] for stage in stages}
     beside = _beside(results, points)
-    values = [each for curve in curves.values() for each in curve]
-    values += [end for listed in beside.values() for one in listed.values() for end in (one.value, one.until or 0.0)]
-    greatest = np.nan_to_num(np.array(values))
-    prefixed, unit = scaled(greatest, "m")
-    factor = float(np.abs(greatest).max() / np.abs(prefixed).max()) if greatest.any() else 1.0
+    everything = [*curves.values(), ends_of(listed.values() for listed in beside.values())]
+    factor, unit = prefixed_unit(np.concatenate(everything), "m")
     figure = figure or paper((WIDTH / 100, HEIGHT))
     axes = figure.subplots()
     place = np.arange(len(points))
