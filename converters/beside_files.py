@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.meshes.foreign_units import LENGTHS, POUND, factor_of, unit_in
-from bsm_mesh.converters.meshes.table_rows import DECIMAL_COMMAS, Rows, read_rows
+from bsm_mesh.converters.meshes.table_rows import Rows, read_rows
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.beside import UNITS, Beside
 
@@ -104,11 +104,7 @@ def _values(
             continue
         number = rows.number(row, column.number)
         if not math.isfinite(number):
-            cure = (
-                DECIMAL_COMMAS
-                if "," in cell and not rows.decimal_commas
-                else "leave the cell empty where there is none"
-            )
+            cure = rows.cure(cell, "leave the cell empty where there is none")
             raise ModelError(f"{place}: {column.name} = '{cell}' is no number; {cure}")
         numbers[column.name] = number * column.factor
     for name in numbers:

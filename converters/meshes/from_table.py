@@ -14,7 +14,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.converters.meshes.foreign_units import unit_in
-from bsm_mesh.converters.meshes.table_rows import DECIMAL_COMMAS, read_rows
+from bsm_mesh.converters.meshes.table_rows import read_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
 
@@ -45,7 +45,7 @@ def read_table(path: Path) -> ForeignResult:
         if not np.isfinite(values).all():
             worst = int(np.isfinite(values).argmin())
             cell = rows.cells[worst][header.index(name)]
-            cure = DECIMAL_COMMAS if "," in cell and not rows.decimal_commas else "leave out that row, or the column"
+            cure = rows.cure(cell, "leave out that row, or the column")
             raise ModelError(
                 f"{path}: column '{name}' is not all numbers: row {rows.lines[worst]} has '{cell}'; {cure}"
             )

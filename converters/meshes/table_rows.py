@@ -41,6 +41,10 @@ class Rows(NamedTuple):
         except ValueError:
             return np.nan
 
+    def cure(self, cell: str, otherwise: str) -> str:
+        """Return what helps a cell that is no number: semicolons, where its comma may be a decimal point."""
+        return DECIMAL_COMMAS if "," in cell and not self.decimal_commas else otherwise
+
 
 def read_rows(path: Path, holds: str) -> Rows:
     """Return the table in a file.
