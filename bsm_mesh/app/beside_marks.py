@@ -50,8 +50,9 @@ class Looks:
         return MARKS[self.sources.index(source) % len(MARKS)]
 
     def dash(self, source: str) -> Any:
-        """Return the dash of a source."""
-        return DASHES[self.sources.index(source) % len(DASHES)]
+        """Return the dash of a source: another one where the colours begin anew, for curves have no marks."""
+        number = self.sources.index(source)
+        return DASHES[(number + number // (len(COLOURS) - 1)) % len(DASHES)]
 
     def label(self, stage: int, source: str | None = None) -> str:
         """Return what the key says of a stage of the run, or of values of a source: the stage too, of several."""
