@@ -31,7 +31,10 @@ def draw_points(results: Results, title: str, figure: Figure | None = None) -> F
     if len(points) < FEWEST or not stages:
         return None
     looks = looks_of(results, points, stages)
-    curves = {stage: [at_the_end(results.histories[one.name], QUANTITY, stage) for one in points] for stage in stages}
+    curves = {
+        stage: np.array([at_the_end(results.histories[one.name], QUANTITY, stage) for one in points])
+        for stage in stages
+    }
     beside = _beside(results, points)
     everything = [*curves.values(), ends_of(listed.values() for listed in beside.values())]
     factor, unit = prefixed_unit(np.concatenate(everything), "m")
@@ -41,7 +44,7 @@ def draw_points(results: Results, title: str, figure: Figure | None = None) -> F
     key = []
     for stage, curve in curves.items():
         if np.isfinite(curve).any():
-            key += axes.plot(place, np.array(curve) / factor, "o-", color=looks.colour(stage), linewidth=1.6,
+            key += axes.plot(place, curve / factor, "o-", color=looks.colour(stage), linewidth=1.6,
                              markersize=4, zorder=4, label=looks.label(stage))  # fmt: skip
     key += _draw_beside(axes, beside, factor, looks, len(points))
     axes.set_xticks(place, [one.name for one in points], fontsize=8, parse_math=False,
