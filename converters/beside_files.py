@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from bsm_mesh.converters.meshes.files import refuse_unreadable
 from bsm_mesh.converters.meshes.foreign_units import LENGTHS, POUND, factor_of, unit_in
-from bsm_mesh.converters.meshes.table_rows import DECIMAL_COMMAS, number_in, read_rows
+from bsm_mesh.converters.meshes.table_rows import Rows, read_rows
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.beside import UNITS, Beside
 
@@ -52,24 +52,26 @@ def read_beside(path: Path, history: str | None = None, source: str | None = Non
         With what is wrong, where, and the cure.
     """
     refuse_unreadable(path, "table")
-    header, lines, rows = read_rows(path, HOLDS)
-    names = [re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", name).strip().lower() for name in header]
+    rows = read_rows(path, HOLDS)
+    names = [re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", name).strip().lower() for name in rows.header]
     texts = {name: names.index(name) for name in TEXTS if name in names}
     columns = [
-        _column(path, number, name, header[number]) for number, name in enumerate(names) if name and name not in TEXTS
+        _column(path, number, name, rows.header[number])
+        for number, name in enumerate(names)
+        if name and name not in TEXTS
     ]
     if not any(column.name in UNITS for column in columns):
         raise ModelError(f"{path}: no column is a quantity; name one of {', '.join(UNITS)}")
     if history is None and "history" not in texts:
         raise ModelError(f"{path}: no column says of which history; add one called history, with the name in each row")
     found: dict[str, list[Beside]] = {}
-    for line, row in zip(lines, rows, strict=True):
-        told = {name: row[number] for name, number in texts.items()}
+    for row, cells in enumerate(rows.cells):
+        told = {name: cells[number] for name, number in texts.items()}
         name = told.get("history") or history or ""
         if history is not None and name != history:
             continue
         given = source or told.get("source") or path.stem
-        values = _values(f"{path}: row {line}", row, columns, told.get("stage") or None, given)
+        values = _values(path, rows, row, columns, told.get("stage") or None, given)
         found.setdefault(name, []).extend(values)
     if history is not None and not found:
         raise ModelError(f"{path}: no row is of history '{history}'")
@@ -91,16 +93,18 @@ def _column(path: Path, number: int, name: str, title: str) -> Column:
     )
 
 
-def _values(place: str, row: list[str], columns: list[Column], stage: str | None, source: str) -> Iterator[Beside]:
+def _values(
+    path: Path, rows: Rows, row: int, columns: list[Column], stage: str | None, source: str
+) -> Iterator[Beside]:
     """Return the values of a row."""
-    numbers: dict[str, float] = {}
+    place, numbers = f"{path}: row {rows.lines[row]}", dict[str, float]()
     for column in columns:
-        cell = row[column.number]
+        cell = rows.cells[row][column.number]
         if not cell:
             continue
-        number = number_in(cell)
+        number = rows.number(row, column.number)
         if not math.isfinite(number):
-            cure = DECIMAL_COMMAS if "," in cell else "leave the cell empty where there is none"
+            cure = rows.cure(cell, "leave the cell empty where there is none")
             raise ModelError(f"{place}: {column.name} = '{cell}' is no number; {cure}")
         numbers[column.name] = number * column.factor
     for name in numbers:

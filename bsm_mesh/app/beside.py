@@ -37,7 +37,8 @@ def with_sources(results: Results, given: Mapping[str, Source] | Sequence[Source
     named = list(given.items()) if isinstance(given, Mapping) else [("", source) for source in given]
     for name, source in named:
         if isinstance(source, Results):
-            values = _of_run(results, source, name or source.title or "other run", f"'{name or source.title}'")
+            told = name or source.title or "other run"
+            values = _of_run(results, source, told, f"'{told}'")
         else:
             values = _of_path(results, as_path("beside", source), name)
         results = set_beside(results, values)

@@ -50,8 +50,9 @@ class Looks:
         return MARKS[self.sources.index(source) % len(MARKS)]
 
     def dash(self, source: str) -> Any:
-        """Return the dash of a source."""
-        return DASHES[self.sources.index(source) % len(DASHES)]
+        """Return the dash of a source: another one where the colours begin anew, for curves have no marks."""
+        number = self.sources.index(source)
+        return DASHES[(number + number // (len(COLOURS) - 1)) % len(DASHES)]
 
     def label(self, stage: int, source: str | None = None) -> str:
         """Return what the key says of a stage of the run, or of values of a source: the stage too, of several."""
@@ -87,6 +88,18 @@ def by_source(results: Results, recorded: Recorded, quantity: str) -> dict[tuple
     return {key: sorted(listed, key=lambda one: one.distance or 0.0) for key, listed in found.items()}
 
 
+def ends_of(beside: Iterable[Iterable[Beside]]) -> FloatArray:
+    """Return values, and the other ends of those that are ranges, (k,)."""
+    return np.array([end for listed in beside for one in listed for end in (one.value, one.until) if end is not None])
+
+
+def draw_range(axes: Any, at: float, one: Beside, factor: float, colour: str) -> None:
+    """Draw the bar of a value that is a range."""
+    if one.until is not None:
+        ends = [one.value / factor, one.until / factor]
+        axes.plot([at, at], ends, color=colour, linewidth=RANGE, alpha=0.4, solid_capstyle="butt", zorder=2.5)
+
+
 def draw_beside(
     axes: Any, place: FloatArray, values: Sequence[Beside], factor: float, looks: Looks, stage: int, *, joined: bool
 ) -> Any:
@@ -99,9 +112,7 @@ def draw_beside(
     curve = len(values) >= CURVE
     height = np.array([one.middle for one in values]) / factor
     for at, one in zip(place.tolist(), values, strict=True):
-        if one.until is not None:
-            ends = sorted((one.value / factor, one.until / factor))
-            axes.plot([at, at], ends, color=colour, linewidth=RANGE, alpha=0.4, solid_capstyle="butt", zorder=2.5)
+        draw_range(axes, at, one, factor, colour)
     style = {"linestyle": looks.dash(source) if curve or joined else "none", "linewidth": 1.3 if curve else 0.9}
     marked = {} if curve else {"marker": looks.mark(source), "markersize": 6, "markerfacecolor": "white"}
     (drawn,) = axes.plot(place, height, color=colour, zorder=3, label=looks.label(stage, source), **style, **marked)

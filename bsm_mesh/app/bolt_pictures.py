@@ -43,7 +43,10 @@ def draw_bolt_forces(bolts: BoltForces, title: str, figure: Figure | None = None
     grid = axes[rows, 0].get_gridspec()
     for place in axes[rows]:
         place.remove()
-    _draw_pressures(figure.add_subplot(grid[rows, :]), bolts)
+    pressures = figure.add_subplot(grid[rows, :])
+    _draw_pressures(pressures, bolts)
+    if (there := int((used >= 0).sum())) > len(chosen):
+        pressures.set_title(f"above: the {len(chosen)} most used of {there} bolts", fontsize=8, loc="left")
     entitle(figure, title)
     return figure
 

@@ -129,11 +129,17 @@ def _paper_size(aspect: float) -> tuple[float, float]:
     return width, height
 
 
-def scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
-    """Return values with an SI prefix that suits their greatest magnitude, and the unit with it."""
-    greatest = float(np.abs(values).max(initial=0.0))
+def prefixed_unit(values: FloatArray, unit: str) -> tuple[float, str]:
+    """Return by what values are divided for an SI prefix that suits their greatest magnitude, and the unit with it."""
+    greatest = float(np.abs(np.nan_to_num(values)).max(initial=0.0))
     _, _, prefixed = engineering(greatest, unit).partition(" ")
     factor = {"G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6}.get(prefixed[: -len(unit)], 1.0)
+    return factor, prefixed
+
+
+def scaled(values: FloatArray, unit: str) -> tuple[FloatArray, str]:
+    """Return values with an SI prefix that suits their greatest magnitude, and the unit with it."""
+    factor, prefixed = prefixed_unit(values, unit)
     return values / factor, prefixed
 
 

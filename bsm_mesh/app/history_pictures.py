@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.beside_marks import COLOURS, RANGE, Looks, by_source, looks_of, stages_that_count
-from bsm_mesh.app.canvas import WIDTH, scaled
+from bsm_mesh.app.beside_marks import COLOURS, Looks, by_source, draw_range, ends_of, looks_of, stages_that_count
+from bsm_mesh.app.canvas import WIDTH, prefixed_unit
 from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.beside import Beside
@@ -116,11 +116,8 @@ def _scale(curves: list[_Curve], unit: str) -> tuple[float, str]:
     """Return by what the values of curves of a unit are divided, and the unit that then suits them."""
     if unit not in ("m", "N"):
         return 1.0, unit
-    beside = [one for curve in curves for listed in curve.beside.values() for one in listed]
-    ends = [each for one in beside for each in (one.value, one.until) if each is not None]
-    values = np.nan_to_num(np.concatenate([*(curve.values for curve in curves), np.array(ends)]))
-    prefixed, shown = scaled(values, unit)
-    return (float(np.abs(values).max() / np.abs(prefixed).max()) if values.any() else 1.0), shown
+    beside = ends_of(listed for curve in curves for listed in curve.beside.values())
+    return prefixed_unit(np.concatenate([*(curve.values for curve in curves), beside]), unit)
 
 
 def _draw_ends(axes: Any, series: HistorySeries, curve: _Curve, factor: float, looks: Looks, colour: str) -> None:
@@ -133,9 +130,7 @@ def _draw_ends(axes: Any, series: HistorySeries, curve: _Curve, factor: float, l
         for one in listed:
             style = {"color": colour, "marker": looks.mark(source), "markersize": 7, "markerfacecolor": "white"}
             axes.plot([at], [one.middle / factor], linestyle="none", clip_on=False, zorder=5, **style)
-            if one.until is not None:
-                ends = sorted((one.value / factor, one.until / factor))
-                axes.plot([at, at], ends, color=colour, linewidth=RANGE, alpha=0.4, solid_capstyle="butt", zorder=2.5)
+            draw_range(axes, at, one, factor, colour)
 
 
 def _grey(axes: Any, mark: Any) -> Any:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from bsm_mesh.app.beside_marks import Looks, by_source, draw_beside, looks_of, stages_that_count
-from bsm_mesh.app.canvas import WIDTH, add_key, scaled
+from bsm_mesh.app.beside_marks import Looks, by_source, draw_beside, ends_of, looks_of, stages_that_count
+from bsm_mesh.app.canvas import WIDTH, add_key, prefixed_unit
 from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.results.beside import line_movement
@@ -86,14 +86,8 @@ def _draw_line(axes: Any, results: Results, recorded: Recorded, curves: Curves, 
         for quantity in chosen
     }
     everything = [curve[quantity][0] for curve in curves.values() for quantity in chosen]
-    everything += [
-        np.array([each for one in listed for each in (one.value, one.until) if each is not None])
-        for found in beside.values()
-        for listed in found.values()
-    ]
-    greatest = np.nan_to_num(np.concatenate(everything))
-    prefixed, unit = scaled(greatest, "m")
-    factor = float(np.abs(greatest).max() / np.abs(prefixed).max()) if greatest.any() else 1.0
+    everything.append(ends_of(listed for found in beside.values() for listed in found.values()))
+    factor, unit = prefixed_unit(np.concatenate(everything), "m")
     drawn = []
     for quantity in chosen:
         more = f", {WORDS[quantity]}" if len(chosen) > 1 else ""

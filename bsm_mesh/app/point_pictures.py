@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.app.beside_marks import Looks, by_source, draw_beside, looks_of, stages_that_count
-from bsm_mesh.app.canvas import WIDTH, add_key, scaled
+from bsm_mesh.app.beside_marks import Looks, by_source, draw_beside, ends_of, looks_of, stages_that_count
+from bsm_mesh.app.canvas import WIDTH, add_key, prefixed_unit
 from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.model.beside import Beside
 from bsm_mesh.results.beside import at_the_end
@@ -31,20 +31,20 @@ def draw_points(results: Results, title: str, figure: Figure | None = None) -> F
     if len(points) < FEWEST or not stages:
         return None
     looks = looks_of(results, points, stages)
-    curves = {stage: [at_the_end(results.histories[one.name], QUANTITY, stage) for one in points] for stage in stages}
+    curves = {
+        stage: np.array([at_the_end(results.histories[one.name], QUANTITY, stage) for one in points])
+        for stage in stages
+    }
     beside = _beside(results, points)
-    values = [each for curve in curves.values() for each in curve]
-    values += [end for listed in beside.values() for one in listed.values() for end in (one.value, one.until or 0.0)]
-    greatest = np.nan_to_num(np.array(values))
-    prefixed, unit = scaled(greatest, "m")
-    factor = float(np.abs(greatest).max() / np.abs(prefixed).max()) if greatest.any() else 1.0
+    everything = [*curves.values(), ends_of(listed.values() for listed in beside.values())]
+    factor, unit = prefixed_unit(np.concatenate(everything), "m")
     figure = figure or paper((WIDTH / 100, HEIGHT))
     axes = figure.subplots()
     place = np.arange(len(points))
     key = []
     for stage, curve in curves.items():
         if np.isfinite(curve).any():
-            key += axes.plot(place, np.array(curve) / factor, "o-", color=looks.colour(stage), linewidth=1.6,
+            key += axes.plot(place, curve / factor, "o-", color=looks.colour(stage), linewidth=1.6,
                              markersize=4, zorder=4, label=looks.label(stage))  # fmt: skip
     key += _draw_beside(axes, beside, factor, looks, len(points))
     axes.set_xticks(place, [one.name for one in points], fontsize=8, parse_math=False,

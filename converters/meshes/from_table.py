@@ -14,7 +14,7 @@ import numpy as np
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
 from bsm_mesh.converters.meshes.foreign_units import unit_in
-from bsm_mesh.converters.meshes.table_rows import DECIMAL_COMMAS, number_in, read_rows
+from bsm_mesh.converters.meshes.table_rows import read_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
 
@@ -37,15 +37,18 @@ def read_table(path: Path) -> ForeignResult:
         If there is no column of x or y, they differ in unit, two columns have one name, a row is not complete, a number
         is missing, or the nodes lie on one line.
     """
-    header, lines, rows = read_rows(path, "x and y among them, a row a node")
-    columns = {name: np.array([number_in(row[k]) for row in rows]) for k, name in enumerate(header)}
+    rows = read_rows(path, "x and y among them, a row a node")
+    header, places = rows.header, range(len(rows.lines))
+    columns = {name: np.array([rows.number(row, k) for row in places]) for k, name in enumerate(header)}
     numbers = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     for name, values in numbers.items():
         if not np.isfinite(values).all():
             worst = int(np.isfinite(values).argmin())
-            cell = rows[worst][header.index(name)]
-            cure = DECIMAL_COMMAS if "," in cell else "leave out that row, or the column"
-            raise ModelError(f"{path}: column '{name}' is not all numbers: row {lines[worst]} has '{cell}'; {cure}")
+            cell = rows.cells[worst][header.index(name)]
+            cure = rows.cure(cell, "leave out that row, or the column")
+            raise ModelError(
+                f"{path}: column '{name}' is not all numbers: row {rows.lines[worst]} has '{cell}'; {cure}"
+            )
     x, y = (_coordinate(path, axis, header, numbers) for axis in "xy")
     if unit_in(x).lower() != unit_in(y).lower():
         raise ModelError(f"{path}: columns '{x}' and '{y}' name different units; give both the same")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,41 @@ from bsm_mesh.errors import ModelError
 DECIMAL_COMMAS = "where commas are decimal points part columns by semicolons"
 
 
-def read_rows(path: Path, holds: str) -> tuple[list[str], list[int], list[list[str]]]:
-    """Return the names of the columns, and of each row its number in the file and its cells, with decimal points.
+class Rows(NamedTuple):
+    """A table as it stands in a file.
+
+    Attributes
+    ----------
+    header : list of str
+        Names of the columns.
+    lines : list of int
+        Of each row its number in the file.
+    cells : list of list of str
+        Of each row.
+    decimal_commas : bool
+        Whether a comma may be a decimal point.
+    """
+
+    header: list[str]
+    lines: list[int]
+    cells: list[list[str]]
+    decimal_commas: bool
+
+    def number(self, row: int, column: int) -> float:
+        """Return the number in a cell, or that it is none."""
+        cell = self.cells[row][column]
+        try:
+            return float(cell.replace(",", ".") if self.decimal_commas else cell)
+        except ValueError:
+            return np.nan
+
+    def cure(self, cell: str, otherwise: str) -> str:
+        """Return what helps a cell that is no number: semicolons, where its comma may be a decimal point."""
+        return DECIMAL_COMMAS if "," in cell and not self.decimal_commas else otherwise
+
+
+def read_rows(path: Path, holds: str) -> Rows:
+    """Return the table in a file.
 
     Parameters
     ----------
@@ -48,13 +82,4 @@ def read_rows(path: Path, holds: str) -> tuple[list[str], list[int], list[list[s
         if len(row) != len(header):
             cure = f"; {DECIMAL_COMMAS}" if parting == "," and len(row) > len(header) else ""
             raise ModelError(f"{path}: row {line} has {len(row)} columns, and the first {len(header)}{cure}")
-    lines, rows = [line for line, _ in rest], [row for _, row in rest]
-    return header, lines, rows if parting == "," else [[cell.replace(",", ".") for cell in row] for row in rows]
-
-
-def number_in(cell: str) -> float:
-    """Return the number in a cell, or that it is none."""
-    try:
-        return float(cell)
-    except ValueError:
-        return np.nan
+    return Rows(header, [line for line, _ in rest], [row for _, row in rest], parting != ",")

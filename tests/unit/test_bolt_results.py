@@ -77,6 +77,15 @@ def test_a_support_pressure_that_is_not_known_is_no_bar():
     assert min(bar.get_height() for bar in axes.patches) > 0
 
 
+def test_charts_of_some_bolts_say_of_how_many():
+    """The pressures are of all bolts, the charts of the twelve most used."""
+    row = [bsm.Bolt(start=(x, 0), end=(x, 2), diameter=0.02, name=f"R{x}") for x in range(14)]
+    for count, told in ((14, "above: the 12 most used of 14 bolts"), (12, "")):
+        *charts, pressures = draw_bolt_forces(record(row[:count], np.linspace(1e3, 2e3, count)), "").axes
+        assert len(charts) == 12
+        assert pressures.get_title(loc="left") == told
+
+
 def test_rows_and_summary_name_bolts_at_their_limit(case: Case) -> None:
     bolts = '[[bolt]]\nname = "weak"\nstart = [0.4, 0.4]\nend = [0.4, 1.9]\ndiameter = 0.02\n' + (
         "bond_strength = 3e4\n[[bolt]]\nstart = [1.4, 1.6]\nend = [1.6, 1.9]\ndiameter = 0.02\n"
