@@ -12,13 +12,13 @@ import dataclasses
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
-from benchmarks.continuum import ROOT, marks, put
+from benchmarks.continuum import ROOT
+from benchmarks.pages import add_into, tell
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum, solve_continuum_stages
@@ -251,7 +251,7 @@ def markdown(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 def main() -> int:
     """Make the tables, and print them or put them into a page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(parser, COMMAND)
     given = parser.parse_args()
     text = f"{SLOPES_SAYING}\n\n{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
     text = f"{CLOSED_SAYING}\n\n{markdown(CLOSED, closed_rows())}\n{text}"
@@ -259,10 +259,7 @@ def main() -> int:
     text += f"{ROCKS_SAYING}\n\n{markdown(ROCKS, rock_rows())}\n"
     text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
     text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
-    if given.into:
-        put(given.into, text, marks(COMMAND))
-    else:
-        print(text)
+    tell(text, COMMAND, given.into)
     return 0
 
 

@@ -137,7 +137,9 @@ def test_a_page_is_written_between_its_marks(tmp_path):
     assert text.startswith("before")
     assert text.endswith("after\n")
     (tmp_path / "empty.md").write_text("no marks")
-    assert main(["table", str(log), "--into", str(tmp_path / "empty.md")]) == 2
+    with pytest.raises(SystemExit) as refused:
+        main(["table", str(log), "--into", str(tmp_path / "empty.md")])
+    assert refused.value.code == 2
 
 
 def test_an_unknown_family_is_refused_in_one_sentence(capsys):
