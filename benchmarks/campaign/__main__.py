@@ -19,7 +19,7 @@ from benchmarks.pages import add_into, tell, titled
 from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
-BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
+BASELINE, LARGE = (Path(__file__).with_name(f"{name}.jsonl.xz") for name in ("baseline", "large"))
 FEW = 8  # models that are named
 MAKER, TWINS = "the campaign", "the twins"  # in the marks of pages
 
@@ -159,8 +159,9 @@ def _of_large(records: dict[store.Key, Record], given: argparse.Namespace) -> tu
     limits = store.limits_of(given.files)
     if not given.against:
         return "Large scenes", tables.of_models(records, limits)
-    head, before = store.read([given.against])
-    former = store.limits_of([given.against])
+    against = LARGE if given.against == BASELINE else given.against
+    head, before = store.read([against])
+    former = store.limits_of([against])
     return f"Large scenes, against {_told(head)}", tables.of_models(records, limits, before, former)
 
 
