@@ -20,6 +20,7 @@ from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.references import Request, continuum_of
 from bsm_mesh.converters.continuum.stages import Continuum
+from examples.numbers.pages import markdown
 
 ROOT = Path(__file__).parents[1]
 COMMAND = "python -m benchmarks.continuum"
@@ -82,8 +83,6 @@ def table(lines: list[Line]) -> str:
     counts = ", ".join(f"{count} {kind}" for kind, count in sorted(Counter(last.values()).items()))
     times = [(float(found[4]), float(found[5])) for found in lines if found[4] != "-"]
     ratios = sorted(elements / blocks for blocks, elements in times if blocks > 0)
-    rows = [HEADER, tuple("---" for _ in HEADER), *lines]
-    body = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     told = f"{len(last)} models, {len(compared)} of them compared in one stage at least. By their last stage: {counts}."
     if ratios:
         told += (
@@ -92,7 +91,7 @@ def table(lines: list[Line]) -> str:
             f"(median of the models; {ratios[0]:.2g} to {ratios[-1]:.2g}), "
             f"all together {sum(e for _, e in times) / 1e3:.2g} s beside {sum(b for b, _ in times) / 1e3:.2g} s."
         )
-    return f"{told}\n\n{body}\n"
+    return f"{told}\n\n{markdown(HEADER, lines)}"
 
 
 def main() -> int:

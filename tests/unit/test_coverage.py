@@ -35,7 +35,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch, code: int) -> None:
 
     def run(called: list[str], **keys: object) -> subprocess.CompletedProcess[str]:
         coverage = called[: called.index("-m", called.index("coverage"))]
-        assert [real([*coverage, f"{one}/a.py"], **keys).returncode for one in command.PACKAGES] == [0, 0]  # type: ignore[call-overload]
+        assert [real([*coverage, f"{one}/a.py"], **keys).returncode for one in command.PACKAGES] == [0, 0]
         return subprocess.CompletedProcess(called, code, "", "")
 
     monkeypatch.setattr(subprocess, "run", run)
