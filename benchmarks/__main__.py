@@ -24,7 +24,10 @@ def main() -> None:
     arguments = sys.argv[1:]
     given = parser().parse_args(arguments)
     if given.tables:
-        tables.write_into(Path(given.into), [Path(path) for path in given.tables])
+        try:
+            tables.write_into(Path(given.into), [Path(path) for path in given.tables])
+        except (OSError, ValueError) as error:
+            sys.exit(f"error: {error}")
         return
     if given.worker:
         (n,) = given.sizes

@@ -15,11 +15,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import bsm_mesh as bsm
+from benchmarks.pages import add_into, tell
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.converters.continuum.references import Request, continuum_of
 from bsm_mesh.converters.continuum.stages import Continuum
-from bsm_mesh.files import write_text
+from examples.numbers.pages import markdown
 
 ROOT = Path(__file__).parents[1]
 COMMAND = "python -m benchmarks.continuum"
@@ -82,8 +83,6 @@ def table(lines: list[Line]) -> str:
     counts = ", ".join(f"{count} {kind}" for kind, count in sorted(Counter(last.values()).items()))
     times = [(float(found[4]), float(found[5])) for found in lines if found[4] != "-"]
     ratios = sorted(elements / blocks for blocks, elements in times if blocks > 0)
-    rows = [HEADER, tuple("---" for _ in HEADER), *lines]
-    body = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     told = f"{len(last)} models, {len(compared)} of them compared in one stage at least. By their last stage: {counts}."
     if ratios:
         told += (
@@ -92,39 +91,21 @@ def table(lines: list[Line]) -> str:
             f"(median of the models; {ratios[0]:.2g} to {ratios[-1]:.2g}), "
             f"all together {sum(e for _, e in times) / 1e3:.2g} s beside {sum(b for b, _ in times) / 1e3:.2g} s."
         )
-    return f"{told}\n\n{body}\n"
-
-
-def marks(command: str) -> tuple[str, str]:
-    """Return what stands in a page before and after that which a command makes."""
-    return f"<!-- made by {command}: begin -->", f"<!-- made by {command}: end -->"
-
-
-def put(page: Path, text: str, between: tuple[str, str]) -> None:
-    """Replace what stands between two marks of a page."""
-    begin_mark, end_mark = between
-    before, begin, rest = page.read_text(encoding="utf-8").partition(begin_mark)
-    _, end, after = rest.partition(end_mark)
-    if not (begin and end):
-        raise SystemExit(f"{page} has not both marks: {begin_mark} and {end_mark}")
-    write_text(page, f"{before}{begin_mark}\n{text}{end_mark}{after}")
+    return f"{told}\n\n{markdown(HEADER, lines)}"
 
 
 def main() -> int:
     """Compare what is asked for, and print the table or put it into a page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("models", nargs="*", type=Path, help="model files; all examples and starters by default")
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(parser, COMMAND)
     given = parser.parse_args()
     lines: list[Line] = []
     for model in given.models or all_models():
         began = time.perf_counter()
         lines += lines_of(model.resolve())
         print(f"{lines[-1][0]}: {lines[-1][2]}, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
-    if given.into:
-        put(given.into, table(lines), marks(COMMAND))
-    else:
-        print(table(lines))
+    tell(table(lines), COMMAND, given.into)
     return int(any(found[2] == "-" for found in lines))
 
 

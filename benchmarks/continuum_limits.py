@@ -11,18 +11,19 @@ import argparse
 import dataclasses
 import sys
 import time
-from collections.abc import Iterable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.campaign.families.slopes import draw_leaning, draw_slope
-from benchmarks.continuum import ROOT, marks, put
+from benchmarks.continuum import ROOT
+from benchmarks.pages import add_into, tell
 from bsm_mesh.app.build import load_model_file
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.converters.continuum import compare_stages, solve_continuum, solve_continuum_stages
 from bsm_mesh.results.records import ContactStatus
+from examples.numbers.pages import markdown
 from tests.scenes.continuum import bolted, cantilever, on_a_slope, sag
 from tests.scenes.kirsch import cut_by_stages
 from tests.scenes.large import blocky_rock
@@ -243,26 +244,18 @@ def large_text() -> str:
     )
 
 
-def markdown(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    """Return a table."""
-    return "".join(f"| {' | '.join(row)} |\n" for row in (header, tuple("---" for _ in header), *rows))
-
-
 def main() -> int:
     """Make the tables, and print them or put them into a page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(parser, COMMAND)
     given = parser.parse_args()
-    text = f"{SLOPES_SAYING}\n\n{markdown(HEADER, slope_rows())}\n{SAYING}\n\n{markdown(LEVELS, refined_rows())}\n"
-    text = f"{CLOSED_SAYING}\n\n{markdown(CLOSED, closed_rows())}\n{text}"
-    text += f"{RIGID_SAYING}\n\n{markdown(RIGID, rigid_rows())}\n"
-    text += f"{ROCKS_SAYING}\n\n{markdown(ROCKS, rock_rows())}\n"
-    text += f"{ELEMENTS_SAYING}\n\n{markdown(ELEMENTS, element_rows())}\n"
-    text += f"{BOLTS_SAYING}\n\n{markdown(BOLT_LEVELS, bolt_rows())}\n{large_text()}\n"
-    if given.into:
-        put(given.into, text, marks(COMMAND))
-    else:
-        print(text)
+    parts = [
+        *(CLOSED_SAYING, markdown(CLOSED, closed_rows()), SLOPES_SAYING, markdown(HEADER, slope_rows())),
+        *(SAYING, markdown(LEVELS, refined_rows()), RIGID_SAYING, markdown(RIGID, rigid_rows())),
+        *(ROCKS_SAYING, markdown(ROCKS, rock_rows()), ELEMENTS_SAYING, markdown(ELEMENTS, element_rows())),
+        *(BOLTS_SAYING, markdown(BOLT_LEVELS, bolt_rows()), large_text()),
+    ]
+    tell("\n\n".join(parts), COMMAND, given.into)
     return 0
 
 

@@ -10,7 +10,9 @@ are nearer to each other than the tolerance one engine may take them as one, the
 from __future__ import annotations
 
 import argparse
+import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from tempfile import TemporaryDirectory
@@ -19,6 +21,8 @@ from unittest import mock
 
 import numpy as np
 
+from benchmarks.pages import add_into, tell, titled
+from benchmarks.report import where
 from bsm_mesh.geometries import (
     Exponential,
     JointSet,
@@ -37,12 +41,14 @@ from bsm_mesh.geometries.cutting.cut import count_meetings
 from bsm_mesh.geometries.cutting.pieces import gather_pieces
 from bsm_mesh.geometries.joint_sets import FloatArray
 from bsm_mesh.geometries.rock_mass import TOLERANCE
+from examples.numbers.pages import markdown
 from tests.scenes.networks import areas, lengths, rock
 
 CASES = ("jointed_tunnel", "cassiar_slope", "dupont_station")
 NETWORKS = 50
 EQUAL = 1e-9  # of a block's area; m of a joint
-HEADER = "| geometry | blocks | blocks, gmsh | areas differ by | joints differ by | cutter s | gmsh s |"
+HEADER = ("geometry", "blocks", "blocks, gmsh", "areas differ by", "joints differ by", "cutter s", "gmsh s")
+COMMAND = "python -m benchmarks.engines"
 
 
 def masses() -> Iterator[tuple[str, RockMass]]:
@@ -122,11 +128,10 @@ class Compared:
         return self.blocks[0] == self.blocks[1] and max(self.areas_apart, self.joints_apart) <= EQUAL
 
     @property
-    def row(self) -> str:
+    def row(self) -> tuple[str, ...]:
         """The row of the table."""
-        found = f"{self.areas_apart:.1g} of a block | {self.joints_apart:.1g} m"
-        counts, seconds = " | ".join(map(str, self.blocks)), " | ".join(f"{s:.2f}" for s in self.seconds)
-        return f"| {self.name} | {counts} | {found} | {seconds} |"
+        found = f"{self.areas_apart:.1g} of a block", f"{self.joints_apart:.1g} m"
+        return self.name, *map(str, self.blocks), *found, *(f"{s:.2f}" for s in self.seconds)
 
 
 def compared(name: str, mass: RockMass) -> Compared:
@@ -176,30 +181,46 @@ def together(name: str, found: list[Compared]) -> Compared:
     )
 
 
-def print_sizes() -> None:
-    """Print the times of both engines for patterns of growing size."""
-    print("| pattern | lines meet at | blocks, cutter and gmsh | cutter s | gmsh s |", "|---" * 5 + "|", sep="\n")
+def table_of_sizes() -> str:
+    """Return the times of both engines for patterns of growing size."""
+    rows = []
     for name, mass in patterns():
         met = count_meetings(gather_pieces(mass)[0])
         one = compared(name, mass)
-        blocks, seconds = (" and ".join(map(str, one.blocks)), " | ".join(f"{s:.2f}" for s in one.seconds))
-        print(f"| {name} | {met} | {blocks} | {seconds} |", flush=True)
+        seconds = [f"{s:.2f}" for s in one.seconds]
+        rows.append((name, str(met), " and ".join(map(str, one.blocks)), *seconds))
+        print(*rows[-1], sep="; ", file=sys.stderr, flush=True)
+    return markdown(("pattern", "lines meet at", "blocks, cutter and gmsh", "cutter s", "gmsh s"), rows)
 
 
-def print_slivers(count: int = 300) -> None:
-    """Print how often the engines make as many blocks of three lines nearly through one point, by what is joined."""
-    print("| slivers joined below | three lines | as many blocks | slivers joined |", "|---" * 4 + "|", sep="\n")
+def table_of_slivers(count: int = 300) -> str:
+    """Return how often the engines make as many blocks of three lines nearly through one point, by what is joined."""
     generator = np.random.default_rng(4)
     gaps = TOLERANCE * np.hypot(10, 10) * generator.uniform(-5, 5, count)  # the third from where the others cross
     triples = [
         rock(*(through((3.1, 4.2), angle, gap) for angle, gap in zip(angles, (0.0, 0.0, far), strict=True)))
         for angles, far in zip(generator.uniform(0, 180, (count, 3)), gaps, strict=True)
     ]
+    rows = []
     for width in (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0):
         with mock.patch("bsm_mesh.geometries.cutting.slivers.THINNEST", width):
             found = [compared("three lines", mass) for mass in triples]
         same, joined = sum(one.blocks[0] == one.blocks[1] for one in found), sum(one.joined for one in found)
-        print(f"| {width:g} tolerances | {count} | {same} | {joined} |", flush=True)
+        rows.append((f"{width:g} tolerances", str(count), str(same), str(joined)))
+    return markdown(("slivers joined below", "three lines", "as many blocks", "slivers joined"), rows)
+
+
+def table_of_geometries(more: int) -> str:
+    """Return what both engines make of every geometry, of the random networks, and of `more` awkward ones."""
+    found = [compared(name, mass) for name, mass in masses()]
+    networks = [one for one in found if one.name.startswith("network")]
+    rows = [*(one for one in found if one not in networks), together("random", networks)]
+    if more:
+        found += (drawn := awkward(more))
+        rows.append(together("awkward", drawn))
+    apart = [one.name for one in found if not one.agree]
+    said = f"Not the same: {', '.join(f'{count} {name}' for name, count in Counter(apart).items()) or 'none'}."
+    return f"{markdown(HEADER, [one.row for one in rows])}\n\n{said}"
 
 
 def through(point: tuple[float, float], angle: float, offset: float) -> FloatArray:
@@ -209,26 +230,19 @@ def through(point: tuple[float, float], angle: float, offset: float) -> FloatArr
 
 
 def main() -> None:
-    """Print the table: every geometry, and the networks in one row."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.engines", description=__doc__)
+    """Make the tables, and print them or put them into a page."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
     parser.add_argument("--awkward", type=int, default=0, metavar="N", help="also N networks that Hypothesis draws")
-    parser.add_argument("--sizes", action="store_true", help="time patterns of growing size instead")
-    parser.add_argument("--slivers", action="store_true", help="join slivers of other widths instead")
+    parser.add_argument("--sizes", action="store_true", help="also time patterns of growing size, in minutes")
+    parser.add_argument("--slivers", action="store_true", help="also join slivers of other widths")
+    add_into(parser, COMMAND)
     asked = parser.parse_args()
+    parts = [("Every geometry that is cut", table_of_geometries(asked.awkward))]
     if asked.slivers:
-        return print_slivers()
+        parts.append(("Slivers joined", table_of_slivers()))
     if asked.sizes:
-        return print_sizes()
-    more = asked.awkward
-    print(HEADER, "|---" * 7 + "|", sep="\n")
-    found = [compared(name, mass) for name, mass in masses()]
-    networks = [one for one in found if one.name.startswith("network")]
-    alone = [one for one in found if one not in networks]
-    print(*(one.row for one in [*alone, together("random", networks)]), sep="\n", flush=True)
-    if more:
-        found += (drawn := awkward(more))
-        print(together("awkward", drawn).row)
-    print("\nNot the same:", *([one.row for one in found if not one.agree] or ["none"]), sep="\n")
+        parts.append(("Patterns of growing size", table_of_sizes()))
+    tell(titled(f"{where(1)}.", parts), COMMAND, asked.into)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.continuum import marks, put
+from benchmarks.pages import add_into, tell
 from bsm_mesh.converters.exports import export
 from bsm_mesh.results import Results
 from examples.numbers.pages import markdown
@@ -145,7 +145,7 @@ def main() -> None:
     """Make the table, and print it or put it into a page."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
     parser.add_argument("--python", default=sys.executable, help="a Python with compas_dem, compas_cra, compas_lmgc90")
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(parser, COMMAND)
     given = parser.parse_args()
     models = {
         "arch of 9 stones": arch(9, 0.2),
@@ -156,10 +156,7 @@ def main() -> None:
     }
     said = versions(given.python)
     table = markdown(HEADER, [row for name, model in models.items() for row in rows_of(name, model, given.python)])
-    if given.into:
-        put(given.into, f"\n{said}\n\n{table}\n", marks(COMMAND))
-    else:
-        print(said, table, sep="\n\n")
+    tell(f"{said}\n\n{table}", COMMAND, given.into)
 
 
 if __name__ == "__main__":

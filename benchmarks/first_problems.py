@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.continuum import marks, put
+from benchmarks.pages import add_into, tell
 from docs.code_blocks import files_of, typed
 from examples.numbers.pages import markdown
 
@@ -52,12 +52,9 @@ def table() -> str:
 def main() -> None:
     """Make the table, and print it or put it into a page."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(parser, COMMAND)
     page = parser.parse_args().into
-    if page:
-        put(page, table(), marks(COMMAND))
-    else:
-        print(table())
+    tell(table(), COMMAND, page)
 
 
 if __name__ == "__main__":

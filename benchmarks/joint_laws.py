@@ -21,7 +21,7 @@ import bsm_mesh as bsm
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.scene import Scene
 from benchmarks.campaign.trial import trial_of
-from examples.numbers.pages import with_table
+from examples.numbers.pages import table_in, with_table
 
 PAGE = Path(__file__).parents[1] / "docs/experiments/joint_laws.md"
 MOST_BLOCKS, SECONDS = 400, 8.0
@@ -130,7 +130,8 @@ def main(names: Sequence[str] = ()) -> None:
     signal.signal(signal.SIGPROF, _up)
     verdicts(plastic, 60.0)  # compiles, which must not be interrupted
     page = PAGE.read_text(encoding="utf-8")
-    rows = {name: line for name in LAWS for line in page.splitlines() if line.startswith(f"| {name} |")}
+    stated = table_in(page, "law-answers").splitlines()
+    rows = {name: line for name in LAWS for line in stated if line.startswith(f"| {name} |")}
     usual = 0.0
     for name, keys_of in LAWS.items():
         if usual and names and name not in names:

@@ -20,7 +20,7 @@ from benchmarks.campaign.trial import trial_of
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.joint_laws import JointLaw
 from bsm_mesh.solve.motion import explicit
-from examples.numbers.pages import with_table
+from examples.numbers.pages import markdown, with_table
 
 PAGE = Path(__file__).parents[1] / "docs/experiments/joint_laws.md"
 WINDOWS = {"1/16": 0.5, "1/8, as it is": 1.0, "1/4": 2.0, "1/2": 4.0, "not by wear": 1e9}  # times as long
@@ -59,7 +59,7 @@ def verdicts() -> dict[str, str]:
 
 def main() -> None:
     """Run all and write the table."""
-    lines = ["| window ends by | models | stable | others than in the shortest | s |", "|---|---|---|---|---|"]
+    rows = []
     first: dict[str, str] = {}
     for window, times in WINDOWS.items():
         explicit.wear_room = longer(times)
@@ -68,9 +68,9 @@ def main() -> None:
         first = first or found
         other = [f"{key}: {value}, not {first[key]}" for key, value in found.items() if value != first[key]]
         stable, spent = list(found.values()).count("stable"), time.process_time() - began
-        row = (window, len(found), stable, "; ".join(other) or "none", f"{spent:.0f}")
-        lines.append(f"| {' | '.join(map(str, row))} |")
-    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), "law-windows", "\n".join(lines)), encoding="utf-8")
+        rows.append((window, str(len(found)), str(stable), "; ".join(other) or "none", f"{spent:.0f}"))
+    table = markdown(("window ends by", "models", "stable", "others than in the shortest", "s"), rows)
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), "law-windows", table), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,13 @@
-"""Tables between marks in Markdown pages, and where they were measured."""
+"""What a command makes, between marks in a Markdown page (``--into PAGE``), and where it was measured."""
 
 from __future__ import annotations
 
+import argparse
 import platform
 from pathlib import Path
+
+from bsm_mesh.files import write_text
+from examples.numbers.pages import parted, with_between
 
 
 def marks(maker: str) -> tuple[str, str]:
@@ -11,33 +15,30 @@ def marks(maker: str) -> tuple[str, str]:
     return f"<!-- made by {maker}: begin -->", f"<!-- made by {maker}: end -->"
 
 
-def write_between(page: Path, maker: str, said: str, parts: list[tuple[str, str]]) -> None:
-    """Write a sentence and titled tables between the marks of a page.
+def add_into(command: argparse.ArgumentParser, maker: str) -> None:
+    """Add the option ``--into PAGE``; a page without the marks of `maker` is refused before anything is run."""
 
-    Parameters
-    ----------
-    page : Path
-        A page in Markdown.
-    maker : str
-        What makes them, as in `marks`.
-    said : str
-        How they were measured.
-    parts : list of (str, str)
-        Title and table in Markdown, which may be empty.
+    def page(given: str) -> Path:
+        try:
+            parted(Path(given).read_text(encoding="utf-8"), marks(maker))
+        except (OSError, ValueError) as error:
+            raise argparse.ArgumentTypeError(f"{given}: {error}") from None
+        return Path(given)
 
-    Raises
-    ------
-    ValueError
-        If the page has no such marks.
-    """
-    begin, end = marks(maker)
-    text = page.read_text(encoding="utf-8")
-    before, found, rest = text.partition(begin)
-    _, closed, after = rest.partition(end)
-    if not found or not closed:
-        raise ValueError(f"{page} has no lines '{begin}' and '{end}' to write between")
-    body = [said, *(f"### {title}\n\n{table or 'None.'}" for title, table in parts)]
-    page.write_text(before + begin + "\n\n" + "\n\n".join(body) + "\n\n" + end + after, encoding="utf-8")
+    command.add_argument("--into", type=page, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+
+
+def tell(text: str, maker: str, page: Path | None) -> None:
+    """Write a text between the marks of a page, or print it where no page is given."""
+    if page is None:
+        print(text)
+    else:
+        write_text(page, with_between(page.read_text(encoding="utf-8"), marks(maker), text))
+
+
+def titled(said: str, parts: list[tuple[str, str]]) -> str:
+    """Return a sentence that says how tables were measured, and the tables (title, Markdown, which may be empty)."""
+    return "\n\n".join([said, *(f"### {title}\n\n{table or 'None.'}" for title, table in parts)])
 
 
 def processor() -> str:

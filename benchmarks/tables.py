@@ -10,7 +10,7 @@ from typing import Any
 from benchmarks.campaign.tables import as_markdown
 from benchmarks.cases import CASES
 from benchmarks.measure import PARTS
-from benchmarks.pages import write_between
+from benchmarks.pages import tell, titled
 from benchmarks.report import ENOUGH, NO_ANSWER, Row, exponent, spent
 
 MAKER = "python -m benchmarks"  # in the marks of pages
@@ -41,7 +41,7 @@ def write_into(page: Path, paths: Iterable[Path]) -> None:
             ("Meshes, files and commands", of_files({name: found[name] for name in order})),
         )
     ]
-    write_between(page, MAKER, said, parts)
+    tell(titled(said, parts), MAKER, page)
 
 
 def of_scenes(found: Found) -> list[list[str]]:

@@ -14,14 +14,13 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 import bsm_mesh as bsm
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.trial import Trial, trial_of
-from benchmarks.continuum import marks, put
+from benchmarks.pages import add_into, tell
 from bsm_mesh.results.movement import moved_far
 from bsm_mesh.solve.continuation import wang
 from examples.numbers.pages import markdown
@@ -162,16 +161,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=8, help="models of a kind")
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(parser, COMMAND)
     given = parser.parse_args()
     tasks: list[Task] = [(trial.family, trial.seed) for trial in small_trials(given.count)]
     with ProcessPoolExecutor(given.processes) as pool:
         rows = [row for each in pool.map(measure, tasks) for row in each]
-    text = table_of(rows)
-    if given.into:
-        put(given.into, f"\n{text}\n", marks(COMMAND))
-    else:
-        print(text)
+    tell(table_of(rows), COMMAND, given.into)
     return 0
 
 

@@ -15,13 +15,13 @@ from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
 from benchmarks.campaign.outcome import Record
 from benchmarks.campaign.trial import Family, trial_of
-from benchmarks.pages import write_between
+from benchmarks.pages import add_into, tell, titled
 from benchmarks.programs import show
 
 LIMIT = 60.0  # processor seconds a model
-BASELINE = Path(__file__).with_name("baseline.jsonl.xz")
+BASELINE, LARGE = (Path(__file__).with_name(f"{name}.jsonl.xz") for name in ("baseline", "large"))
 FEW = 8  # models that are named
-MAKER = "the campaign"  # in the marks of pages
+MAKER, TWINS = "the campaign", "the twins"  # in the marks of pages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,14 +60,14 @@ def parser() -> argparse.ArgumentParser:
     table = kinds.add_parser("table", help="print the tables of stored campaigns")
     table.set_defaults(do=print_tables)
     table.add_argument("files", nargs="+", type=Path)
-    table.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(table, MAKER)
     table.add_argument("--pack", type=Path, metavar="FILE.xz", help="write the records packed")
     _against(table)
     twins = kinds.add_parser("twins", help="what verdicts hang on where twins disagree: copies that round otherwise")
     twins.set_defaults(do=print_twins)
     twins.add_argument("files", nargs="+", type=Path)
     twins.add_argument("--copies", type=int, default=10, help="of every such model (default %(default)s)")
-    twins.add_argument("--into", type=Path, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    add_into(twins, TWINS)
     show = kinds.add_parser("show", help="make one model again, run and judge it")
     show.set_defaults(do=show_model)
     show.add_argument("family")
@@ -140,7 +140,7 @@ def print_tables(given: argparse.Namespace) -> int:
     said = " ".join(_said(given.files))
     if given.into:
         made = [(title, tables.as_markdown(rows) if len(rows) > 1 else "") for title, rows in parts]
-        write_between(given.into, MAKER, said, made)
+        tell(titled(said, made), MAKER, given.into)
         return 0
     print(said)
     for title, rows in parts:
@@ -159,8 +159,9 @@ def _of_large(records: dict[store.Key, Record], given: argparse.Namespace) -> tu
     limits = store.limits_of(given.files)
     if not given.against:
         return "Large scenes", tables.of_models(records, limits)
-    head, before = store.read([given.against])
-    former = store.limits_of([given.against])
+    against = LARGE if given.against == BASELINE else given.against
+    head, before = store.read([against])
+    former = store.limits_of([against])
     return f"Large scenes, against {_told(head)}", tables.of_models(records, limits, before, former)
 
 
@@ -202,7 +203,7 @@ def print_twins(given: argparse.Namespace) -> int:
     _, records = store.read(given.files)
     rows = copies.of_twins(records, given.copies, lambda name: print(name, file=sys.stderr))
     if given.into:
-        write_between(given.into, "the twins", tables.as_markdown(rows) if len(rows) > 1 else "None.", [])
+        tell(tables.as_markdown(rows) if len(rows) > 1 else "None.", TWINS, given.into)
     else:
         print(tables.as_text(rows) if len(rows) > 1 else "none")
     return 0

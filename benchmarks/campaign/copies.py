@@ -1,8 +1,8 @@
 """What a verdict hangs on where two twins disagree: copies of the model that differ from it by rounding alone.
 
 The same model in other units. Lengths times 4 and stresses times 16 change no digit of a number, so that a tolerance
-that depends on units shows, and nothing else. Other factors change the last digits, and a verdict that changes with
-these hangs on rounding: no order, orientation or unit is behind it.
+that depends on units shows, and nothing else. Other factors change the last digits, and where a verdict changes with
+these, rounding alone is enough to change it. Whether an order or an orientation has a part in it too is not asked.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks.campaign.oracles import HINTS, PROOFS
 from benchmarks.campaign.outcome import ERROR, TIMEOUT, Record
 from benchmarks.campaign.store import Key
+from examples.numbers.pages import markdown
 
 Row = list[str]
 VERDICTS = ("stable", "unstable", "not_converged", TIMEOUT, ERROR)
@@ -161,6 +162,5 @@ def as_text(rows: Iterable[Row]) -> str:
 
 def as_markdown(rows: Iterable[Row]) -> str:
     """Return a table in Markdown."""
-    head, *others = rows
-    lines = [head, ["---"] * len(head), *others]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+    head, *others = ([cell.replace("|", "\\|") for cell in line] for line in rows)
+    return markdown(head, others)

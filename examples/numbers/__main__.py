@@ -20,6 +20,7 @@ from examples.numbers import (
     schemes,
     statics,
     thesis,
+    threads,
     tunnel,
     tutorial,
 )
@@ -37,6 +38,7 @@ PARTS = (
     joint_laws,
     rough_joint,
     flow,
+    threads,
     licences,
     dupont,
     cassiar,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
@@ -46,17 +46,34 @@ def marks(name: str) -> tuple[str, str]:
 
 def table_in(page: str, name: str) -> str:
     """Return a table of a page."""
-    begin, end = marks(name)
-    if page.count(begin) != 1 or page.count(end) != 1:
-        raise ValueError(f"the page needs the marks {begin} and {end}, once each")
-    return page.split(begin)[1].split(end)[0].strip()
+    return parted(page, marks(name))[1].strip()
 
 
 def with_table(page: str, name: str, table: str) -> str:
     """Return a page with another table."""
-    begin, end = marks(name)
-    before, rest = page.split(begin)
-    return f"{before}{begin}\n\n{table.strip()}\n\n{end}{rest.split(end)[1]}"
+    return with_between(page, marks(name), table)
+
+
+def with_between(page: str, between: tuple[str, str], text: str) -> str:
+    """Return a page with another text between two marks."""
+    before, _, after = parted(page, between)
+    return f"{before}{between[0]}\n\n{text.strip()}\n\n{between[1]}{after}"
+
+
+def parted(page: str, between: tuple[str, str]) -> tuple[str, str, str]:
+    """Return what stands before, between and after two marks of a page.
+
+    Raises
+    ------
+    ValueError
+        If a mark is not there once, or the second stands before the first.
+    """
+    begin, end = between
+    before, _, rest = page.partition(begin)
+    if page.count(begin) != 1 or rest.count(end) != 1 or end in before:
+        raise ValueError(f"the page needs the marks {begin} and {end}, once each and in this order")
+    found, _, after = rest.partition(end)
+    return before, found, after
 
 
 def differences(old: str, new: str, tolerance: float) -> list[str]:
@@ -81,7 +98,7 @@ def _last_digit(number: str) -> float:
     return 1.001 * 10.0**-decimals if decimals and "e" not in number else 0.0
 
 
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table as Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,5 +1,6 @@
 """The benchmark suite: it runs, its times add up, its split leaves the program as it was."""
 
+import argparse
 import importlib
 import json
 import os
@@ -87,6 +88,28 @@ def test_a_page_is_written_from_stored_rows(tmp_path):
     assert "| wall | bsm | 1.00 | 10000 | 4 | 52 |" in text
     assert "| start | help | 106 | 1.00 |" in text
     assert "pymunk" not in text
+
+
+def test_what_a_command_makes_stands_between_its_marks(tmp_path, capsys):
+    pages, page = module("pages"), tmp_path / "page.md"
+    begin, end = pages.marks("a command")
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
+    pages.tell("new", "a command", page)
+    assert page.read_text() == f"before\n{begin}\n\nnew\n\n{end}\nafter\n"
+    pages.tell("new", "a command", None)
+    assert capsys.readouterr().out == "new\n"
+
+
+@pytest.mark.parametrize("text", ["no marks", "{1}{0}", "{0}{0}{1}", "{0}{1}{1}", None])
+def test_a_page_without_the_marks_is_refused_before_anything_is_run(tmp_path, capsys, text):
+    pages, page, parser = module("pages"), tmp_path / "page.md", argparse.ArgumentParser()
+    pages.add_into(parser, "a command")
+    if text is not None:
+        page.write_text(text.format(*pages.marks("a command")))
+    with pytest.raises(SystemExit) as end:
+        parser.parse_args(["--into", str(page)])
+    assert end.value.code == 2
+    assert f"--into: {page}: " in capsys.readouterr().err
 
 
 def test_growth():

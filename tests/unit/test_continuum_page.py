@@ -1,9 +1,9 @@
 """benchmarks.continuum: every example beside finite elements, as a table between the marks of a page."""
 
 import numpy as np
-import pytest
 
 from bsm_mesh.converters import solve_continuum
+from examples.numbers.pages import parted
 from tests.unit.test_benchmarks import ROOT, module
 
 PAGE = ROOT / "docs/continuum.md"
@@ -22,17 +22,6 @@ def test_a_model_is_told_stage_by_stage():
     assert text.startswith("1 models, 1 of them compared in one stage at least. By their last stage: 1 not comparable.")
 
 
-def test_what_stands_between_the_marks_is_replaced(tmp_path):
-    page = tmp_path / "page.md"
-    begin, end = marks = continuum.marks("a command")
-    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
-    continuum.put(page, "new\n", marks)
-    assert page.read_text() == f"before\n{begin}\nnew\n{end}\nafter\n"
-    page.write_text("no marks\n")
-    with pytest.raises(SystemExit, match="has not both marks"):
-        continuum.put(page, "new\n", marks)
-
-
 def test_the_page_names_every_model():
     text = PAGE.read_text(encoding="utf-8")
     for path in continuum.all_models():
@@ -40,8 +29,8 @@ def test_the_page_names_every_model():
 
 
 def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
-    begin, end = continuum.marks(continuum.COMMAND)
-    table = PAGE.read_text(encoding="utf-8").partition(begin)[2].partition(end)[0]
+    between = module("pages").marks(continuum.COMMAND)
+    table = parted(PAGE.read_text(encoding="utf-8"), between)[1]
     rows = [row.split(" | ") for row in table.splitlines() if row.startswith("| ")]
     refused = [row for row in rows if row[2] == "not comparable"]
     assert refused

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from benchmarks.campaign import copies
+from benchmarks.campaign.transforms import scaled
 
 
-def test_a_twin_that_disagrees_has_a_row_and_copies_agree_away_from_limits():
+def test_a_twin_that_disagrees_has_a_row_and_copies_agree_away_from_limits(monkeypatch):
     claimed = {"facts": {"twins": {"mirrored": "unstable", "stronger": "stable"}}}
     disagrees = claimed | {"contradictions": ["symmetry: stable, but mirrored unstable, after 0 and 2 of a block"]}
     records = {("plane", 5): disagrees, ("plane", 6): claimed, ("plane", 7): {"contradictions": ["check: no"]}}
-    told = []
+    told, units = [], []
+    monkeypatch.setattr(copies, "scaled", lambda scene, *factors: units.append(factors) or scaled(scene, *factors))
     head, row = copies.of_twins(records, 3, told.append)
     assert head == copies.HEAD
     assert told == ["plane 5"]
+    assert units[0] == (4.0, 16.0)
+    assert len(set(units)) == 4
     assert row[:1] + row[2:7] == ["plane 5", "stable", "mirrored unstable", "stable, the same movement", "3", "0"]
 
 

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from benchmarks.campaign import comparison, runner, store, tables
-from benchmarks.campaign.__main__ import MAKER, main
+from benchmarks.campaign.__main__ import LARGE, MAKER, main
 from benchmarks.pages import marks
 
 HEAD = {"engine": "e", "limit": 5.0, "commit": "c"}
@@ -108,8 +108,18 @@ def test_large_scenes_stand_beside_what_they_were_before(tmp_path):
     assert list(found) == list(names)
     assert found["1e4 wall"] == ("10.0", "18.0", "0.56")
     assert found["1e5 wall"][:2] == ("over 50.0", "18.0")
+    assert found["1e5 wall"][2].strip("| ") == ""  # the ratio to a run that was stopped is none
     assert "at most 5 processor seconds a model: 1e4 wall, 1e4 layers. Commit" in page.read_text()
     assert "at most 9 processor seconds" in page.read_text().partition("### ")[2]
+
+
+def test_large_scenes_stand_beside_the_stored_large_ones_by_default(tmp_path, capsys):
+    runner.Log(tmp_path / "log", HEAD).keep({"family": "1e4 wall", "seed": 0, **record("stable", 2.0)})
+    assert main(["table", str(tmp_path / "log"), "--against"]) == 0
+    head, before = store.read([LARGE])
+    told = capsys.readouterr().out
+    assert f"against Commit {head['commit']}" in told
+    assert f"{2.0 / before['1e4 wall', 0]['seconds']:.2f}" in told.splitlines()[-1].split()
 
 
 def test_methods_are_counted_where_steps_tell_them():
@@ -137,7 +147,9 @@ def test_a_page_is_written_between_its_marks(tmp_path):
     assert text.startswith("before")
     assert text.endswith("after\n")
     (tmp_path / "empty.md").write_text("no marks")
-    assert main(["table", str(log), "--into", str(tmp_path / "empty.md")]) == 2
+    with pytest.raises(SystemExit) as refused:
+        main(["table", str(log), "--into", str(tmp_path / "empty.md")])
+    assert refused.value.code == 2
 
 
 def test_an_unknown_family_is_refused_in_one_sentence(capsys):
