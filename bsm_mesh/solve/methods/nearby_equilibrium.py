@@ -57,10 +57,7 @@ class NearbyEquilibrium:
         return at.velocity is None
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
-        """Return the equilibrium, or the last state before contacts were updated in vain.
-
-        One update that leaves less than the step asks for is enough: the last factors then lead on, as far as they do.
-        """
+        """Return the equilibrium, or the last state before contacts were updated in vain."""
         step, inner = equations, goal.max_residual
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
@@ -82,6 +79,10 @@ class NearbyEquilibrium:
             if left < SETTINGS.confirmed * goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
                 break
+            if left < wanted and step.factors.ready:  # the next updates would change nothing: on to rest
+                inner = min(inner, SETTINGS.confirmed * goal.rest)
+                position = chord_method(step, position, inner)
+                left = step.residual_at(position).max_norm
             loosest = FEW_CHANGE if update < SETTINGS.max_updates - 1 else inner
             wanted = max(inner, min(loosest, SETTINGS.updated * left))
         return _ended(attempt)
