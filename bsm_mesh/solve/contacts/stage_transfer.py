@@ -67,7 +67,8 @@ def with_filled_blocks(
         key=key,
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
-    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed", "mated", "slip_path")
+    names = ("shear", "tangential", "first_tangential", "offset", "length", "parallel_edges")
+    names = (*names, "failed", "mated", "slip_path")
     concatenate = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
     return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
 
@@ -129,6 +130,7 @@ def _history(
             kept
         ],  # to the last digit no residual
         length=c.length[kept],
+        parallel_edges=c.parallel_edges[kept],
         failed=found.failed[kept],
         mated=found.mated[kept],
         slip_path=found.slip_path[kept],
@@ -177,6 +179,7 @@ def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> 
         first_tangential=history.first_tangential[chosen],
         offset=history.offset[chosen],
         length=history.length[chosen],
+        parallel_edges=history.parallel_edges[chosen],
         failed=history.failed[chosen],
         mated=history.mated[chosen],
         slip_path=history.slip_path[chosen],
