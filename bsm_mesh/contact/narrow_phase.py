@@ -27,6 +27,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "predecessor")),
         ("opposing_candidate", "i4"),
         ("entering_edge", "i4"),
+        ("parallel_edges", "i1"),
         ("in_range", "?"),
         ("was_vertex_contact", "?"),  # was a corner-corner contact; now edges of both corners lie on each other
         ("state", "i1"),
@@ -131,11 +132,11 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
 
     Parallel edges that only meet end to end, and corners of diagonal neighbours, are corner-corner contacts.
     """
-    overlap, parallel_edge, shorter = _overlap(vertices, rules, row)
+    overlap, parallel_edge, parallel_edges, shorter = _overlap(vertices, rules, row)
     from_end = min(abs(row.tangential), abs(row.tangential - row.edge_length))
     short = overlap < min(rules.min_overlap * h, 0.5 * shorter)
     end_to_end = parallel_edge >= 0 and from_end < rules.min_overlap * h and short
-    row.parallel_edge, row.overlap = parallel_edge, overlap
+    row.parallel_edge, row.parallel_edges, row.overlap = parallel_edge, parallel_edges, overlap
     row.length = 0.5 * overlap if overlap > 0.0 and not end_to_end else rules.corner_share * h
     diagonal = from_end < rules.vertex_tol * h and _meets_diagonally(vertices, h, rules, row)
     row.was_vertex_contact = diagonal and _lies_on(vertices, h, rules, row, overlap)
@@ -155,14 +156,14 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
 @njit(forceinline=True)
 def _overlap(
     vertices: RecordArray, rules: Rules, row: Record
-) -> tuple[float, int, float]:  # pragma: no cover - compiled
-    """Return the overlap of a's parallel edges at the corner with the edge, the one with most, the shorter edge.
+) -> tuple[float, int, int, float]:  # pragma: no cover - compiled
+    """Return the overlap of a's parallel edges at the corner with the edge, the one with most, how many, the shorter.
 
     Faces lie against each other, so their edges run in opposite directions.
     """
     v, tangential, length = row.corner, row.tangential, row.edge_length
     tx, ty = vertices[row.edge].dx, vertices[row.edge].dy
-    total, most, best, shorter = 0.0, -1.0, -1, length
+    total, most, best, count, shorter = 0.0, -1.0, -1, 0, length
     for side in range(2):
         f = v if side == 0 else vertices[v].preceding
         far = vertices[v].following if side == 0 else f
@@ -173,9 +174,10 @@ def _overlap(
         shared = max(0.0, min(length, max(tangential, other)) - max(0.0, min(tangential, other)))
         shared /= -(dx * tx + dy * ty)  # along the edge that turns, or a face would grow softer while it opens
         total += shared
+        count += 1
         if shared > most:
             most, best, shorter = shared, f, min(length, abs(other - tangential))
-    return total, best, shorter
+    return total, best, count, shorter
 
 
 @njit(forceinline=True)

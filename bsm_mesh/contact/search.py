@@ -86,7 +86,9 @@ class ContactPairs:
         Length that the contact stands for: half of what a's parallel edge shares with b's edge; without one, 0.05 of
         the smaller block's size.
     parallel_edge : (m,) int32
-        Edge of a at the corner that is parallel to b's edge; -1 if there is none.
+        Edge of a at the corner that is parallel to b's edge, of two the one that shares more; -1 if there is none.
+    parallel_edges : (m,) int8
+        How many there are: 0, 1, or 2 at a flat corner.
     history : (m,) int32
         Row of the same contact among the active ones; -1 if it was not active.
     opposing_candidate : (m,) int32
@@ -101,6 +103,7 @@ class ContactPairs:
     edge_length: FloatArray
     length: FloatArray
     parallel_edge: IntArray
+    parallel_edges: IntArray
     history: IntArray
     opposing_candidate: IntArray
 
@@ -234,15 +237,15 @@ def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compil
     n, i4 = rows.size, np.int32
     block_a, block_b, corner, edge = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
     gap, tangential, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    parallel_edge, in_range = np.empty(n, i4), np.empty(n, np.bool_)
+    parallel_edge, parallel_edges, in_range = np.empty(n, i4), np.empty(n, np.int8), np.empty(n, np.bool_)
     history, predecessor, opposing_candidate = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
     corner_gap, entering_edge = np.empty(n), np.empty(n, i4)
     for i in range(n):
         row = rows[i]
         block_a[i], block_b[i], corner[i], edge[i] = row.block_a, row.block_b, row.corner, row.edge
         gap[i], tangential[i], edge_length[i], length[i] = row.gap, row.tangential, row.edge_length, row.length
-        parallel_edge[i], in_range[i] = row.parallel_edge, row.in_range
+        parallel_edge[i], parallel_edges[i], in_range[i] = row.parallel_edge, row.parallel_edges, row.in_range
         history[i], predecessor[i], opposing_candidate[i] = row.history, row.predecessor, row.opposing_candidate
         corner_gap[i], entering_edge[i] = row.corner_gap, row.entering_edge
-    contact_pairs = block_a, block_b, corner, edge, edge_length, length, parallel_edge, history, opposing_candidate
-    return (*contact_pairs, gap, tangential, in_range, predecessor, corner_gap, entering_edge)
+    sides = block_a, block_b, corner, edge, edge_length, length, parallel_edge, parallel_edges
+    return (*sides, history, opposing_candidate, gap, tangential, in_range, predecessor, corner_gap, entering_edge)

@@ -41,7 +41,7 @@ def gather_contacts(
     """
     placed = outlines.placed(position)
     found = detect_contacts(outlines, placed, history.active, band)
-    found = replace(found, length=_lengths(history, found))
+    found = _keeping_lengths(history, found)
     blocks, near = model.blocks, CONTACT_TOLERANCE * outlines.size
     sides = found.block_a, found.block_b, found.corner, found.edge, found.parallel_edge
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
@@ -116,15 +116,20 @@ def _dilating(catalogue: JointCatalogue, properties: ContactProperties, mated: B
     return Dilating.among(np.where(mated, slope, 0.0) if len(slope) else slope, last)
 
 
-def _lengths(history: History, found: Candidates) -> FloatArray:
-    """Return the length that each contact stands for, (m,) [m].
+def _keeping_lengths(history: History, found: Candidates) -> Candidates:
+    """Return candidates that keep the length of their history while an edge that shared it is turned away.
 
-    One that was on a face keeps its length while the face turns away: blocks that rock on it would sink and rise.
+    Blocks that rock on it would sink and rise. Two edges at a flat corner turn away one by one: without memory of both
+    a block may have no equilibrium near the angle at which one counts, and steps flip between two lengths for ever.
     """
-    length = found.length.copy()
-    turned = np.flatnonzero((found.history >= 0) & (found.parallel_edge < 0))
-    length[turned] = np.maximum(length[turned], history.length[found.history[turned]])
-    return length
+    length, edges = found.length.copy(), found.parallel_edges.copy()
+    known = np.flatnonzero(found.history >= 0)
+    row = found.history[known]
+    turned = edges[known] < history.parallel_edges[row]
+    rows, row = known[turned], row[turned]
+    length[rows] = np.maximum(length[rows], history.length[row])
+    edges[rows] = history.parallel_edges[row]
+    return replace(found, length=length, parallel_edges=edges)
 
 
 def _anchors(history: History, found: Candidates, fresh: BoolArray) -> dict[str, FloatArray]:

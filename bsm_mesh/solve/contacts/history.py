@@ -31,6 +31,8 @@ class History:
         Gap at zero pressure.
     length : (k,) float64 [m]
         Length that each stands for.
+    parallel_edges : (k,) int8
+        Edges at its corner that this was shared with: the most since it closed.
     failed : (k,) bool
         Asperities sheared off, cohesion and tension lost; true for contacts that arose after the start.
     mated : (k,) bool
@@ -45,6 +47,7 @@ class History:
     first_tangential: FloatArray
     offset: FloatArray
     length: FloatArray
+    parallel_edges: IntArray
     failed: BoolArray
     mated: BoolArray
     slip_path: FloatArray
@@ -60,6 +63,7 @@ class History:
             first_tangential=empty,
             offset=empty,
             length=empty,
+            parallel_edges=np.zeros(0, np.int8),
             failed=np.zeros(0, bool),
             mated=np.zeros(0, bool),
             slip_path=empty,
@@ -83,6 +87,7 @@ def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: flo
         first_tangential=first_tangential[kept],
         offset=np.where(_still_overlapping(contacts, at), at.gap, offset)[kept],
         length=contacts.candidates.length[kept],
+        parallel_edges=contacts.candidates.parallel_edges[kept],
         failed=at.failed[kept],
         mated=contacts.mated[kept],
         slip_path=path[kept],

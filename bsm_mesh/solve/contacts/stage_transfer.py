@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.in_situ import beyond_strength
 
 BAND = 0.075  # of the contact search, over the block size: far beyond the tolerance within which contacts are set
+_VARIABLES = tuple(field.name for field in fields(History) if field.name != "active")
 
 
 def in_situ_history(model: Model) -> tuple[History, tuple[str, ...]]:
@@ -67,8 +68,9 @@ def with_filled_blocks(
         key=key,
         **{name: np.concatenate([getattr(p.active, name) for p in parts]) for name in ("pressure", "point", "normal")},
     )
-    names = ("shear", "tangential", "first_tangential", "offset", "length", "failed", "mated", "slip_path")
-    concatenate = History(active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names})
+    concatenate = History(
+        active=active, **{name: np.concatenate([getattr(p, name) for p in parts]) for name in _VARIABLES}
+    )
     return _rows(concatenate, np.argsort(pair, kind="stable"), pair, key)
 
 
@@ -129,6 +131,7 @@ def _history(
             kept
         ],  # to the last digit no residual
         length=c.length[kept],
+        parallel_edges=c.parallel_edges[kept],
         failed=found.failed[kept],
         mated=found.mated[kept],
         slip_path=found.slip_path[kept],
@@ -170,14 +173,4 @@ def _rows(history: History, chosen: IntArray, pair: IntArray, key: IntArray) -> 
         point=old.point[chosen],
         normal=old.normal[chosen],
     )
-    return History(
-        active=active,
-        shear=history.shear[chosen],
-        tangential=history.tangential[chosen],
-        first_tangential=history.first_tangential[chosen],
-        offset=history.offset[chosen],
-        length=history.length[chosen],
-        failed=history.failed[chosen],
-        mated=history.mated[chosen],
-        slip_path=history.slip_path[chosen],
-    )
+    return History(active=active, **{name: getattr(history, name)[chosen] for name in _VARIABLES})
