@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, ask
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of
 
 PROBED = (1.0, 1e3, 1e7)  # N/m: pressures from a pebble to deep rock, at which a law is asked besides
 DEEPEST = 1e12  # N/m: beyond any wall strength, so that asperities shear off
@@ -84,7 +84,8 @@ def fails_by_slip(law: JointLaw) -> bool:
     """Return whether a contact that slides far enough fails by a law, at one of the pressures that are probed."""
     pressure = np.array([*PROBED, DEEPEST])
     one, intact = np.ones_like(pressure), np.zeros(len(pressure), dtype=bool)
-    return bool(ask(law, pressure, BEYOND_STRENGTH * one, one, intact, FARTHEST * one).failed.any())
+    memory = memory_of(law, intact, FARTHEST * one)
+    return bool(law.respond(pressure, BEYOND_STRENGTH * one, one, *memory).failed.any())
 
 
 def _array_faults(name: str, values: Any, like: FloatArray) -> list[str]:

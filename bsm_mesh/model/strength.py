@@ -23,7 +23,7 @@ from bsm_mesh.model.joint_laws import (
     JointResponse,
     ReducibleLaw,
     StraightLaw,
-    ask,
+    memory_of,
     refuse_factor,
     wear_length_of,
 )
@@ -80,7 +80,7 @@ class Reduced:
             trial_shear, -BEYOND_STRENGTH, BEYOND_STRENGTH
         )  # whoever asks for the strength asks with more
         slid = np.zeros(len(failed)) if slip_path is None else slip_path
-        answer = ask(self.law, pressure, trial, length, failed, slid)
+        answer = self.law.respond(pressure, trial, length, *memory_of(self.law, failed, slid))
         return replace(
             answer,
             shear=np.where(answer.sticking, trial_shear, answer.shear / self.factor),  # without rounding

@@ -10,7 +10,7 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.model.beside import QUANTITIES, Beside, number_of
-from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.locate import pairs_at
 from bsm_mesh.results.histories import HistorySeries, Recorded
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
@@ -61,8 +61,10 @@ def line_movement(
 
 def _moved(results: Results, stage: StageResult, points: FloatArray) -> FloatArray:
     """Return the displacements of points (k, 2) [m]; of those on an outline with the first block that is there."""
-    found = [[block for block in blocks_at(results.blocks, (x, y)).tolist() if stage.present[block]] for x, y in points]
-    block = np.array([blocks[0] if blocks else -1 for blocks in found])
+    row, found = pairs_at(results.blocks, points)
+    row, found = row[stage.present[found]], found[stage.present[found]]
+    block = np.full(len(points), -1)
+    block[row[::-1]] = found[::-1]  # the first is written last
     moved = displacement_of(results.blocks, stage.displacement, block, points)
     moved[block < 0] = np.nan
     return moved

@@ -15,7 +15,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.continuum.joint_history import JointHistory, JointState
 from bsm_mesh.converters.continuum.rock_faces import interface_dilations, interface_laws, interface_tensions
 from bsm_mesh.converters.continuum.tangents import PointStiffness
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, ask, closure, wear_length_of
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, closure, memory_of, wear_length_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, slip_of_step
 from bsm_mesh.model.joint_laws.shear_springs import Growing, Springs
 from bsm_mesh.model.model import Model
@@ -279,8 +279,9 @@ class JointPoints:
         found = tuple(np.zeros(len(pressure), dtype=bool if k > 2 else float) for k in range(5))
         for number in np.unique(self.joint):
             rows = self.joint == number
-            memory = self.length[rows], history.failed[rows], history.slip_path[rows]
-            answer = ask(self.laws[number], pressure[rows], trial[rows], *memory)
+            law = self.laws[number]
+            memory = memory_of(law, history.failed[rows], history.slip_path[rows])
+            answer = law.respond(pressure[rows], trial[rows], self.length[rows], *memory)
             for values, name in zip(found, names, strict=True):
                 values[rows] = getattr(answer, name)
         return found

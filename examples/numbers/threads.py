@@ -12,8 +12,7 @@ def shares() -> str:
     """Return a row for every kind of work that threads share."""
     rows = [
         ("factorization by Pardiso", f"{pardiso.LARGE} blocks", "all"),
-        ("solution by Pardiso", f"{pardiso.WORTH_SOLVING} blocks", "all"),
-        ("cycles of explicit motion", f"{2 * threads.WORTH_A_THREAD} contacts", f"one for {threads.WORTH_A_THREAD}"),
+        ("cycles of explicit motion", f"{2 * threads.AT_ONCE} contacts", f"one for {threads.AT_ONCE}"),
         ("search for contacts", f"more than {search.PAIRS_AT_ONCE} pairs of blocks", "two, whatever `threads` says"),
     ]
     return markdown(("work", "shared from", "threads"), rows)

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 import bsm_mesh as bsm
 from bsm_mesh.app import verify_certificate
 from bsm_mesh.app.verify_certificate import strength_of
-from bsm_mesh.model.joint_laws import ask
+from bsm_mesh.model.joint_laws import memory_of
 from bsm_mesh.model.strength import reduced_law, with_strength
 from bsm_mesh.results.evidence import law_table
 from tests.scenes.shapes import rectangle, turned
@@ -23,7 +23,7 @@ FAR = 1e15
 
 def ask_far(law, stress, *, length=1.0, failed=False, slid=0.0, trial=FAR):
     one = np.ones(len(stress))
-    return ask(law, stress * length, trial * one, length * one, one < 2 * failed, slid * one)
+    return law.respond(stress * length, trial * one, length * one, *memory_of(law, one < 2 * failed, slid * one))
 
 
 def barton(stress, jrc, jcs, phi):

@@ -96,7 +96,7 @@ def test_an_impact_loses_its_energy():
 
 @pytest.mark.parametrize("keys", [{}, {"dilation_angle": 5.0, "dilation_slip": 1e-3}])
 def test_one_thread_and_two_give_equal_digits(keys, monkeypatch):
-    monkeypatch.setattr(motion_threads, "WORTH_A_THREAD", 100)
+    monkeypatch.setattr(motion_threads, "AT_ONCE", 100)
     columns = [(x + 0.5 * (y % 1), y) for y in np.arange(0, 10, 0.5) for x in np.arange(0, 20, 1.0)]
     walls = [rectangle(x, y, x + 1, y + 0.5) for x, y in columns]
     ends = []

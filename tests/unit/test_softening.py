@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.app.verify_certificate import strength_of
-from bsm_mesh.model.joint_laws import MohrCoulomb, Weaker, ask
+from bsm_mesh.model.joint_laws import MohrCoulomb, Weaker, memory_of
 from bsm_mesh.results.evidence import law_table
 from tests.scenes.shapes import rectangle, turned
 
@@ -20,7 +20,7 @@ FAR = 1e12
 
 def respond(law, pressure, *, slid=0.0, trial=FAR, length=2.0, failed=False):
     one = np.ones(len(pressure))
-    return ask(law, pressure, trial * one, length * one, one < 2 * failed, slid * one)
+    return law.respond(pressure, trial * one, length * one, *memory_of(law, one < 2 * failed, slid * one))
 
 
 @pytest.mark.parametrize(("slid", "worn"), [(0.0, 0.0), (0.0025, 0.25), (0.01, 1.0), (1.0, 1.0)])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bsm_mesh.solve.methods import subdomain_newton as subdomain
+from bsm_mesh.solve.methods.corrections import line_search, newton_correction, tangent_regularization
 from bsm_mesh.solve.methods.newton import newton
-from bsm_mesh.solve.methods.regularized_newton import regularized_newton
 from bsm_mesh.solve.methods.subdomain_newton import subdomain_correction
 from bsm_mesh.solve.step.attempt import Outcome
 from bsm_mesh.solve.step.equations import StepEquations
@@ -42,7 +42,9 @@ def test_a_subdomain_correction_moves_only_the_influence_region(rest, near):
     away = np.hypot(*(step.system.outlines.centroid - step.system.outlines.centroid[BLOCK]).T)
     assert away[moved].max() < 1.2 * (LAYERS + 2)
     assert step.factors.count == factorized
-    whole = newton(step, pushed, TOLERANCE, regularized=True, max_iterations=1).position
+    here = step.residual_at(pushed)
+    correction = newton_correction(step, here, tangent_regularization(here.max_norm))
+    whole = line_search(step, here, correction).position
     left, together = (step.residual_at(there).l2_norm for there in (found, whole))
     assert left == pytest.approx(together, rel=0.1)
     assert left < 0.5 * step.residual_at(pushed).l2_norm
@@ -65,7 +67,7 @@ def test_localized_or_not_the_end_is_the_same(rest, near, localized):
     step, position = rest
     pushed = position.copy()
     pushed[[BLOCK, BLOCK + 1], :2] += 2e-6
-    found = regularized_newton(step, pushed, TOLERANCE, localized=localized)
+    found = newton(step, pushed, TOLERANCE, localized=localized)
     assert found.outcome is Outcome.SOLVED
     assert step.residual_at(found.position).max_norm < TOLERANCE
     np.testing.assert_allclose(found.position, position, rtol=0, atol=1e-9)

@@ -8,8 +8,8 @@ from scipy.sparse import bsr_array
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.tangents import tangent_stiffness
 from bsm_mesh.solve.continuation.stability import falling_mode
-from bsm_mesh.solve.methods.newton import chord_method
-from bsm_mesh.solve.methods.regularized_newton import regularized_newton
+from bsm_mesh.solve.methods.corrections import chord_method
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.subproblem import SubdomainEquations
 from tests.scenes.steps import wall_at_rest
@@ -55,7 +55,7 @@ def test_the_equations_are_unchanged_by_what_is_solved_with_them(rest):
     far = position + 1e-3 * np.random.default_rng(0).normal(size=position.shape)
     for there in (pushed_from(position), far):
         before = there.copy()
-        regularized_newton(step, there, 1e-13)
+        newton(step, there, 1e-13)
         assert_array_equal(there, before)
     assert step.contacts is contacts
     assert_array_equal(contacts.failed, failed)

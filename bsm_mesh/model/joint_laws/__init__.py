@@ -12,7 +12,7 @@ from bsm_mesh.model.joint_laws.law import (
     ReducibleLaw,
     StraightLaw,
     WearingLaw,
-    ask,
+    memory_of,
     wear_length_of,
 )
 from bsm_mesh.model.joint_laws.mohr_coulomb import MohrCoulomb
@@ -42,7 +42,7 @@ __all__ = [
     "StraightLaw",
     "Weaker",
     "WearingLaw",
-    "ask",
+    "memory_of",
     "refuse_factor",
     "wear_length_of",
 ]

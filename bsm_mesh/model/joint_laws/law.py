@@ -10,7 +10,7 @@ That is all that any scheme asks of a law. Limit analysis asks for `StraightLaw.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, cast, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -101,19 +101,9 @@ def wear_length_of(law: JointLaw) -> float | None:
     return found
 
 
-def ask(
-    law: JointLaw,
-    pressure: FloatArray,
-    trial_shear: FloatArray,
-    length: FloatArray,
-    failed: BoolArray,
-    slip_path: FloatArray,
-) -> JointResponse:
-    """Return a law's response; one that wears is told how far the contacts have slid, (m,) [m]."""
-    if wear_length_of(law) is None:
-        return law.respond(pressure, trial_shear, length, failed)
-    wearing = cast("WearingLaw", law)
-    return wearing.respond(pressure, trial_shear, length, failed, slip_path)
+def memory_of(law: JointLaw, failed: BoolArray, slip_path: FloatArray) -> tuple[Any, ...]:
+    """Return what `respond` is given of the past, (m,) each: if strength wears, how far contacts have slid too [m]."""
+    return (failed,) if wear_length_of(law) is None else (failed, slip_path)
 
 
 @runtime_checkable

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.joint_laws.law import JointResponse, ask
+from bsm_mesh.model.joint_laws.law import JointResponse, memory_of
 from bsm_mesh.model.joint_laws.mohr_coulomb import MohrCoulomb
 
 
@@ -34,7 +34,8 @@ class Weaker:
     ) -> JointResponse:
         """Return the response of the law that bears less."""
         slid = np.zeros(len(failed)) if slip_path is None else slip_path
-        a, b = (ask(law, pressure, trial_shear, length, failed, slid) for law in (self.one, self.other))
+        given, both = (pressure, trial_shear, length), (self.one, self.other)
+        a, b = (law.respond(*given, *memory_of(law, failed, slid)) for law in both)
         first = np.abs(a.shear) <= np.abs(b.shear)
         return JointResponse(
             shear=np.where(first, a.shear, b.shear),

@@ -11,7 +11,9 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.algebra.pardiso import Pardiso
 
 ACCURACY = 1e-4  # of a solution's right side, rows over the root of their diagonal: what Newton's method needs
-SLOWEST = 0.5  # part that a refinement may leave, else double precision is cheaper: in a wall of 400 000, a fiftieth
+# Part that one more solution with the same factors may leave, or it is the last: rounding is near, or other factors are
+# cheaper. A refinement in a wall of 400 000 leaves a fiftieth.
+WORTH_REPEATING = 0.5
 
 
 class MixedPrecisionPardiso:
@@ -63,7 +65,7 @@ class MixedPrecisionPardiso:
             before, size = size, self._size(left)
             if size <= wanted:
                 return x
-            if not size < SLOWEST * before:
+            if not size < WORTH_REPEATING * before:
                 break
         try:
             self._go_double()

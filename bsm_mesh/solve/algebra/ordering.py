@@ -8,8 +8,6 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
-SMALLEST_PART = 6  # [blocks]; smaller parts are not cut again: they are next to full in any order
-
 
 def elimination_order(pattern: BlockPattern, position: FloatArray) -> IntArray:
     """Return the blocks in the order in which they are eliminated."""
@@ -47,7 +45,7 @@ def nested_dissection(
     parts = [(0, n)]
     while len(parts) > 0:
         first, last = parts.pop()
-        if last - first <= SMALLEST_PART:
+        if last - first < 2:
             continue
         members = order[first:last].copy()
         cut += 1

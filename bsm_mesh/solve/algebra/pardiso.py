@@ -18,9 +18,8 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _STRUCTURALLY_SYMMETRIC = 2, 1
-# [blocks], to factorize, to solve: below, threads wait more than they work, and refining takes what factors of single
-# precision save.
-LARGE, WORTH_SOLVING = 5000, 30_000
+# [blocks]; below, threads wait more than they work, and refining takes what factors of single precision save.
+LARGE = 5000
 SHARES = 8  # into which a factorization is divided, whatever the number of threads: so that it changes no digit
 
 
@@ -84,7 +83,7 @@ class Pardiso:
         self._parameters[0] = 1  # no defaults
         self._parameters[1] = 3  # nested dissection (METIS) on all threads
         self._parameters[4] = order is not None  # or the order given
-        self._parameters[24] = pattern.rows < WORTH_SOLVING  # one thread solves
+        self._parameters[24] = 1  # one thread solves
         self._parameters[27] = single
         if not pattern.symmetric:  # of corrections, on every digit of which the way of Newton's method depends
             self._parameters[[1, 33]] = 2, SHARES  # on one thread METIS gives the same order every time

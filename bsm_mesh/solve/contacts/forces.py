@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
 from bsm_mesh.contact.rules import RULES
 from bsm_mesh.contact.search import ContactPairs, Outlines
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, ask
+from bsm_mesh.model.joint_laws import BEYOND_STRENGTH, JointLaw, JointResponse, memory_of
 from bsm_mesh.model.joint_laws.dilation import Dilating, Pressures, Strength, slip_of_step
 from bsm_mesh.model.joint_laws.shear_springs import Growing, Springs
 from bsm_mesh.model.strength import law_name
@@ -22,7 +23,9 @@ from bsm_mesh.solve.contacts.force_kernels import (
     relative_positions,
 )
 
-AT_ONCE = 30_000  # contacts whose response is evaluated in one go: temporary arrays stay in the cache
+# Contacts whose response is evaluated in one go: temporary arrays stay in the cache. As many are worth a thread in
+# explicit motion; with fewer, threads wait more than they work.
+AT_ONCE = 15_000
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -215,7 +218,9 @@ def _strength_of(contacts: ContactSet, laws: tuple[JointLaw, ...], rows: IntArra
         found, slope = np.zeros(len(rows)), np.zeros(len(rows))
         for number, k in parts:
             slips = np.full_like(pressure[k], BEYOND_STRENGTH)
-            answer = _asked(laws[number], pressure[k], slips, length[k], failed[k], path[k])
+            law = laws[number]
+            with _named(law, pressure[k]):
+                answer = law.respond(pressure[k], slips, length[k], *memory_of(law, failed[k], path[k]))
             found[k], slope[k] = answer.strength, answer.by_pressure
         return found, slope
 
@@ -227,7 +232,7 @@ def respond(
     laws: tuple[JointLaw, ...],
     pressure: FloatArray,
     trial: FloatArray,
-    in_friction: BoolArray | None = None,
+    in_friction: BoolArray,
 ) -> JointResponse:
     """Return every contact's response by its own law to pressures and trial shears (m,).
 
@@ -235,47 +240,27 @@ def respond(
     stay in the processor's cache.
     """
     pieces = [(laws[law], k) for law, rows in contacts.by_law for k in _pieces(rows, contacts.count)]
-    answers = (_answer(contacts, law, k, pressure, trial, in_friction) for law, k in pieces)
-    if len(pieces) == 1:
-        return next(answers)
-    whole = {
-        field.name: np.zeros(contacts.count, bool if field.name in ("sticking", "failed") else float)
-        for field in fields(JointResponse)
-    }
-    for (_, k), answer in zip(pieces, answers, strict=True):
+    names = [field.name for field in fields(JointResponse)]
+    whole = {name: np.zeros(contacts.count, bool if name in ("sticking", "failed") else float) for name in names}
+    length, failed, path = contacts.candidates.length, contacts.failed, contacts.slip_path
+    for law, k in pieces:
+        rubs = in_friction[k]
+        pressed, tried = np.where(rubs, pressure[k], 0.0), np.where(rubs, trial[k], 0.0)
+        with _named(law, pressed):
+            answer = law.respond(pressed, tried, length[k], *memory_of(law, failed[k], path[k]))
+        answer = replace(answer, strength=np.where(rubs, answer.strength, 0.0), sticking=answer.sticking & rubs)
+        if len(pieces) == 1:
+            return answer
         for name, values in whole.items():
             values[k] = getattr(answer, name)
     return JointResponse(**whole)
 
 
-def _answer(
-    contacts: ContactSet,
-    law: JointLaw,
-    k: IntArray | slice,
-    pressure: FloatArray,
-    trial: FloatArray,
-    in_friction: BoolArray | None,
-) -> JointResponse:
-    """Return the response of the rows k by a law; other arguments as in `respond`."""
-    memory = contacts.candidates.length[k], contacts.failed[k], contacts.slip_path[k]
-    if in_friction is None:
-        return _asked(law, pressure[k], trial[k], *memory)
-    active = in_friction[k]
-    answer = _asked(law, np.where(active, pressure[k], 0.0), np.where(active, trial[k], 0.0), *memory)
-    return replace(answer, strength=np.where(active, answer.strength, 0.0), sticking=answer.sticking & active)
-
-
-def _asked(
-    law: JointLaw,
-    pressure: FloatArray,
-    trial: FloatArray,
-    length: FloatArray,
-    failed: BoolArray,
-    slip_path: FloatArray,
-) -> JointResponse:
-    """Return a law's response; raise a `ModelError` where a law of the user's own fails."""
+@contextmanager
+def _named(law: JointLaw, pressure: FloatArray) -> Iterator[None]:
+    """Raise a `ModelError` where a law of the user's own fails at pressures (m,)."""
     try:
-        return ask(law, pressure, trial, length, failed, slip_path)
+        yield
     except Exception as error:
         raise ModelError(
             f"the law {law_name(law)}: respond failed at pressures of {pressure.min(initial=0.0):.3g} to "
@@ -292,7 +277,8 @@ def _pieces(rows: IntArray | slice, count: int) -> Iterator[IntArray | slice]:
 
 def slipping(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> JointResponse:
     """Return the response with every contact slipping at pressures (m,): its strength, and whether it fails."""
-    return respond(contacts, laws, pressure, np.full_like(pressure, BEYOND_STRENGTH))
+    everywhere = np.ones(contacts.count, dtype=bool)
+    return respond(contacts, laws, pressure, np.full_like(pressure, BEYOND_STRENGTH), everywhere)
 
 
 def rows_by_law(law: IntArray) -> tuple[tuple[int, IntArray | slice], ...]:

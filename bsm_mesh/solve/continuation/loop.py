@@ -33,7 +33,7 @@ from bsm_mesh.solve.continuation.step_solver import StepSolver
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.step.attempt import Iterate
+from bsm_mesh.solve.step.attempt import Attempt, Iterate
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.factorization import Factors
@@ -41,18 +41,15 @@ from bsm_mesh.solve.step.factorization import Factors
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
-    """What a step's equations have beside forces, and when an equilibrium is confirmed.
+    """What a step's equations have beside forces.
 
     Attributes
     ----------
     min_lam : float
         Regularisation of a step that leads to rest, over the inverse of the step length: hardly more than nothing.
-    quiet_steps : int
-        Steps in equilibrium that confirm it.
     """
 
     min_lam: float = 1e-7
-    quiet_steps: int = 2
 
 
 SETTINGS = LoopSettings()
@@ -118,36 +115,47 @@ class Continuation:
     def run(self) -> Motion:
         """Return the final state: equilibrium, collapse, or not converged."""
         while True:
-            after = self._step(self.state)
+            state, began = self.state, (time.perf_counter(), self.factors.count)
+            equations, iterate = self._begun(state)  # (1)
+            tried, attempt = self._solver.solve(equations, iterate, state.number, quiet=state.quiet)  # (2), (3)
+            if attempt is None:
+                reason = f"no method found the end of a step; tried: {', '.join(tried)}"
+                return self._end(Status.NOT_CONVERGED, reason, equations.contacts, state.position)
+            after = self._after(state, attempt, tried, began)
             if isinstance(after, Motion):
                 return after
             self.state = after
             self._between_steps()
 
-    def _step(self, state: LoopState) -> LoopState | Motion:
-        """Return the state after one more step, or the final one."""
+    def _begun(self, state: LoopState) -> tuple[StepEquations, Iterate]:
+        """Return the equations of a step from a state, and where it begins."""
+        system, position = self.system, state.position
+        contacts = system.gather(state.history, position, first=state.number == 0 and self.begin.intact)
+        if state.number == 0:
+            self._set_residual_scale(contacts, position)
+        equations = StepEquations(system, self.factors, contacts, position, self.min_lam)
+        residual = system.static_residual(contacts, position)
+        moving_steps = self._solver.pace.moving_steps
+        return equations, Iterate(residual=residual, velocity=state.velocity, moving_steps=moving_steps)
+
+    def _after(
+        self, state: LoopState, attempt: Attempt, tried: tuple[str, ...], began: tuple[float, int]
+    ) -> LoopState | Motion:
+        """Return the state after a step that ends with an attempt, or the final one.
+
+        `began`: time and factorizations at its start.
+        """
         system, number = self.system, state.number
-        began, count = time.perf_counter(), self.factors.count
-        contacts = system.gather(state.history, state.position, first=number == 0 and self.begin.intact)  # (1)
-        if number == 0:
-            self._set_residual_scale(contacts, state.position)
-        equations = StepEquations(system, self.factors, contacts, state.position, self.min_lam)
-        residual = system.static_residual(contacts, state.position)
-        iterate = Iterate(residual=residual, velocity=state.velocity, moving_steps=self._solver.pace.moving_steps)
-        tried, attempt = self._solver.solve(equations, iterate, number, quiet=state.quiet > 0)  # (2), (3)
-        if attempt is None:
-            reason = f"no method found the end of a step; tried: {', '.join(tried)}"
-            return self._end(Status.NOT_CONVERGED, reason, contacts, state.position)
         contacts, position, velocity = attempt.contacts, attempt.position, attempt.velocity
         at, system.bolts = attempt.at, attempt.equations.system.bolts
         history, changed = commit(contacts, at, position, system.outlines.size)  # (4)
         system.bolts = system.bolts.commit(system.bolts.evaluate(position))
         residual = system.static_residual(contacts, position)
-        self._record(number, residual, position, contacts, at, began, count, tried)
+        self._record(number, residual, position, contacts, at, began, tried)
         at_rest = system.wearing_residual(contacts, at, residual) < self.options.tolerance
         at_rest = at_rest and changed == 0 and velocity is None
-        quiet = state.quiet + 1 if at_rest and system.prescription_complete(position) else 0
-        if quiet >= SETTINGS.quiet_steps:  # (5)
+        quiet = bool(at_rest and system.prescription_complete(position))
+        if quiet and state.quiet:  # (5)
             return self._end(Status.STABLE, "static equilibrium", contacts, position)
         contacted = at.closed if attempt.contacted is None else attempt.contacted
         if collapse := self.collapse.check(contacts, contacted, position, velocity):
@@ -165,7 +173,7 @@ class Continuation:
         history: History,
         *,
         velocity: FloatArray | None = None,
-        quiet: int = 0,
+        quiet: bool = False,
         cycle: CycleMemory | None = None,
     ) -> LoopState:
         """Return the state after so many steps."""
@@ -213,10 +221,10 @@ class Continuation:
         position: FloatArray,
         contacts: ContactSet,
         at: Evaluation,
-        began: float,
-        before: int,
+        began: tuple[float, int],
         tried: tuple[str, ...],
     ) -> None:
+        time_then, before = began
         record = StepRecord(
             stage=0,
             step=number,
@@ -226,7 +234,7 @@ class Continuation:
             factorizations=self.factors.count - before,
             open_contacts=int((contacts.within_tolerance & ~at.closed).sum()),
             slipping_contacts=int(at.at_strength.sum()),
-            seconds=time.perf_counter() - began,
+            seconds=time.perf_counter() - time_then,
             method=tried[-1],
             tried=tried[:-1],
         )

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
-from bsm_mesh.solve.methods.newton import ExactNewton
-from bsm_mesh.solve.methods.regularized_newton import RegularizedNewton
+from bsm_mesh.solve.methods.newton import ExactNewton, RegularizedNewton
 from bsm_mesh.solve.motion.following import FollowMotion
 from bsm_mesh.solve.motion.relaxation import RelaxToRest
 from bsm_mesh.solve.step.attempt import Method

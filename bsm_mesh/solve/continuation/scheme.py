@@ -151,7 +151,10 @@ class ContinuationScheme:
         whole = number > 0 or self.model.in_situ is not None
         for share in (1.0,) if whole else self.route.parts:
             loaded = loaded_in_part(part.model, share)
-            engine, motion = self._equilibrium(loaded, start, bars_before, observer, accepted)
+            engine = self._engine = self._loop(loaded, start, bars_before, observer, accepted)
+            self._resumed = None
+            motion = engine.run()
+            self._engine = None
             history, _ = commit(motion.contacts, motion.at, motion.position, engine.system.outlines.size)
             start = replace(start, position=motion.position, history=history, intact=False, bolts=motion.bolts)
             if motion.status is not Status.STABLE:
@@ -164,25 +167,22 @@ class ContinuationScheme:
         self._velocity = None if motion.velocity is None else part.in_whole(motion.velocity)
         return self._outcome(engine, motion, bars_before)
 
-    def _equilibrium(
+    def _loop(
         self,
         model: Model,
         start: Start,
         bars_before: FloatArray,
         observer: Observer,
         accepted: Callable[[], None],
-    ) -> tuple[Continuation, Motion]:
-        """Return the engine at its end, and the final state."""
+    ) -> Continuation:
+        """Return the loop of a part, at its start."""
 
         def watch(record: StepRecord, motion: Callable[[], Motion]) -> None:
             observer(record, lambda: self._outcome(engine, motion(), bars_before).stage)
 
         kind = WangIteration if self.options.scheme == "wang" else Continuation
-        engine = self._engine = kind(model, self.options, watch, start, self._resumed, accepted, self.route)
-        self._resumed = None
-        motion = engine.run()
-        self._engine = None
-        return engine, motion
+        engine = kind(model, self.options, watch, start, self._resumed, accepted, self.route)
+        return engine
 
     def _outcome(self, engine: Continuation, motion: Motion, bars_before: FloatArray) -> Outcome:
         bolts = bolt_forces(self.model.bolts, self.bolts.after(motion.bolts), motion.bolts_at)

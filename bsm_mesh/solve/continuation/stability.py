@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
@@ -11,13 +13,12 @@ from bsm_mesh.solve.step.equations import StepEquations
 
 NEUTRAL = 1e-3  # over the block size: a negative eigenvalue nearer to zero counts as none
 SHIFT = 4.0  # over the block size: below all eigenvalues; a block balanced on a corner has about -1
-ITERATIONS = 12  # of the inverse: the quotient bounds the eigenvalue after each, more only come closer
 
 
 def falling_mode(step: StepEquations, position: FloatArray, at: Evaluation, tolerance: float) -> FloatArray | None:
     """Return the movement (n, 3) by which blocks leave an equilibrium, of 1 m at most; None if they stay, or have none.
 
-    An equilibrium is stable where the elastic tangent K is positive definite. Where it is not, power iteration on the
+    An equilibrium is stable where the elastic tangent K is positive definite. Where it is not, Lanczos's method on the
     shifted inverse gives the lowest mode of K x = w M x; a Rayleigh quotient is never below its w, so that no stable
     equilibrium is taken for unstable. The mode points where the forces at the start of the step led.
     """
@@ -44,17 +45,26 @@ def _stiffest(static: StepEquations, at: Evaluation) -> FloatArray:
 
 
 def _lowest_mode(shifted: StepEquations) -> tuple[float, FloatArray | None]:
-    """Return a bound, at most 0, of the lowest eigenvalue of a factorized matrix without its shift, and the mode."""
+    """Return a bound, at most 0, of the lowest eigenvalue of a factorized matrix without its shift, and the mode.
+
+    The mode is sought by Lanczos's method on the inverse (ARPACK), until its eigenvalue is known to `NEUTRAL`.
+    """
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh  # few runs come by an unstable equilibrium
+
     mass = shifted.system.mass
-    vector = np.random.default_rng(0).normal(size=mass.shape) * shifted.system.scale
-    lowest, mode = 0.0, None
-    for k in range(ITERATIONS):
-        pushed = mass * vector
-        found = shifted.solve(pushed)
-        square = float((found * mass * found).sum())
-        if not (np.isfinite(square) and square > 0):
-            return 0.0, None
-        if k and (quotient := float((found * pushed).sum()) / square - shifted.lam) < lowest:
-            lowest, mode = quotient, found
-        vector = found / np.sqrt(square)
-    return lowest, mode
+
+    def operator(product: Callable[[FloatArray], FloatArray]) -> LinearOperator:
+        return LinearOperator(
+            (mass.size, mass.size), matvec=lambda x: product(x.reshape(mass.shape)).ravel(), dtype=float
+        )
+
+    weights, inverse = operator(lambda x: mass * x), operator(shifted.solve)
+    begin = np.random.default_rng(0).normal(size=mass.size) * shifted.system.scale.ravel()
+    try:
+        _, vector = eigsh(weights, 1, weights, -shifted.lam, OPinv=inverse, v0=begin, tol=NEUTRAL / SHIFT)
+    except ArpackError:  # it finds none, or a solution is not a number
+        return 0.0, None
+    pushed = mass * vector.reshape(mass.shape)
+    mode = shifted.solve(pushed)
+    lowest = float((mode * pushed).sum()) / float((mode * mass * mode).sum()) - shifted.lam
+    return (lowest, mode) if np.isfinite(lowest) else (0.0, None)

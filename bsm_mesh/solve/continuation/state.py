@@ -91,8 +91,8 @@ class LoopState:
         Of the contacts there.
     velocity : (n, 3) float64 or None
         As in `Iterate`.
-    quiet : int
-        Steps in equilibrium, running.
+    quiet : bool
+        Whether the last step ended in equilibrium: the next confirms it.
     bolts : BoltMemory
         Of the bolts there.
     pace : Pace
@@ -113,7 +113,7 @@ class LoopState:
     position: FloatArray
     history: History
     velocity: FloatArray | None
-    quiet: int
+    quiet: bool
     bolts: BoltMemory
     pace: Pace
     collapse: CollapseMemory

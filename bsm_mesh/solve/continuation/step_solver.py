@@ -12,7 +12,7 @@ from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
 from bsm_mesh.solve.motion.following import is_fast
 from bsm_mesh.solve.options import Options
-from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Method
+from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations, moved_by
 
@@ -79,7 +79,7 @@ class StepSolver:
             if not method.applies(equations, iterate, goal):
                 continue
             tried = (*tried, method.name)
-            attempt = self._accepted(method, equations, iterate, goal, quiet=quiet)
+            attempt = self._accepted(method.solve(equations, iterate, goal), quiet=quiet)
             if attempt is not None:
                 self.pace = self.pace.counted(moves=attempt.velocity is not None, near_rest=phase is Phase.NEAR_REST)
                 return tried, attempt
@@ -92,15 +92,12 @@ class StepSolver:
             return Phase.MOVING
         return Phase.NEAR_REST
 
-    def _accepted(
-        self, method: Method, equations: StepEquations, iterate: Iterate, goal: Goal, *, quiet: bool
-    ) -> Attempt | None:
-        """Return a method's attempt if the step may end with it.
+    def _accepted(self, attempt: Attempt, *, quiet: bool) -> Attempt | None:
+        """Return an attempt if the step may end with it.
 
         Where it leads to an unstable equilibrium blocks are moved on a little, as they would fall from there, and
         followed.
         """
-        attempt = method.solve(equations, iterate, goal)
         if not attempt.may_end:
             return None
         if attempt.velocity is not None:

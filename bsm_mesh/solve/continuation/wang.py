@@ -33,7 +33,6 @@ from bsm_mesh.solve.algebra.block_matrix import BlockPattern
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import commit
-from bsm_mesh.solve.continuation.loop import SETTINGS as LOOP
 from bsm_mesh.solve.continuation.loop import Continuation
 from bsm_mesh.solve.continuation.stability import falling_mode
 from bsm_mesh.solve.continuation.state import CycleMemory
@@ -59,8 +58,7 @@ class WangIteration(Continuation):
             closed = contacts.within_tolerance
         position, quiet = state.position, state.quiet
         for number in range(state.number, self.options.max_steps):
-            began = time.perf_counter()
-            count = self.factors.count
+            began = time.perf_counter(), self.factors.count
             moved = self._cycle(contacts, position, closed, cycle)
             if moved is None:
                 return self._end(Status.NOT_CONVERGED, "the stiffness matrix is singular", contacts, position)
@@ -74,12 +72,12 @@ class WangIteration(Continuation):
             at = self.system.evaluate(contacts, position)
             closed, cycle = at.closed, self._next(cycle, contacts, at, slid)
             residual = self.system.static_residual(contacts, position)
-            self._record(number, residual, position, ended, reset, began, count, (NAME,))
+            self._record(number, residual, position, ended, reset, began, (NAME,))
             complete = self.system.prescription_complete(position)
             at_rest = residual < self.options.tolerance and failures == 0 and complete
-            quiet = quiet + 1 if at_rest else 0
-            if quiet == LOOP.quiet_steps:
+            if at_rest and quiet:
                 return self._at_rest(contacts, position, at)
+            quiet = bool(at_rest)
             holds = cycle.borne >= min(HOLDS, number + 1)
             if collapse := self.collapse.check(contacts, holds, position):
                 return self._collapsed(collapse, contacts, position)

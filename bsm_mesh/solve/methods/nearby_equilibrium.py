@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bsm_mesh.solve.contacts.history import commit, restore_history
-from bsm_mesh.solve.methods.newton import chord_method
-from bsm_mesh.solve.methods.regularized_newton import SETTINGS as NEWTON
-from bsm_mesh.solve.methods.regularized_newton import regularized_newton
+from bsm_mesh.solve.methods.corrections import chord_method
+from bsm_mesh.solve.methods.newton import SETTINGS as NEWTON
+from bsm_mesh.solve.methods.newton import newton
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
@@ -45,7 +45,7 @@ class NearbyEquilibrium:
     Parameters
     ----------
     localized : bool
-        As `regularized_newton` takes it: after an excavation, where few of many blocks are set free.
+        As `newton` takes it: after an excavation, where few of many blocks are set free.
     """
 
     def __init__(self, *, localized: bool = False) -> None:
@@ -67,9 +67,7 @@ class NearbyEquilibrium:
         wanted = max(FEW_CHANGE, inner)
         for update in range(SETTINGS.max_updates + 1):
             rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
-            attempt = regularized_newton(
-                step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized
-            )
+            attempt = newton(step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized)
             step, position = attempt.equations.allowing_settlement(attempt.position), attempt.position
             attempt = replace(attempt, equations=step)
             if not attempt.may_end or update == SETTINGS.max_updates or not step.within_search_range(position):

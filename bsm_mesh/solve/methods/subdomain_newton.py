@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 
 from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.solve.algebra.block_matrix import BlockPattern
-from bsm_mesh.solve.methods.newton import newton
+from bsm_mesh.solve.methods.corrections import line_search, newton_correction, tangent_regularization
 from bsm_mesh.solve.step.equations import StepEquations
 from bsm_mesh.solve.step.subproblem import SubdomainEquations
 
@@ -49,10 +49,12 @@ def subdomain_correction(step: StepEquations, position: FloatArray) -> FloatArra
         return None
     local = SubdomainEquations(step, moves, position)
     try:
-        found = newton(local, local.start, 0.0, regularized=True, max_iterations=1, weight=weight)
+        here = local.residual_at(local.start, weight)
+        correction = newton_correction(local, here, tangent_regularization(here.max_norm))
+        corrected = here if correction is None else line_search(local, here, correction)
     finally:
         local.close()
-    return local.whole(found.position)
+    return local.whole(corrected.position)
 
 
 def _block_residuals(step: StepEquations, position: FloatArray) -> tuple[FloatArray, float]:

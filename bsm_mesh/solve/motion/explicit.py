@@ -351,7 +351,8 @@ def strength_lines(
     """
     floor = np.finfo(float).tiny
     here = _tangent(contacts, laws, np.maximum(pressure, floor))
-    low, high = (_tangent(contacts, laws, np.full_like(pressure, p)) for p in (floor, HIGH))
+    low = _tangent(contacts, laws, np.full_like(pressure, floor))
+    high = _tangent(contacts, laws, np.full_like(pressure, HIGH))
     other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
     residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
     lines = {"first": here, "second": other, "residual": residual}

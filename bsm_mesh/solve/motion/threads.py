@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.solve.contacts.forces import AT_ONCE
 from bsm_mesh.solve.motion.kernels import CHECK_EVERY, advance
-
-WORTH_A_THREAD = 15_000  # [contacts]; with fewer, threads wait more than they work
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -67,7 +66,7 @@ def advance_window(
     """
     velocity = velocity.copy()
     moved, turns = np.zeros((2, *velocity.shape)), np.zeros((2, 2, len(velocity)), np.float32)
-    count = min(len(strips), len(share.block_a) // WORTH_A_THREAD)
+    count = min(len(strips), len(share.block_a) // AT_ONCE)
     common = bolts, loads, constants, velocity, moved, turns
     if count <= 1:
         part = _Strip(share, np.arange(len(velocity)), supports, common)

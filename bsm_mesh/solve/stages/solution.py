@@ -24,7 +24,7 @@ from bsm_mesh.solve.stages.checkpoint import Checkpoint, Keep, StageProgress
 from bsm_mesh.solve.stages.crushing import notes_on_crushing
 from bsm_mesh.solve.stages.falls import Falls, after_falls, falls_of
 from bsm_mesh.solve.stages.new_faces import concatenate
-from bsm_mesh.solve.stages.scheme import Checker, Observer, Prover, Recording, Scheme
+from bsm_mesh.solve.stages.scheme import Checker, Observer, Outcome, Prover, Recording, Scheme
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,10 +175,14 @@ class StageSolution:
         run, state = self._run, self._state
         while True:
             state.release(parts[self._now])
-            stage = self._part()
-            self._now += 1
-            if not stage.status.is_at_rest or self._now == len(parts):
-                break
+            part = self._submodel()
+            self._began_at = run.scheme.moved.copy()
+            outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
+            stage = self._ended(part, outcome)
+            if stage is not None:
+                self._now += 1
+                if not stage.status.is_at_rest or self._now == len(parts):
+                    break
             self._keep()
         state.forget_released()
         if state.water is not None and state.water.table and not stage.water.any():
@@ -190,30 +194,26 @@ class StageSolution:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))
         return after_falls(stage, tuple(self._fallen))
 
-    def _part(self) -> StageResult:
-        """Return where blocks end under the forces that act now, without those that come down and are taken away."""
+    def _ended(self, part: SubModel, outcome: Outcome) -> StageResult | None:
+        """Return where blocks ended under the forces that act now; None where they are to be solved for again.
+
+        So they are without those that come down and are taken away, and under the water that flows as they lie.
+        """
         run, state = self._run, self._state
-        while True:
-            part = self._submodel()
-            self._began_at = run.scheme.moved.copy()
-            outcome = run.scheme.solve(part, self._number, state.bar_forces[part.bar], self._watch(part), self._keep)
-            state.bar_forces[part.bar] = outcome.bar_forces
-            if self._start_residual is None:
-                self._start_residual = outcome.stage.start_residual
-            stage = _confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
-            if not run.falls.takes_away(outcome.small):
-                stage, is_settled = self._with_flow(stage)
-                if is_settled:
-                    return stage
-                self._keep()
-                continue
-            down = part.block[outcome.down]
-            self._fallen.extend(falls_of(run.model, down, outcome.small, stage, run.scheme.moved))
-            state.take_away(down)
-            run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
-            if run.flow is not None:
-                state.flow = run.flow.begin(self._number, state.present, state.flow)
-            self._keep()
+        state.bar_forces[part.bar] = outcome.bar_forces
+        if self._start_residual is None:
+            self._start_residual = outcome.stage.start_residual
+        stage = _confirmed(self._placed(outcome.stage, part, run.scheme.moved), run.check)
+        if not run.falls.takes_away(outcome.small):
+            stage, is_settled = self._with_flow(stage)
+            return stage if is_settled else None
+        down = part.block[outcome.down]
+        self._fallen.extend(falls_of(run.model, down, outcome.small, stage, run.scheme.moved))
+        state.take_away(down)
+        run.scheme.remove_and_place_blocks(state.present, np.zeros_like(state.present))
+        if run.flow is not None:
+            state.flow = run.flow.begin(self._number, state.present, state.flow)
+        return None
 
     def _submodel(self) -> SubModel:
         """Return the blocks that are there, under what acts on them."""

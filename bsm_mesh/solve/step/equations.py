@@ -218,11 +218,11 @@ class StepEquations:
 
     def residual_at(self, position: FloatArray, weight: float | None = None) -> Residual:
         """Return the residual at a position, with its norms over the mean weight or another."""
-        at = self.evaluate(position)
+        evaluate = partial(self.system.evaluate, self.contacts, position)
+        at = evaluate()
         weight = weight or self.system.weight(at)
         forces = self.residual(position, at.forces)
         max_norm, l2_norm = self.residual_norms(forces, weight)
-        evaluate = partial(self.system.evaluate, self.contacts, position)
         return Residual(position, evaluate, forces, max_norm, l2_norm * weight, weight)
 
     def movement(self, step: FloatArray) -> float:

@@ -1,0 +1,178 @@
+"""What in a model does not fit together: one sentence for every fault, with its cure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bsm_mesh.errors import ModelError, listing, nearest
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.bolt_layout import label, pass_blocks
+from bsm_mesh.model.flow_faults import flow_faults
+from bsm_mesh.model.histories import history_faults
+from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, point_forces_of
+from bsm_mesh.model.locate import blocks_at
+from bsm_mesh.model.stages import presence
+from bsm_mesh.model.strength import strength_faults
+from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.water import Water
+
+if TYPE_CHECKING:
+    from bsm_mesh.model.model import Model
+
+DEEPEST = 1e4  # m: deeper than any mine
+
+
+def model_faults(model: Model) -> list[str]:
+    """Return one sentence for everything in the model that does not fit together."""
+    blocks = model.blocks
+    faults: list[str] = []
+    rock_names = [rock.name for rock in model.rocks]
+    joint_names = [joint.name for joint in model.joints]
+    for kind, names in (("rock", rock_names), ("joint", joint_names)):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        faults.extend(f"{kind} '{name}' is defined more than once; remove all but one" for name in twice)
+    faults.extend(_missing("rock", blocks.rock_names, rock_names, blocks.rock, "block", "blocks"))
+    faults.extend(_missing("joint", blocks.joint_names, joint_names, blocks.edge_joint, "edge", "edges"))
+    if model.default_joint is not None and model.default_joint not in joint_names:
+        faults.append(
+            f"default_joint: there is no joint '{model.default_joint}'{nearest(model.default_joint, joint_names)}"
+        )
+    try:
+        bars_of(model.supports, blocks)
+    except ModelError as error:
+        faults.extend(error.faults)
+    for number, load in enumerate(model.loads):
+        faults.extend(f"load {number + 1} ({type(load).__name__}): {text}" for text in _load_faults(load, model))
+    faults.extend(_ground_faults(model, joint_names))
+    faults.extend(flow_faults(model))
+    bolt_names = [bolt.name or f"bolt {number + 1}" for number, bolt in enumerate(model.bolts)]
+    faults.extend(history_faults(model.histories, blocks, joint_names, bolt_names))
+    stage_faults = list(_stage_faults(model, joint_names))
+    return [*faults, *stage_faults, *([] if stage_faults else _bolt_faults(model))]
+
+
+def _bolt_faults(model: Model) -> Sequence[str]:
+    names = [stage.name for stage in model.stages]
+    unknown = [
+        f"{label(model.bolts, k)}: there is no stage '{bolt.stage}'{nearest(bolt.stage, names)}"
+        for k, bolt in enumerate(model.bolts)
+        if bolt.stage is not None and bolt.stage not in names
+    ]
+    if unknown or not model.bolts:
+        return unknown
+    try:
+        pass_blocks(model.bolts, model.blocks, model.stages)
+    except ModelError as error:
+        return error.faults
+    return []
+
+
+def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
+    in_situ = model.in_situ
+    if in_situ is not None and in_situ.surface is not None and model.gravity_direction != -90:
+        yield (
+            f"in_situ: surface means ground under gravity straight down; gravity.direction is "
+            f"{model.gravity_direction:g} degrees: give the field as stress = {{xx, yy, xy}}"
+        )
+    elif in_situ is not None and in_situ.surface is not None:
+        yield from _surface_faults(in_situ, model.blocks)
+    if model.water is not None:
+        yield from _water_faults("water", model.water, model.blocks, joint_names)
+
+
+def _surface_faults(in_situ: InSitu, blocks: Blocks) -> Iterable[str]:
+    """Say where the ground's surface is too far from the model, or the horizontal stress below it would pull."""
+    depth = in_situ.level(blocks.vertices[:, 0]) - blocks.vertices[:, 1]
+    low, high = blocks.vertices[:, 1].min(), blocks.vertices[:, 1].max()
+    where = f"the model reaches from y = {low:.6g} m to {high:.6g} m; check the level and its unit"
+    if depth.max() <= 0:
+        yield f"in_situ: the whole model lies above the surface, where the ground has no stress: {where}"
+    elif depth.min() > DEEPEST:
+        yield f"in_situ: the surface lies {depth.min():.6g} m above the model, at most {DEEPEST:g} m are taken: {where}"
+    a, b, c = in_situ.k0
+    if depth.max() > 0 > a / depth.max() + b + c * depth.max():
+        yield (
+            f"in_situ: k0 = {a:g} / h + {b:g} {c:+g} h makes the horizontal stress a tension at the depth "
+            f"{depth.max():.6g} m; raise c"
+        )
+
+
+def _water_faults(place: str, water: Water, blocks: Blocks, joint_names: Sequence[str]) -> Iterable[str]:
+    for name in water.joint_pressure:
+        if name not in joint_names:
+            yield f"{place}: joint_pressure: there is no joint '{name}'{nearest(name, joint_names)}"
+    left, right = blocks.extent
+    for line in water.table:
+        if len(line) > 1 and (line[-1][0] < left or line[0][0] > right):
+            yield (
+                f"{place}: the table runs from x = {line[0][0]:g} m to {line[-1][0]:g} m, outside the model "
+                f"({left:g} m to {right:g} m); check its coordinates and units (one point alone is a level everywhere)"
+            )
+    depth = water.surface().at(blocks.vertices[:, 0]) - blocks.vertices[:, 1]
+    if depth.min() > DEEPEST:
+        low, high = blocks.vertices[:, 1].min(), blocks.vertices[:, 1].max()
+        yield (
+            f"{place}: the table lies {depth.min():.6g} m above the model, at most {DEEPEST:g} m are taken: the model "
+            f"reaches from y = {low:.6g} m to {high:.6g} m; check the levels and their unit"
+        )
+
+
+def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
+    names = [stage.name for stage in model.stages]
+    yield from (
+        f"stage '{name}' is defined more than once; rename all but one" for name, k in Counter(names).items() if k > 1
+    )
+    try:
+        presence(model.stages, model.blocks)
+    except ModelError as error:
+        yield from error.faults
+    for stage in model.stages:
+        for number, load in enumerate(stage.loads):
+            for text in _load_faults(load, model):
+                yield f"stage '{stage.name}': load {number + 1} ({type(load).__name__}): {text}"
+        if stage.water is not None:
+            yield from _water_faults(f"stage '{stage.name}': water", stage.water, model.blocks, joint_names)
+        yield from (f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength))
+
+
+def _missing(
+    kind: str, used: Sequence[str], defined: Sequence[str], index: np.ndarray, thing: str, things: str
+) -> Iterable[str]:
+    for number, name in enumerate(used):
+        where = np.flatnonzero(index == number)
+        if name not in defined and where.size:
+            hint = nearest(name, defined) if defined else ""
+            yield (
+                f"{kind} '{name}' of {where.size} {thing if where.size == 1 else things} ({listing(where, 4)}) is not "
+                f"defined; define it, [{kind}.{name}] in a model file{hint}"
+            )
+
+
+def _load_faults(load: Load, model: Model) -> list[str]:
+    blocks = model.blocks
+    if isinstance(load, InSituTraction):
+        if load.boundary not in blocks.boundaries:
+            return [f"there is no boundary '{load.boundary}'{nearest(load.boundary, blocks.boundaries)}"]
+        if model.in_situ is None or not model.in_situ.describes_field:
+            return ["in_situ = true needs the field: give [in_situ] with surface and k0, or stress = {xx, yy, xy}"]
+        return []
+    if not isinstance(load, PointLoad):
+        try:
+            point_forces_of([load], blocks)
+        except ModelError as error:
+            return list(error.faults)
+        return []
+    if not 0 <= load.block < blocks.count:
+        return [f"there is no block {load.block}; blocks are numbered 0 to {blocks.count - 1}"]
+    if load.block not in blocks_at(blocks, load.point):
+        centre = blocks.moments.centroid[load.block]
+        return [
+            f"the point ({load.point[0]:g}, {load.point[1]:g}) is not in block {load.block}, "
+            f"whose centroid is ({centre[0]:g}, {centre[1]:g})"
+        ]
+    return []
