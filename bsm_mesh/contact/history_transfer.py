@@ -64,30 +64,46 @@ def keep_one_active_dual(
 def transfer_history(
     vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray
 ) -> None:  # pragma: no cover - compiled
-    """Transfer the history of every contact that has ended to the nearest candidate with an aligned normal, once."""
-    for q in range(active.size):
-        if active[q].pressure <= 0.0 or _continues(rows, q):
-            continue
-        best, nearest = -1, rules.transfer_distance * h
-        for i in range(rows.size):
-            if rows[i].history >= 0 or rows[i].corner_gap > 0.0 or not rows[i].in_range:
+    """Transfer the history of every contact that has ended to the nearest candidate with an aligned normal, once.
+
+    Of two that are nearest to one candidate the nearer goes there, and the other to its next: in any order the same.
+    """
+    displaced = True
+    while displaced:
+        displaced = False
+        for q in range(active.size):
+            if active[q].pressure <= 0.0 or _goes_on(rows, q):
                 continue
-            distance = _distance(vertices, active[q], rows[i])
-            if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.min_cosine:
-                continue
-            taken = rows[i].predecessor
-            if taken < 0 or distance < _distance(vertices, active[taken], rows[i]):
-                best, nearest = i, distance
-        if best >= 0:
-            rows[best].predecessor = q
+            best = _nearest_free(vertices, blocks, active, h, rules, rows, q)
+            if best >= 0:
+                displaced |= rows[best].predecessor >= 0
+                rows[best].predecessor = q
 
 
 @njit(forceinline=True)
-def _continues(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
-    """Whether an active contact continues in a kept row."""
+def _nearest_free(
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray, q: int
+) -> int:  # pragma: no cover - compiled
+    """Return the nearest row whose history active contact q may become, unless a nearer one is; -1: there is none."""
+    best, nearest = -1, rules.transfer_distance * h
+    for i in range(rows.size):
+        if rows[i].history >= 0 or rows[i].corner_gap > 0.0 or not rows[i].in_range:
+            continue
+        distance = _distance(vertices, active[q], rows[i])
+        if distance >= nearest or _alignment(vertices, blocks, active[q], rows[i]) < rules.min_cosine:
+            continue
+        taken = rows[i].predecessor
+        if taken < 0 or distance < _distance(vertices, active[taken], rows[i]):
+            best, nearest = i, distance
+    return best
+
+
+@njit(forceinline=True)
+def _goes_on(rows: RecordArray, q: int) -> bool:  # pragma: no cover - compiled
+    """Whether an active contact continues in a kept row, or has its history transferred to one."""
     found = False
     for i in range(rows.size):
-        found |= rows[i].history == q and rows[i].state == KEPT
+        found |= (rows[i].history == q and rows[i].state == KEPT) or rows[i].predecessor == q
     return found
 
 

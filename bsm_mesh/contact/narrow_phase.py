@@ -5,8 +5,8 @@ else depends on one candidate alone is decided here (overlap along parallel edge
 the rules that compare candidates, are in `contact_rules`.
 
 A kernel's cache is renewed when its own file changes, not when a file changes whose kernels it calls: so the kernels
-of this file and of `broad_phase` call no others. After a change of `history_transfer` or `same_place` touch
-`contact_rules`.
+of this file and of `broad_phase` call no others. After a change of `history_transfer` or `same_place` delete what is
+kept of `contact_rules`: a new date of the file is not enough, for Numba compares its content.
 """
 
 from __future__ import annotations

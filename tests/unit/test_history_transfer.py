@@ -57,6 +57,19 @@ def test_history_of_two_goes_to_one_from_the_nearer():
         assert (scene.detect(ended).predecessor >= 0).sum() == 1
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_history_that_a_nearer_contact_displaces_goes_to_the_next_candidate(first):
+    """Seen: it was lost where contacts were listed in one order and transferred in the other."""
+    scene = Scene.of([rectangle(-1, -1, 0.05, 0), square(0, 0)])  # candidates at (0, 0) and (0.05, 0)
+    found = scene.detect()
+    points = np.array([(0.02, 0.0), (0.01, 0.0)])  # both nearer to the first
+    order = [first, 1 - first]
+    ended = active_on_top(found.pair[0], [1 << 20, 2 << 20], points[order])
+    again = scene.detect(ended)
+    at = scene.placed[again.corner, 0].round(6).tolist()
+    assert {x: order[row] for x, row in zip(at, again.predecessor, strict=True)} == {0.0: 1, 0.05: 0}
+
+
 def active_on_top(pair, keys, points):
     """Return active contacts of block 1 on the top of block 0 under keys that no candidate has."""
     return ActiveContacts(
