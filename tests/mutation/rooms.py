@@ -18,7 +18,7 @@ ROOMS = {
     "solve/step": "forces subdomain_newton subdomain_corrections newton regularized_newton nearby_equilibrium loop",
     "solve/methods": "newton regularized_newton nearby_equilibrium subdomain_newton subdomain_corrections loop",
     "solve/motion": "motion_kernels relaxation following loop",
-    "solve/continuation": "loop stability verdict confirmed verification/wang_iteration verification/large_displacement",
+    "solve/continuation": "loop verdict confirmed verification/wang_iteration verification/large_displacement",
     "solve/limit": "proof verification/limit_analysis verification/strength_factor",
 }
 LEFT_OUT = {"add_a_method", "bad_places", "compiled", "heap", "pardiso_mpi"}  # slow, or of other things

@@ -12,6 +12,9 @@ from bsm_mesh.solve.contacts.forces import evaluate, rows_by_law
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.step.block_system import BlockSystem
 from tests.scenes.large import jointed_slope
+from tests.scenes.models import model_of
+from tests.scenes.shapes import rectangle
+from tests.scenes.steps import begun
 
 LAWS = (bsm.MohrCoulomb(friction=35), bsm.Patton(friction=30, dilation=5, cohesion=2e4))
 
@@ -62,3 +65,17 @@ def test_every_contact_answers_by_its_own_law(pressed):
         assert_array_equal(both.shear[own], alone.shear[own])
         assert_array_equal(both.strength[own], alone.strength[own])
     assert not np.array_equal(both.strength, alone.strength)
+
+
+def test_what_bears_no_more_than_rounding_does_not_slip():
+    """Forces of rounding are at a strength of rounding, or not: that is no slip."""
+    step = begun(model_of([rectangle(-4, -1, 8, 0), rectangle(0, 0, 1, 1)]))
+    position = step.start.copy()
+    position[1, 1] = -1e-5
+    at = step.evaluate(position)
+    first, *others = np.flatnonzero(at.closed)
+    force = np.where(at.closed, 1e-20 * at.pressure, 0.0)
+    force[first] = at.pressure[first]
+    slides = replace(at, pressure=force, shear=0.7 * force, strength=0.7 * force, sticking=np.zeros_like(at.closed))
+    assert others
+    assert np.flatnonzero(slides.at_strength).tolist() == [first]

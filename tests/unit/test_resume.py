@@ -95,10 +95,7 @@ def test_stages_that_change_strength_and_shake(tmp_path: Path, left: list[Path],
     whole = bsm.run(model, output=out)
     assert {stage.status for stage in whole.stages} == {"no_verdict" if scheme == "linear" else "stable"}
     if scheme == "continuation":
-        pressed = [
-            stage.contacts.normal_force < -1e-3 for stage in whole.stages
-        ]  # N: what is left of 0 may slip or not
-        slips = [bool((stage.contacts.status == 1)[p].any()) for stage, p in zip(whole.stages, pressed, strict=True)]
+        slips = [bool((stage.contacts.status == 1).any()) for stage in whole.stages]
         assert slips == [False, True, True, True, False]
     wanted, copies = content(out), list(left)
     assert len(copies) >= 5

@@ -99,9 +99,16 @@ class Evaluation:
     slip: FloatArray  # (h,) of the dilating contacts in this step [m], not negative
 
     @property
+    def bears(self) -> BoolArray:
+        """Which contacts bear more than rounding of the greatest force, (m,)."""
+        force = np.maximum(np.abs(self.pressure), np.abs(self.shear))
+        more: BoolArray = self.closed & (force > ROUNDING * force.max(initial=0.0))
+        return more
+
+    @property
     def at_strength(self) -> BoolArray:
         """Which contacts carry their full shear strength, (m,): they slip, or are about to."""
-        full: BoolArray = self.closed & ~(self.sticking & (np.abs(self.shear) < (1 - ROUNDING) * self.strength))
+        full: BoolArray = self.bears & ~(self.sticking & (np.abs(self.shear) < (1 - ROUNDING) * self.strength))
         return full
 
 

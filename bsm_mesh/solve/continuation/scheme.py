@@ -261,7 +261,7 @@ def _contact_forces(motion: Motion, kept: IntArray, placed: FloatArray, water: W
     status = np.where(at.at_strength, ContactStatus.SLIPPING, ContactStatus.STICKING)
     status = np.where(at.closed, status, ContactStatus.OPEN)
     with np.errstate(divide="ignore", invalid="ignore"):
-        used = np.where(at.shear == 0, 0.0, np.abs(at.shear) / at.strength)  # without strength: infinite
+        used = np.where(at.bears & (at.shear != 0), np.abs(at.shear) / at.strength, 0.0)  # without strength: infinite
     point = placed[c.block_a[kept], :2] + arm_a
     joint = table.joint[kept]
     slip = np.where(np.isnan(table.first_tangential), 0.0, at.tangential - table.first_tangential)
