@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
-from bsm_mesh.solve.motion.relaxation import RelaxToRest
+from bsm_mesh.solve.motion.relaxation import Decay, RelaxToRest
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
@@ -49,6 +49,30 @@ def test_a_column_under_its_weight_slips_nowhere_and_is_compressed_by_it():
 )
 def test_where_there_is_no_equilibrium_it_stalls(polygons, turn):
     assert relaxed(polygons, turn).outcome is Outcome.STALLED
+
+
+def ends_after(energies, begins=20, period=10):
+    """Return after how many cycles energies, one a cycle, have stalled; None: never."""
+    decay = Decay(begins, period)
+    ended = (cycle for cycle, energy in enumerate(energies, 1) if not decay.goes_on(cycle, energy))
+    return next(ended, None)
+
+
+CYCLES = np.arange(1, 400)
+
+
+def test_energy_that_swings_while_it_falls_goes_on():
+    assert ends_after((1 + 0.5 * np.sin(2 * np.pi * CYCLES / 3)) * np.exp(-CYCLES / 60)) is None
+
+
+@pytest.mark.parametrize("energies", [np.ones(400), CYCLES])
+def test_energy_that_does_not_fall_ends_after_two_periods(energies):
+    assert ends_after(energies) == 40
+
+
+def test_energy_counts_from_when_all_loads_act():
+    """It rises while they come, and falls slowly from then on: to nine tenths in a period."""
+    assert ends_after(np.where(CYCLES < 20, CYCLES**2, 400 * 0.9 ** (CYCLES / 10))) is None
 
 
 def test_the_equations_asked_are_unchanged():

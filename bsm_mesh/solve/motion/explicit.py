@@ -108,14 +108,24 @@ class ExplicitMotion:
         return velocity
 
     @property
+    def kinetic_energy(self) -> float:
+        """Kinetic energy of the blocks, their masses and time those of cycles [N]."""
+        return float(np.einsum("ij,ij,ij", self._masses.mass, self._velocity, self._velocity) / 2)
+
+    @property
     def fall_cycles(self) -> float:
         """In how many cycles a block falls freely by a step length."""
         return float(np.sqrt(2 * self.system.d * self._masses.inverse_rate))
 
     @property
+    def loading_cycles(self) -> int:
+        """Cycles after which the ramp is over, and supports have arrived."""
+        return max(self._ramp, self._prescribed_cycles)
+
+    @property
     def is_loaded(self) -> bool:
-        """Whether the ramp is over, and supports have arrived."""
-        return self.cycles >= max(self._ramp, self._prescribed_cycles)
+        """Whether all loads act, and supports have arrived."""
+        return self.cycles >= self.loading_cycles
 
     @property
     def passed(self) -> float:

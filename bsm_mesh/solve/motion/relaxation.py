@@ -3,8 +3,11 @@
 Where thousands of contacts slip, Coulomb's coupling of pressure and friction leaves the equations of a whole step next
 to singular. Slip that happens little by little loses energy, and finds its end. So the residual at the start is brought
 on in a ramp, with masses as small as stability allows (Underwood 1983), damped by a part of the force against the
-velocity (Cundall 1987). Waves cross a model of n blocks in about the square root of n cycles: ramp and patience are
-counted in those.
+velocity (Cundall 1987). The square root of n cycles is the unit of time in a model of n blocks, called a transit: ramp
+and period are counted in those.
+
+What comes to rest loses its kinetic energy; what slides on keeps it. The residual says less: slipping contacts make a
+model soft, so that it halves more slowly than in an elastic one though every block comes to rest.
 """
 
 from __future__ import annotations
@@ -23,7 +26,7 @@ LIGHTEST = MotionSettings(damps_impacts=False, real_masses=False)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RelaxationSettings:
-    """How loads are brought on, and what ends it. A transit is the time in cycles in which a wave crosses the model.
+    """How loads are brought on, and what ends it. A transit is sqrt(n) cycles, for n blocks.
 
     Attributes
     ----------
@@ -34,8 +37,10 @@ class RelaxationSettings:
         How blocks are moved.
     ramp : float [transits]
         Of the loads. With 20, slopes near their limit come down that stand with 60.
-    patience : float [transits]
-        In which the rms residual must halve, or it has stalled.
+    period : float [transits]
+        That of the slowest wave; from one to the next kinetic energy must fall, or it has stalled. Masses are 1.5
+        times the sum of a block's springs, so a wave goes 0.41 of a square block a cycle, and the slowest is four
+        times as long as a model that is held on one side.
     levels : tuple of float [mean weights]
         Rms residuals: contacts are searched for at each, the last ends it.
     passed : float
@@ -53,7 +58,7 @@ class RelaxationSettings:
     pressed: float = 0.1
     motion: MotionSettings = LIGHTEST
     ramp: float = 60.0
-    patience: float = 10.0
+    period: float = 10.0
     levels: tuple[float, ...] = (MAX_RMS, FEW_CHANGE, 1e-5)
     passed: float = 0.5
     max_searches: int = 12
@@ -62,6 +67,34 @@ class RelaxationSettings:
 
 
 SETTINGS = RelaxationSettings()
+
+
+class Decay:
+    """Whether kinetic energy falls: its mean over a period is below that over the period before.
+
+    Within a period it swings, and where contacts begin to slip it rises for a while.
+
+    Parameters
+    ----------
+    begins, period : int [cycles]
+        The first period, and the length of each.
+    """
+
+    def __init__(self, begins: int, period: int) -> None:
+        self._begins, self._period = begins, period
+        self._ends, self._before = begins + period, np.inf
+        self._energies: list[float] = []
+
+    def goes_on(self, cycles: int, energy: float) -> bool:
+        """Return whether it still falls, with the energy after so many cycles."""
+        if cycles >= self._begins:
+            self._energies.append(energy)
+        if cycles < self._ends:
+            return True
+        mean = float(np.mean(self._energies))
+        falls = mean < self._before
+        self._ends, self._before, self._energies = self._ends + self._period, mean, []
+        return falls
 
 
 class RelaxToRest:
@@ -76,16 +109,12 @@ class RelaxToRest:
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return where blocks come to rest, all but few of them."""
         transit = max(SETTINGS.min_transit, float(np.sqrt(len(equations.start))))
-        ramp, window = int(SETTINGS.ramp * transit), int(SETTINGS.patience * transit)
-        motion, levels = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=ramp), list(SETTINGS.levels)
-        before, until = np.inf, ramp + window
+        motion = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=int(SETTINGS.ramp * transit))
+        decay, levels = Decay(motion.loading_cycles, int(SETTINGS.period * transit)), list(SETTINGS.levels)
         while levels and motion.searches < SETTINGS.max_searches:
             motion.advance(max(SETTINGS.min_cycles, int(transit)))
-            rms = motion.residual.rms
-            if motion.diverged or (motion.cycles >= until and rms > before / 2):
+            if motion.diverged or not decay.goes_on(motion.cycles, motion.kinetic_energy):
                 break
-            if motion.cycles >= until:
-                before, until = rms, until + window
             if _is_below(motion, levels[0], goal.max_residual):
                 motion.search()
                 if _is_below(motion, levels[0], goal.max_residual):
