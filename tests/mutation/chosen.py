@@ -9,8 +9,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import click
-
 from .mutants import ROOT, Mutant, read
 from .place import SURVIVED, Place
 
@@ -56,16 +54,19 @@ class Watched:
 
     def _watch(self, files: Iterable[str]) -> None:
         """Run the test files that are not known, on the program as it is."""
-        new = [name for name in sorted(set(files)) if self._files.get(name, ("",))[0] != _sha(read(name))]
+        new = [name for name in sorted(set(files)) if self._files.get(name, ("",))[0] != _sha(self._text(name))]
         if not new:
             return
         ran, seen = self._place.watch(new, WATCHING)
         if ran.outcome != SURVIVED:
-            raise click.ClickException(f"tests fail on the program as it is: {ran.failed or ran.outcome}")
-        click.echo(f"{len(new)} test files in {ran.seconds:.0f} s, kernels compiled on the way")
+            raise SystemExit(f"tests fail on the program as it is: {ran.failed or ran.outcome}")
+        print(f"{len(new)} test files in {ran.seconds:.0f} s, kernels compiled on the way")
         for name in new:
             own = {test: row for test, row in seen.items() if test.partition("::")[0] == name}
-            self._files[name] = _sha(read(name)), _shared(own) if any(s in read(name) for s in SHARING) else own
+            self._files[name] = (
+                _sha(self._text(name)),
+                _shared(own) if any(s in self._text(name) for s in SHARING) else own,
+            )
         self._path.write_text(json.dumps(self._files), encoding="utf-8")
 
     def limits(self, mutant: Mutant, files: Iterable[str]) -> dict[str, float]:
@@ -77,11 +78,15 @@ class Watched:
         tests = {name: row for file in files for name, row in self._files[file][1].items()}
         function = function_at(read(mutant.file), mutant.line)
         if function is not None and not function.is_cached:
-            called, beyond = f"{mutant.file}:{function.begin}", {file for file in files if BEYOND in read(file)}
+            called, beyond = f"{mutant.file}:{function.begin}", {file for file in files if BEYOND in self._text(file)}
             tests = {n: row for n, row in tests.items() if called in row[1] or n.partition("::")[0] in beyond}
         compiling = COMPILING if function is None or function.is_kernel else 0.0
         order = sorted(tests, key=lambda name: tests[name][0])
         return {name: SLOWER * tests[name][0] + BESIDE + compiling for name in order}
+
+    def _text(self, name: str) -> str:
+        """Return a test file as the place has it, which was copied when it was made."""
+        return (self._place.root / name).read_text(encoding="utf-8")
 
 
 def _shared(tests: Tests) -> Tests:

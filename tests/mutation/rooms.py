@@ -22,7 +22,7 @@ ROOMS = {  # the most direct before the bar
     "solve/continuation": "loop verdict confirmed | verification/wang_iteration verification/large_displacement",
     "solve/limit": "proof verification/limit_analysis | verification/strength_factor",
 }
-LEFT_OUT = {"add_a_method", "bad_places", "compiled", "heap"}  # slow, or of other things
+LEFT_OUT = {"add_a_method", "bad_places", "compiled", "heap", "mutation"}  # slow, or of other things
 
 
 def tests_of(file: str) -> list[list[str]]:

@@ -29,6 +29,9 @@ class Calls:
 
     def __init__(self) -> None:
         self.codes: dict[int, CodeType] = {}  # by their identity: a hash reads all of a code
+
+    def begin(self) -> None:
+        """See what is called from here on, in threads that begin later too."""
         sys.setprofile(self._see)
         threading.setprofile(self._see)
 
@@ -110,11 +113,12 @@ def _functions(called: dict[int, CodeType], kernels: dict[int, Any]) -> set[str]
     return {name for name in named if name.startswith(FOLDERS)}
 
 
-CALLS = Calls()  # from here on: before the package is imported
+CALLS = Calls()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option."""
+    """Add the option, and begin to look: the package is not imported yet."""
+    CALLS.begin()
     parser.addoption("--watched", type=Path, required=True)
 
 

@@ -6,13 +6,14 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.solve.bolts.chain import solve_chain
-from bsm_mesh.solve.bolts.kernels import add_bolt_forces, couple, own_coupling
+from bsm_mesh.solve.bolts.kernels import add_bolt_forces, own_coupling
 from bsm_mesh.solve.motion.kernels import advance
 from tests.mutation import mutants, rooms
 from tests.mutation.chosen import BESIDE, COMPILING, SLOWER, Watched, function_at
@@ -21,6 +22,7 @@ from tests.mutation.kernels import Stamp, compiled_into
 from tests.mutation.mutants import Mutant
 from tests.mutation.place import SURVIVED, Ran
 from tests.mutation.report import interval, markdown
+from tests.mutation.watch import _functions
 
 SOURCE = '''
 """A module."""
@@ -133,6 +135,8 @@ def test_function_around_a_line():
 class Seen:
     """A place in which tests have been seen to take some seconds, and to call some functions."""
 
+    root = mutants.ROOT
+
     def __init__(self, **tests):
         self.tests = tests
 
@@ -148,7 +152,7 @@ def test_tests_that_call_the_function_come_fastest_first(tmp_path):
     place = Seen(slow=(2.0, [called]), fast=(1.0, [called]), idle=(0.0, [other]))
     limits = Watched(tmp_path, place).limits(Mutant(file, "any", 0, line + 1, 0), [test])
     assert limits == {f"{test}::{name}": SLOWER * s + BESIDE + COMPILING for name, s in (("fast", 1.0), ("slow", 2.0))}
-    kept = Watched(tmp_path, SimpleNamespace())  # which is not asked again
+    kept = Watched(tmp_path, SimpleNamespace(root=mutants.ROOT))  # which is not asked again
     assert len(kept.limits(Mutant(file, "any", 0, 1, 0), [test])) == 3  # done while the module is imported
 
 
@@ -190,14 +194,23 @@ def test_calls_not(): pass
 """
 
 
-def test_called_kernels_are_seen_and_what_is_compiled_into_them(tmp_path):
+def line_of(kernel):
+    code = kernel.py_func.__code__
+    return f"{Path(code.co_filename).relative_to(mutants.ROOT)}:{code.co_firstlineno}"
+
+
+def test_called_kernels_are_seen(tmp_path):
     done = run_pytest(tmp_path, WATCHED, "-p", "tests.mutation.watch", "--watched", "seen.json")
     assert done.returncode == 0, done.stdout
     seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
-    begins = (kernel.py_func.__code__.co_firstlineno for kernel in (own_coupling, couple))
-    kernels = {f"bsm_mesh/solve/bolts/kernels.py:{line}" for line in begins}
-    assert kernels <= set(seen["test_some.py::test_calls"][1])
-    assert not kernels & set(seen["test_some.py::test_calls_not"][1])
+    assert line_of(own_coupling) in seen["test_some.py::test_calls"][1]
+    assert line_of(own_coupling) not in seen["test_some.py::test_calls_not"][1]
+
+
+def test_a_kernel_that_is_called_calls_what_is_compiled_into_it():
+    code = advance.py_func.__code__
+    found = _functions({id(code): code}, {id(code): advance.py_func})
+    assert {line_of(kernel) for kernel in (advance, add_bolt_forces, solve_chain)} <= found
 
 
 def test_interval_of_a_share():
