@@ -9,7 +9,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from benchmarks.pages import add_into, tell
+from bsm_mesh.files import write_text
+from examples.numbers.pages import parted, with_between
 
 from . import mutants
 from .chosen import Watched
@@ -20,6 +21,7 @@ from .rooms import ROOMS, tests_of
 
 Row = dict[str, Any]
 COMMAND = "python -m tests.mutation"
+MARKS = f"<!-- made by {COMMAND}: begin -->", f"<!-- made by {COMMAND}: end -->"
 
 
 def main() -> None:
@@ -42,7 +44,11 @@ def main() -> None:
             file.write(json.dumps(_try(place, watched, mutant)) + "\n")
     known = _known(folder / "rows.jsonl")
     rows = [known[key] for m in chosen if (key := _key(m)) in known]
-    tell(markdown(rows, len(chosen), asked.seed), COMMAND, asked.into)
+    text = markdown(rows, len(chosen), asked.seed)
+    if asked.into is None:
+        print(text)
+    else:
+        write_text(asked.into, with_between(asked.into.read_text(encoding="utf-8"), MARKS, text))
 
 
 def _asked() -> argparse.Namespace:
@@ -57,8 +63,17 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--folder", type=Path, default=Path("out/mutation"), help="of what was tried (out/mutation)")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no further mutant after so many")
     parser.add_argument("--again", action="store_true", help="try survivors once more: new tests may kill them")
-    add_into(parser, COMMAND)
+    parser.add_argument("--into", type=_page, metavar="PAGE", help="a page in Markdown: what stands between its marks")
     return parser.parse_args()
+
+
+def _page(given: str) -> Path:
+    """Return the path of a page that has the marks: it is refused before anything is run."""
+    try:
+        parted(Path(given).read_text(encoding="utf-8"), MARKS)
+    except (OSError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"{given}: {error}") from None
+    return Path(given)
 
 
 def _key(mutant: Mutant) -> str:
