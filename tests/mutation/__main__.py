@@ -2,89 +2,106 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import time
-from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import click
+from bsm_mesh.files import write_text
+from examples.numbers.pages import parted, with_between
 
 from . import mutants
+from .chosen import Watched
 from .mutants import Mutant
-from .place import KILLED, SURVIVED, TIMEOUT, Place
+from .place import SURVIVED, Place, Ran
+from .report import markdown
 from .rooms import ROOMS, tests_of
 
 Row = dict[str, Any]
-COMPILING = 90.0  # processor seconds that a limit gives for kernels
-BASE = 900.0  # processor seconds at most for the tests of a room, of the program as it is
+COMMAND = "python -m tests.mutation"
+MARKS = f"<!-- made by {COMMAND}: begin -->", f"<!-- made by {COMMAND}: end -->"
 
 
-@click.command()
-@click.option("-n", "--size", default=100, show_default=True, help="Mutants; a larger sample begins with a smaller.")
-@click.option("--seed", default=0, show_default=True, help="Of the sample.")
-@click.option("--room", "rooms", multiple=True, type=click.Choice(list(ROOMS)), help="Only this one; may be repeated.")
-@click.option("--folder", default="out/mutation", show_default=True, type=click.Path(path_type=Path))
-@click.option("--minutes", default=float("inf"), help="Begin no further mutant after so many.")
-@click.option("--again", is_flag=True, help="Try the survivors of the sample once more: new tests may kill them.")
-def cli(size: int, seed: int, rooms: tuple[str, ...], folder: Path, minutes: float, again: bool) -> None:
-    """Change bsm_mesh/contact and bsm_mesh/solve in one place at a time, and see whether a test fails.
-
-    What was tried already is read from the folder, and is not tried again.
-    """
+def main() -> None:
+    """Change bsm_mesh/contact and bsm_mesh/solve in one place at a time, and see whether a test fails."""
+    asked = _asked()
     begin = time.monotonic()
+    folder: Path = asked.folder
     folder.mkdir(parents=True, exist_ok=True)
-    files = [f for f in mutants.files() if not rooms or str(Path(f).parent.relative_to("bsm_mesh")) in rooms]
-    chosen = list(islice(mutants.sample(seed, files, folder / "mutants.json"), size))
+    files = [f for f in mutants.files() if not asked.room or str(Path(f).parent.relative_to("bsm_mesh")) in asked.room]
+    chosen = list(islice(mutants.sample(asked.seed, files, folder / "mutants.json"), asked.size))
     known = _known(folder / "rows.jsonl")
-    todo = [m for m in chosen if _is_open(known.get(m.key(mutants.read(m.file))), again)]
+    todo = [m for m in chosen if _is_open(known.get(_key(m)), asked.again)]
     if todo:
         place = Place(folder.resolve())
-        for mutant in todo:
-            if time.monotonic() - begin > 60 * minutes:
-                break
-            row = _try(place, mutant, _limit(place, mutant.room, files))
-            known[row["key"]] = row
-            with (folder / "rows.jsonl").open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-    rows = [known[key] for m in chosen if (key := m.key(mutants.read(m.file))) in known]
-    _print(rows, len(chosen))
+        watched = Watched(folder, place)
+    for mutant in todo:
+        if time.monotonic() - begin > 60 * asked.minutes:
+            break
+        with (folder / "rows.jsonl").open("a", encoding="utf-8") as file:
+            file.write(json.dumps(_try(place, watched, mutant)) + "\n")
+    known = _known(folder / "rows.jsonl")
+    rows = [known[key] for m in chosen if (key := _key(m)) in known]
+    text = markdown(rows, len(chosen), asked.seed)
+    if asked.into is None:
+        print(text)
+    else:
+        write_text(asked.into, with_between(asked.into.read_text(encoding="utf-8"), MARKS, text))
+
+
+def _asked() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog=COMMAND,
+        description=main.__doc__,
+        epilog="What was tried already is read from the folder, and is not tried again.",
+    )
+    parser.add_argument("-n", "--size", type=int, default=100, help="mutants (100); a larger sample begins with it")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample (0)")
+    parser.add_argument("--room", action="append", choices=list(ROOMS), help="only this one; may be repeated")
+    parser.add_argument("--folder", type=Path, default=Path("out/mutation"), help="of what was tried (out/mutation)")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no further mutant after so many")
+    parser.add_argument("--again", action="store_true", help="try survivors once more: new tests may kill them")
+    parser.add_argument("--into", type=_page, metavar="PAGE", help="a page in Markdown: what stands between its marks")
+    return parser.parse_args()
+
+
+def _page(given: str) -> Path:
+    """Return the path of a page that has the marks: it is refused before anything is run."""
+    try:
+        parted(Path(given).read_text(encoding="utf-8"), MARKS)
+    except (OSError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"{given}: {error}") from None
+    return Path(given)
+
+
+def _key(mutant: Mutant) -> str:
+    return mutant.key(mutants.read(mutant.file))
 
 
 def _known(path: Path) -> dict[str, Row]:
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return {row["key"]: row for row in map(json.loads, lines)}
+    known: dict[str, Row] = {}
+    for row in map(json.loads, lines):
+        known[row["key"]] = row | {"first": known.get(row["key"], {"first": row["outcome"]})["first"]}
+    return known
 
 
 def _is_open(row: Row | None, again: bool) -> bool:
     return row is None or (again and row["outcome"] == SURVIVED)
 
 
-def _limit(place: Place, room: str, files: list[str]) -> float:
-    """Return the seconds that a mutant of a room may take, once its tests passed on the program as it is."""
-    passed = place.warm_folder / "passed.json"
-    known = json.loads(passed.read_text(encoding="utf-8")) if passed.exists() else {}
-    if room not in known:
-        known[room] = _pass(place, room, files)
-        passed.write_text(json.dumps(known), encoding="utf-8")
-    return COMPILING + 2 * float(known[room])
-
-
-def _pass(place: Place, room: str, files: list[str]) -> float:
-    tests = sorted({t for f in files if str(Path(f).parent.relative_to("bsm_mesh")) == room for t in tests_of(f)})
-    ran = place.warm(tests, BASE)  # compiles too, where kernels are not there yet
-    if ran.outcome != SURVIVED:
-        raise click.ClickException(f"tests of {room} fail on the program as it is: {ran.failed or ran.outcome}")
-    click.echo(f"{room}: {len(tests)} test files in {ran.seconds:.0f} s, kernels compiled on the way")
-    return ran.seconds
-
-
-def _try(place: Place, mutant: Mutant, limit: float) -> Row:
+def _try(place: Place, watched: Watched, mutant: Mutant) -> Row:
     source = mutants.read(mutant.file)
     changed = mutants.mutated(source, mutant)
-    with place.mutant(mutant.file, changed):
-        ran = place.run(tests_of(mutant.file), limit)
+    ran, count = Ran(SURVIVED, 0.0), 0
+    for files in tests_of(mutant.file):
+        limits = watched.limits(mutant, files) if ran.outcome == SURVIVED else {}
+        if limits:
+            with place.mutant(mutant.file, changed):
+                this = place.run(limits)
+            ran, count = Ran(this.outcome, ran.seconds + this.seconds, this.failed), count + len(limits)
     row = {
         "key": mutant.key(source),
         "room": mutant.room,
@@ -92,35 +109,16 @@ def _try(place: Place, mutant: Mutant, limit: float) -> Row:
         "line": mutant.line,
         "outcome": ran.outcome,
         "seconds": round(ran.seconds, 1),
+        "tests": count,
         "failed": ran.failed,
         "diff": mutants.diff(source, changed),
     }
-    click.echo(f"{ran.outcome:9} {ran.seconds:5.0f} s  {mutant.file}:{mutant.line}  {ran.failed}")
+    print(
+        f"{ran.outcome:9} {ran.seconds:5.0f} s  {mutant.file}:{mutant.line}  {ran.failed or f'{count} tests'}",
+        flush=True,
+    )
     return row
 
 
-def _print(rows: list[Row], size: int) -> None:
-    click.echo(f"\n{len(rows)} of {size} mutants tried\n\n| room | mutants | killed | timeout | survived | score |")
-    click.echo("|---|---|---|---|---|---|")
-    for name, some in _by_room(rows):
-        count = {outcome: sum(row["outcome"] == outcome for row in some) for outcome in (KILLED, TIMEOUT, SURVIVED)}
-        numbers = " | ".join(map(str, (len(some), *count.values())))
-        click.echo(f"| {name} | {numbers} | {1 - count[SURVIVED] / len(some):.0%} |")
-    for row in sorted(rows, key=lambda row: (row["file"], row["line"])):
-        if row["outcome"] == SURVIVED:
-            click.echo(f"\n{row['file']}:{row['line']}")
-            for line in row["diff"]:
-                click.echo(f"    {line}")
-
-
-def _by_room(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
-    for room in ROOMS:
-        some = [row for row in rows if row["room"] == room]
-        if some:
-            yield room, some
-    if rows:
-        yield "all", rows
-
-
 if __name__ == "__main__":
-    cli(prog_name="python -m tests.mutation")
+    main()

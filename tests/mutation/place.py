@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import ast
-import hashlib
+import json
 import os
 import resource
 import shutil
@@ -13,14 +12,16 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
+from .kernels import LOCATOR
 from .mutants import ROOT
 
 COPIED = ("bsm_mesh", "geometries", "converters", "tests", "docs", "examples", "pyproject.toml", "README.md")
-WAITING = 20  # times its processor time that a process may take, of a machine that others share
+STARTING = 60.0  # processor seconds for imports and collection
+WAITING = 40  # times its processor time that a process may take, of a machine that others share
 KILLED, SURVIVED, TIMEOUT = "killed", "survived", "timeout"
+PASSED = (0, 5)  # what pytest returns: all passed; no test left, of a mutant that changes their names
 
 
 @dataclass(frozen=True)
@@ -37,44 +38,45 @@ class Place:
 
     def __init__(self, folder: Path) -> None:
         self.root, self._cache = folder / "checkout", folder / "kernels-of-mutant"
-        self.warm_folder = folder / f"kernels-{_digest()}"  # compiled from these sources
+        self._kernels, self._order, self._watched = folder / "kernels", folder / "order.json", folder / "watched.json"
         for old in (self.root, self._cache):
             shutil.rmtree(old, ignore_errors=True)
         self.root.mkdir(parents=True)
-        self.warm_folder.mkdir(exist_ok=True)
+        self._kernels.mkdir(exist_ok=True)
         for name in COPIED:
             if (ROOT / name).is_dir():
                 shutil.copytree(ROOT / name, self.root / name, symlinks=True)
             else:
                 shutil.copy2(ROOT / name, self.root / name)
 
-    def warm(self, tests: Iterable[str], limit: float) -> Ran:
-        """Run tests of the program as it is: its kernels are compiled, and kept."""
-        return self._run(tests, self.warm_folder, limit)
+    def watch(self, tests: Iterable[str], limit: float) -> tuple[Ran, dict[str, tuple[float, list[str]]]]:
+        """Run test files on the program as it is; return what each test took and called too (`watch.py`).
 
-    def run(self, tests: Iterable[str], limit: float) -> Ran:
-        """Run tests, to the first that fails."""
-        return self._run(tests, self._cache, limit)
+        Its kernels are compiled, and kept.
+        """
+        plugin = ["-p", "tests.mutation.watch", f"--watched={self._watched}"]
+        ran = self._run([*plugin, "-m", "not slow", *tests], self._kernels, limit)
+        return ran, json.loads(self._watched.read_text(encoding="utf-8")) if ran.outcome == SURVIVED else {}
+
+    def run(self, limits: dict[str, float]) -> Ran:
+        """Run tests, each within its limit, to the first that fails."""
+        self._order.write_text(json.dumps(limits), encoding="utf-8")
+        files = dict.fromkeys(name.partition("::")[0] for name in limits)
+        plugin = ["-p", "tests.mutation.ordered", f"--ordered={self._order}"]
+        return self._run([*plugin, *files], self._cache, STARTING + sum(limits.values()))
 
     @contextmanager
     def mutant(self, file: str, changed: str) -> Iterator[None]:
-        """Put a mutant in the place of a file.
+        """Put a mutant in the place of a file, with kernels that begin as those of the program as it is.
 
-        Numba takes a kernel from its cache while the kernel's own file is as it was, and compiled into it are those
-        that it calls from others. So all that import the file, one through the other, are compiled anew.
+        Numba replaces the files of its cache, and does not write into them, so that links do for copies.
         """
         path = self.root / file
         original = path.with_name(f"{path.name}.original")
         path.rename(original)
         path.write_text(changed, encoding="utf-8")
         _forget(path)
-        stale = {(Path(name).parent.name, Path(name).stem) for name in importers(file)}
-
-        def is_stale(folder: str, names: list[str]) -> list[str]:
-            room = Path(folder).name.rpartition("_")[0]
-            return [name for name in names if (room, name.partition(".")[0]) in stale]
-
-        shutil.copytree(self.warm_folder, self._cache, ignore=is_stale, copy_function=os.link)
+        shutil.copytree(self._kernels, self._cache, copy_function=os.link)
         try:
             yield
         finally:
@@ -83,17 +85,19 @@ class Place:
             shutil.rmtree(self._cache)
             shutil.rmtree(self.root / ".hypothesis", ignore_errors=True)
 
-    def _run(self, tests: Iterable[str], kernels: Path, limit: float) -> Ran:
+    def _run(self, arguments: list[str], kernels: Path, limit: float) -> Ran:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        inherited = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
         environment = {
-            **os.environ,
+            **inherited,
             "PYTHONPATH": os.pathsep.join([str(self.root), *_elsewhere()]),
             "NUMBA_CACHE_DIR": str(kernels),
-            "PYTHONDONTWRITEBYTECODE": "1",
+            "NUMBA_CACHE_LOCATOR_CLASSES": LOCATOR,
         }
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", *tests]
+        here = ["-c", "pyproject.toml", "--rootdir", "."]  # or pytest might take the checkout around the copy
+        quick = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider", "-p", "no:xdist"]
         process = subprocess.Popen(
-            command,
+            [sys.executable, "-m", "pytest", *here, *quick, *arguments],
             cwd=self.root,
             env=environment,
             stdout=subprocess.PIPE,
@@ -105,7 +109,7 @@ class Place:
         try:
             said, _ = process.communicate(timeout=WAITING * limit)
             ended_by_limit = process.returncode in (-signal.SIGXCPU, -signal.SIGKILL)
-            outcome = SURVIVED if process.returncode == 0 else TIMEOUT if ended_by_limit else KILLED
+            outcome = SURVIVED if process.returncode in PASSED else TIMEOUT if ended_by_limit else KILLED
         except subprocess.TimeoutExpired:
             said, outcome = "", TIMEOUT
         finally:
@@ -118,14 +122,6 @@ class Place:
         return Ran(outcome, seconds, failed[0] if failed else "")
 
 
-def _digest() -> str:
-    """Return a digest of the package: a cached kernel holds those of other files that it calls."""
-    found = hashlib.sha256()
-    for path in sorted((ROOT / "bsm_mesh").rglob("*.py")):
-        found.update(path.read_bytes())
-    return found.hexdigest()[:12]
-
-
 def _forget(path: Path) -> None:
     for compiled in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
         compiled.unlink()
@@ -134,27 +130,3 @@ def _forget(path: Path) -> None:
 def _elsewhere() -> list[str]:
     given = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     return [part for part in given if part and Path(part).resolve() != ROOT]
-
-
-@cache
-def _importers() -> dict[str, set[str]]:
-    """Return the files of the package that import each file of it."""
-    found: dict[str, set[str]] = {}
-    for path in sorted((ROOT / "bsm_mesh").rglob("*.py")):
-        name = str(path.relative_to(ROOT))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("bsm_mesh"):
-                module = str(node.module).replace(".", "/")
-                for file in (f"{module}.py", *(f"{module}/{alias.name}.py" for alias in node.names)):
-                    found.setdefault(file, set()).add(name)
-    return found
-
-
-def importers(file: str) -> set[str]:
-    """Return a file and all that import it, one through the other."""
-    found, ahead = {file}, [file]
-    while ahead:
-        new = _importers().get(ahead.pop(), set()) - found
-        found |= new
-        ahead += new
-    return found

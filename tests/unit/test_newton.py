@@ -50,6 +50,19 @@ def test_a_column_settles_and_shears_by_the_weight_above_each_joint(count, turn,
         assert_allclose(found.position[1:, 1], settled, rtol=EXACT)
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_a_block_in_the_air_is_held_by_the_regularization_alone(axis):
+    """By springs of lam times its weight, those of a turn times the square of the radius of gyration."""
+    lam, force = 0.5, 3.0
+    step = begun(model_of([BASE, rectangle(0, 5, 2, 6)])).with_regularization(lam)
+    assert step.factorize(np.zeros((len(step.pattern.column), 3, 3)), step.start)
+    weight, square = GAMMA * 2.0, (2.0**2 + 1.0**2) / 12
+    wanted, forces = np.zeros((2, 2, 3))
+    forces[1, axis] = force
+    wanted[1, axis] = force / (lam * weight * (1.0, 1.0, square)[axis])
+    assert_allclose(step.solve(forces), wanted, rtol=1e-12)
+
+
 def test_the_work_of_the_weight_is_twice_the_energy_of_the_joints():
     """Clapeyron: a wall whose joints stick and stay closed is elastic."""
     step = step_of([BASE, *running_bond(4, 4)], friction=60.0)

@@ -183,6 +183,14 @@ def test_too_soft_is_what_blocks_sink_into(options):
         bsm.run(pile(kn=least, ks=1e9), options)
 
 
+def test_how_far_a_block_sinks_is_told_over_its_size():
+    """The topmost of three squares of 2 m has one face, whose springs its weight closes by half its size."""
+    side, part = 2.0, 0.5
+    polygons = [rectangle(0, side * k, side, side * (k + 1)) for k in range(3)]
+    with pytest.raises(bsm.ModelError, match=r"block 2 at .* sinks by 1 m .* 0\.5 of its size"):
+        make_ready(pile(polygons, kn=25e3 * side**2 / (side * part * side)), OPTIONS[1])
+
+
 def test_shear_springs_too_soft_for_a_block_on_an_incline():
     """It would slide by kilometres before friction carries it."""
     tilted = {"gravity_direction": -105.0, "friction": 40.0}
