@@ -183,6 +183,14 @@ def test_too_soft_is_what_blocks_sink_into(options):
         bsm.run(pile(kn=least, ks=1e9), options)
 
 
+def test_a_number_without_its_unit_is_told_with_the_joints_that_it_makes_too_soft():
+    """The springs of rock and joint are in series: with 30 Pa for 30 GPa the stiffest joint gives way."""
+    rock = bsm.Rock("r", unit_weight=25e3, young=30.0, poisson=0.2)
+    with pytest.raises(bsm.ModelError, match="too soft") as refused:
+        make_ready(pile(rock=rock), OPTIONS[1])
+    assert refused.value.faults[0].startswith("rock 'r': young = 30 Pa is unusual")
+
+
 def test_shear_springs_too_soft_for_a_block_on_an_incline():
     """It would slide by kilometres before friction carries it."""
     tilted = {"gravity_direction": -105.0, "friction": 40.0}
