@@ -125,12 +125,19 @@ def as_given(value: object) -> str:
 
 
 def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:
-    """Return a hint such as ``"; did you mean 'top'? (known: bottom, top)"`` for an unknown name."""
+    """Return a hint such as ``"; did you mean 'top'? (known: bottom, top)"`` for an unknown name.
+
+    Examples
+    --------
+    >>> nearest("joint a", ["joint A", "joint B"])
+    "; did you mean 'joint A'? (known: joint A, joint B)"
+    """
     names = sorted(known)
     if not names:
         return " (there are none)"
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"; did you mean '{close[0]}'?" if close else ""
+    lowered = {each.lower(): each for each in names}  # capitals are the least of differences
+    close = difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
+    hint = f"; did you mean '{lowered[close[0]]}'?" if close else ""
     listed = ", ".join(names[:most]) + (", ..." if len(names) > most else "")
     return f"{hint} (known: {listed})"
 

@@ -41,7 +41,7 @@ def _by_value(sheet: Sheet, values: FloatArray, title: str, colours: str, greate
         return None
     add_paper(sheet)
     add_joints(sheet)
-    sheet.lines(lines, colors="black", linewidths=WIDTH + 1.6, zorder=4, capstyle="round")
+    sheet.lines(lines, colors="black", linewidths=WIDTH + 1.6, zorder=4)
     drawn: Any = sheet.lines(lines, array=values[element], cmap=colours, linewidths=WIDTH, zorder=4.1)
     drawn.set_clim(0.0, greatest or 1.0)
     sheet.scale(drawn, title)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -161,7 +162,7 @@ def build_model(
         ],
     )
     raise_faults([f"{path.name}: {fault}" for fault in faults])
-    with placed(path.name):
+    with placed(path.name), _told_of_unused_curves(mesh_report):
         model = Model(
             blocks=blocks,
             rocks=tuple(rocks),
@@ -205,6 +206,19 @@ def _loaded(
         mesh_lines=(*report.lines()[1:], *(f"note: {text}" for text in beside)),
         dangling=_dangling(report),
     )
+
+
+@contextmanager
+def _told_of_unused_curves(report: MeshReport) -> Iterator[None]:
+    """Add to a fault that misses a boundary which curve groups the mesh has under names that say nothing."""
+    from bsm_mesh.converters import NoteKind
+
+    try:
+        yield
+    except ModelError as error:
+        texts = [note.text for note in report.notes if note.kind is NoteKind.UNKNOWN_GROUP]
+        curves = [text for text in texts if text.startswith("curve") and "no boundary" in str(error)]
+        raise ModelError([*error.faults, *curves]) from error
 
 
 def _dangling(report: MeshReport) -> dict[str, int]:

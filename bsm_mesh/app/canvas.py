@@ -42,7 +42,7 @@ class Sheet:
     key : list
         What the key below the picture explains.
     names : list
-        Boxes of names in the picture, which others keep clear of [pixels].
+        Boxes of names in the picture, of their rings and of the lines between, which others keep clear of [pixels].
     """
 
     figure: Figure

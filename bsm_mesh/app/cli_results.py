@@ -15,7 +15,12 @@ from bsm_mesh.app.terminal import say
 @click.argument("out", type=PATH)
 @click.option("--stage", metavar="NAME", help="Of this stage only, by name or number, -1 the last.")
 @click.option("--window", nargs=4, type=float, metavar="X0 Y0 X1 Y1", help="Of this part of the model only [m].")
-@click.option("--only", metavar="NAME", help="This picture only, or all that begin with the word: joints, bolts, ...")
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="NAME",
+    help="This picture only, or all that begin with the word: joints, bolts, ...; repeatable.",
+)
 @click.option(
     "--with",
     "beside",
@@ -29,7 +34,7 @@ def plot(
     out: Path,
     stage: str | None,
     window: tuple[float, float, float, float] | None,
-    only: str | None,
+    only: tuple[str, ...],
     beside: tuple[str, ...],
     animate: bool,
     step: int | None,

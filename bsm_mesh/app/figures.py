@@ -26,8 +26,8 @@ def paper(size: tuple[float, float], dpi: float = 100.0) -> Figure:
 
 
 def entitle(figure: Figure, title: str) -> None:
-    """Write the title as every picture has it, and pale frames round its axes."""
-    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False)
+    """Write the title as every picture has it, broken where it is too wide, and pale frames round its axes."""
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False, wrap=True)
     for axes in figure.axes:
         for side in axes.spines.values():
             side.set_color(FRAME)

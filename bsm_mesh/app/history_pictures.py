@@ -145,9 +145,11 @@ def _mark_stages(axes: Any, series: HistorySeries, names: list[str]) -> None:
         return
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + ROOM * (high - low))
+    start, _ = axes.get_xlim()
     for first in [0, *begins.tolist()]:
         if first:
             axes.axvline(first + 0.5, color="#888888", linewidth=0.8, linestyle="--")
         if len(begins) < MOST_NAMED:
-            axes.text(first + 0.5, 0.97, f" {names[series.stage[first]]}", fontsize=7, va="top", color="#555555",
-                      transform=axes.get_xaxis_transform(), clip_on=True, parse_math=False)  # fmt: skip
+            style = {"fontsize": 7, "va": "top", "color": "#555555", "clip_on": True, "parse_math": False}
+            name = f" {names[series.stage[first]]}"
+            axes.text(max(start, first + 0.5), 0.97, name, transform=axes.get_xaxis_transform(), **style)

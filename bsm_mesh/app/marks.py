@@ -20,7 +20,8 @@ MOST_SUPPORTS, MOST_LOADS = 500, 300  # marks in what is seen, were they spread 
 LEAST_RING = 0.018  # of what is seen: radius of the ring round a flake
 WIDEST_RING = 0.3  # of what is seen: a larger one would hide more than it shows
 # Of a name from its ring, in points: the first at which it meets no other.
-NAME_PLACES = ((28, 24), (28, 64), (28, -24), (90, 24), (90, 64), (150, 24))
+NAME_PLACES = ((28, 24), (28, 64), (28, -24), (90, 24), (90, 64), (150, 24), (28, -64), (90, -64))
+LEADER_POINTS = 12  # at which a line from a ring to its name is looked at
 NAME_MARGIN = 5  # pixels
 LONGEST_LOAD = 0.06  # of what is seen
 LEAST_LOAD = 1e-6  # of the greatest: smaller ones are rounding
@@ -96,7 +97,7 @@ def add_name(
     across: float = 0.0,
     leftwards: float = 0.7,
 ) -> None:
-    """Write a name beside a point within the picture, where no other name is.
+    """Write a name beside a point within the picture, where it hides no other name, ring or line to a name.
 
     Parameters
     ----------
@@ -115,6 +116,7 @@ def add_name(
     """
     from matplotlib.patches import Circle
     from matplotlib.text import Text
+    from matplotlib.transforms import Bbox
 
     x0, y0, x1, y1 = sheet.scene.view
     part = (at - (x0, y0)) / (x1 - x0, y1 - y0)
@@ -141,8 +143,12 @@ def add_name(
         )
         name.get_window_extent()  # puts it where it belongs
         box = Text.get_window_extent(name).padded(NAME_MARGIN)
-        if not any(box.overlaps(other) for other in sheet.names) or (right, above) == places[-1]:
-            sheet.names.append(box)
+        start, end = sheet.axes.transData.transform(edge), np.array([(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2])
+        line = [start + along * (end - start) for along in np.linspace(0.0, 1.0, LEADER_POINTS)]
+        mine = [box, *(Bbox([point, point]).padded(1) for point in line)]
+        if not any(new.overlaps(old) for new in mine for old in sheet.names) or (right, above) == places[-1]:
+            ring = Bbox(sheet.axes.transData.transform([at - across / 2, at + across / 2]))
+            sheet.names += [*mine, ring]
             return
         name.remove()
 

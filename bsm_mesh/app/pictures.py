@@ -111,7 +111,7 @@ def figure_of(
     ModelError
         If there is no such picture or stage, or the window is none, or of a chart.
     """
-    (name, *_) = chosen_pictures("joints_state" if name == "joints" else name)
+    (name, *_) = chosen_pictures(["joints_state" if name == "joints" else name])
     refuse_window(window, [name])
     number = stage_number(results, stage)
     if name in CHARTS:
@@ -135,21 +135,22 @@ def _chart(results: Results, number: int, name: str, figure: Figure | None = Non
     return OF_THE_RUN[name](results, stage_heading(results, len(results.stages) - 1), figure)
 
 
-def chosen_pictures(only: str | None) -> list[str]:
-    """Return the names of the pictures that are asked for: all, one, or all that begin with a word.
+def chosen_pictures(only: Sequence[str]) -> list[str]:
+    """Return the names of the pictures that are asked for: all, some, or all that begin with one of the words.
 
     Raises
     ------
     ModelError
-        If there is none.
+        If there is none of a name.
     """
     names = list(NAMES)
-    if only is None:
-        return names
-    found = [name for name in names if name == only] or [name for name in names if name.startswith(only)]
-    if not found:
-        raise ModelError(f"plot: there is no picture '{only}'{nearest(only, names, len(names))}")
-    return found
+    found: set[str] = set()
+    for word in only:
+        mine = {word} & {*names} or {name for name in names if name.startswith(word)}
+        if not mine:
+            raise ModelError(f"plot: there is no picture '{word}'{nearest(word, names, len(names))}")
+        found |= mine
+    return [name for name in names if name in found or not only]
 
 
 def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
@@ -176,8 +177,8 @@ def draw_pictures(folder: Path, choice: PictureChoice) -> list[Path]:
         figure = _chart(results, -1, name)
         if figure is not None:
             drawn.append(add_picture(added, f"{name}.png", partial(save, figure)))
-    if not drawn and choice.only is not None:
-        raise ModelError(f"plot: there is nothing to show in '{choice.only}'")
+    if not drawn and choice.only:
+        raise ModelError(f"plot: there is nothing to show in {' and '.join(map(repr, choice.only))}")
     return drawn
 
 

@@ -28,15 +28,15 @@ class PictureChoice:
         Name or number of the stage, -1 the last one; by default all.
     window : (x0, y0, x1, y1), optional [m]
         What is seen; by default the whole model.
-    only : str, optional
-        Name of a picture, or the word that several begin with, as ``joints``; by default all.
+    only : tuple of str
+        Names of pictures, or words that several begin with, as ``joints``; by default all.
     beside : tuple of (name, path)
         Tables, and folders of other runs, that are set beside the histories; the name may be empty.
     """
 
     stage: str | None = None
     window: tuple[float, float, float, float] | None = None
-    only: str | None = None
+    only: tuple[str, ...] = ()
     beside: tuple[tuple[str, str], ...] = ()
 
 

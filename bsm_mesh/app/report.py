@@ -20,12 +20,17 @@ from bsm_mesh.app.model_text import MODEL
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.quality import Thresholds, poor_blocks
 from bsm_mesh.app.storage import SavedResults, load_results
-from bsm_mesh.app.tables import FALL_HEADER, engineering, fall_rows, falling, vector
+from bsm_mesh.app.tables import FALL_HEADER, bolt_rows, engineering, fall_rows, falling, vector
 from bsm_mesh.app.terminal import say
 from bsm_mesh.app.verify import grounds_in
 from bsm_mesh.errors import counted, named_stage, numbered, place
 from bsm_mesh.files import write_text
-from bsm_mesh.results.bolts import BoltStatus
+from bsm_mesh.model.bolts import Bolt
+from bsm_mesh.model.in_situ import InSitu
+from bsm_mesh.model.joint_laws import LAWS
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.quantities import quantities_of
+from bsm_mesh.model.water import Water
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -38,6 +43,13 @@ ASSUMPTIONS = (
     "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
 )
 EARLIER = ("displacement", "joints_state", "bolts")  # what the page shows of stages before the last
+QUANTITIES_OF: dict[str, tuple[type, ...]] = {
+    "rock": (Rock,),
+    "joint": (Joint, *LAWS.values()),
+    "bolt": (Bolt,),
+    "in situ": (InSitu,),
+    "water": (Water,),
+}
 OF_STAGE = re.compile(r"(.+)_stage_(\d+)")  # a picture of such a stage
 Rows = list[tuple[str, ...]]
 
@@ -131,7 +143,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
             ("flow", how_solved(stage.flow)),
         ]
     if stage.bolts.count:
-        rows.append(("bolts", _bolts(stage)))
+        rows += bolt_rows(stage.bolts)
     return {
         "name": stage.name,
         "holds": ground is None or ground.holds,
@@ -150,21 +162,14 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     }
 
 
-def _bolts(stage: StageResult) -> str:
-    bolts = stage.bolts
-    states = [
-        f"{int((bolts.status == status).sum())} {status.name.lower()}"
-        for status in BoltStatus
-        if (bolts.status == status).any()
-    ]
-    return f"{', '.join(states)}; greatest force {engineering(float(bolts.greatest_force.max()), 'N')}"
-
-
 def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
     """Return the pictures of the page, stage by stage, and how many more there are.
 
-    All of the last stage, and all parts of the model that were asked for; `EARLIER` of the stages before.
+    All of the last stage, and all parts of the model that were asked for; `EARLIER` of the stages before. Those of a
+    stage have the order in which they are drawn: the model first.
     """
+    from bsm_mesh.app.pictures import NAMES
+
     shown, more = [], 0
     for path in sorted((out / PICTURES_FOLDER).glob("*.png")):
         found = OF_STAGE.fullmatch(path.stem)
@@ -175,9 +180,10 @@ def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
             continue
         name, number = (found[1], int(found[2])) if found else (path.stem, len(stages) - 1)
         caption = name.replace("_", " ") + (f", {named_stage(stages[number])}" if found else "")
-        shown.append((number, caption, base64.b64encode(path.read_bytes()).decode("ascii")))
-    shown.sort(key=lambda picture: picture[0])  # which leaves those of a stage in the order of their names
-    return {"pictures": [picture[1:] for picture in shown], "more_pictures": more}
+        place_in_stage = NAMES.index(name) if name in NAMES else len(NAMES)  # parts of the model at the end
+        shown.append((number, place_in_stage, caption, base64.b64encode(path.read_bytes()).decode("ascii")))
+    shown.sort(key=lambda picture: picture[:2])
+    return {"pictures": [picture[2:] for picture in shown], "more_pictures": more}
 
 
 def _facts(results: Results) -> Rows:
@@ -206,7 +212,7 @@ def _quality(results: Results) -> Rows:
 
 
 def _input(model: str) -> list[tuple[str, Rows]]:
-    """Return the tables of a model file as it was run: rocks, joints and all else that is not empty."""
+    """Return the tables of a model file as it was run, with units: rocks, joints and all else that is not empty."""
     content = tomllib.loads(model) if model else {}
     tables: list[tuple[str, dict[str, Any]]] = []
     for kind in ("rock", "joint"):
@@ -215,12 +221,24 @@ def _input(model: str) -> list[tuple[str, Rows]]:
         tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
     for kind in ("support", "load", "bolt", "stage"):
         tables += [(f"{kind} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
-    return [
-        (name, [(key, _shown(value)) for key, value in table.items() if value not in ([], {}, "")])
-        for name, table in tables
-    ]
+    units = {kind: _units(*owners) for kind, owners in QUANTITIES_OF.items()}
+    found: list[tuple[str, Rows]] = []
+    for name, table in tables:
+        unit = units.get(name if name in units else name.split()[0], {})
+        found.append((name, [(k, _shown(v, unit.get(k, ""))) for k, v in table.items() if v not in ([], {}, "")]))
+    return found
 
 
-def _shown(value: Any) -> str:
-    text = f"{value:g}" if isinstance(value, float) else str(value)
+def _units(*owners: type) -> dict[str, str]:
+    """Return the unit of every number of some dataclasses by its name, which is its key in a model file."""
+    return {name: quantity.unit for owner in owners for name, (quantity, _) in quantities_of(owner).items()}
+
+
+def _shown(value: Any, unit: str = "") -> str:
+    """Return a value of a model file as a reader writes it; with a prefix where that loses no digit."""
+    if isinstance(value, float) and unit:
+        exact = float(f"{value:.4g}") == value and unit != "degrees"
+        return engineering(value, unit) if exact else f"{value:.10g} {unit}"
+    listed = isinstance(value, list) and not any(isinstance(each, list | dict) for each in value)
+    text = ", ".join(map(_shown, value)) if listed else f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) < 200 else f"{text[:197]}..."

@@ -10,6 +10,7 @@ import numpy as np
 from bsm_mesh.app.flow_text import discharge_text, how_solved
 from bsm_mesh.errors import counted, listing, named_stage, numbered, one_line, place
 from bsm_mesh.results.bolts import BoltForces, BoltStatus
+from bsm_mesh.results.joint_faces import AT_STRENGTH
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.movement import verdict_in_words
 from bsm_mesh.results.records import StageResult
@@ -76,21 +77,32 @@ def vector(components: Iterable[float], unit: str) -> str:
     return ", ".join(engineering(c if abs(c) > 1e-9 * greatest else 0.0, unit) for c in parts)
 
 
-def _greatest_bolt_force(bolts: BoltForces) -> str:
-    worst = int(bolts.greatest_force.argmax())
-    used = float(bolts.utilisation.max(initial=0.0))
-    return f"{engineering(float(bolts.greatest_force[worst]), 'N')} ({bolts.names[worst]}); utilisation {used:.3g}"
+def bolt_rows(bolts: BoltForces) -> list[tuple[str, str]]:
+    """Return greatest force and greatest utilisation, which need not be of one bolt, and the bolts' states."""
+    worst, most_used = int(bolts.greatest_force.argmax()), "0"
+    if bolts.utilisation.any():
+        element = int(bolts.utilisation.argmax())
+        most_used = f"{bolts.utilisation[element]:.3g} ({bolts.names[bolts.bolt[element]]})"
+    return [
+        ("greatest force in a bolt", f"{engineering(float(bolts.greatest_force[worst]), 'N')} ({bolts.names[worst]})"),
+        ("greatest utilisation of a bolt", most_used),
+        ("bolts", _bolt_counts(bolts)),
+    ]
 
 
 def _bolt_counts(bolts: BoltForces) -> str:
-    """Return how many bolts are in each state, and the first few at a limit by name."""
+    """Return how many bolts are in each state, and the first few by name that are at a limit, or within 1 % of it."""
     told = []
+    used = np.zeros(bolts.count)
+    np.maximum.at(used, bolts.bolt, bolts.utilisation)
     for status in BoltStatus:
         mine = np.flatnonzero(bolts.status == status)
         limited = status in (BoltStatus.SLIPPING, BoltStatus.YIELDING)
-        names = ", ".join(bolts.names[k] for k in mine[:6]) + (", ..." if len(mine) > 6 else "")
+        named = mine if limited else mine[used[mine] >= AT_STRENGTH]  # slipped, and rests just below its strength
+        names = ", ".join(bolts.names[k] for k in named[:6]) + (", ..." if len(named) > 6 else "")
         if mine.size:
-            told.append(f"{len(mine)} {status.name.lower()}" + (f" ({names})" if limited else ""))
+            within = "" if limited else "within 1 % of their strength: "
+            told.append(f"{len(mine)} {status.name.lower()}" + (f" ({within}{names})" if named.size else ""))
     return ", ".join(told)
 
 
@@ -115,8 +127,7 @@ def result_rows(results: Results, *, verbose: bool = False) -> list[tuple[str, s
         ("reactions (x, y)", vector(stage.total_reaction, "N/m")),
     ]
     if stage.bolts.count:
-        rows.append(("greatest force in a bolt", _greatest_bolt_force(stage.bolts)))
-        rows.append(("bolts", _bolt_counts(stage.bolts)))
+        rows += bolt_rows(stage.bolts)
     overstressed = int((stage.contacts.utilisation > 1).sum())
     if overstressed and results.scheme == "linear":
         rows.append(("contacts beyond their shear strength", f"{overstressed} (this scheme lets none of them slip)"))

@@ -26,12 +26,12 @@ STATES = {"joints": (HOLDS, SLIPS, OPENS), "bolts": (SLACK, BOLTS, SLIPS, FALLS,
 PAPER = "#efeae0"
 SIDE, WIDTH = 340, 300  # pixels: the column beside the plot, and what is in it
 FALL_TITLES = {  # of the list of what comes down: titles, and widths in pixels
-    "block": ("block", 42),
-    "stage": ("stage", 72),
-    "area": ("m2", 46),
-    "weight": ("kN/m", 50),
-    "x": ("x, m", 45),
-    "y": ("y, m", 45),
+    "block": ("block", 40),
+    "stage": ("stage", 64),
+    "area": ("m2", 56),
+    "weight": ("kN/m", 52),
+    "x": ("x, m", 44),
+    "y": ("y, m", 44),
 }
 HOW_TO = (
     "Drag to move, turn the wheel to zoom; a click on a block, joint or bolt tells its numbers. "
@@ -218,9 +218,12 @@ def _list_of_falls(data: ViewData) -> Any:
 
     columns = {name: [row[name] for row in data.falls] for name in FALL_TITLES}
     columns["weight"] = [weight / 1e3 for weight in columns["weight"]]
-    number, text = NumberFormatter(format="0.[00]"), StringFormatter()
+    for name in ("area", "weight"):  # three digits of each: of a flake of a hand's breadth, too
+        columns[name] = [float(f"{value:.3g}") for value in columns[name]]
+    size, at, text = NumberFormatter(format="0.[000000]"), NumberFormatter(format="0.[00]"), StringFormatter()
+    kinds = {"block": text, "stage": text, "area": size, "weight": size}
     shown = [
-        TableColumn(field=name, title=title, formatter=text if name in ("block", "stage") else number, width=width)
+        TableColumn(field=name, title=title, formatter=kinds.get(name, at), width=width)
         for name, (title, width) in FALL_TITLES.items()
     ]
     return DataTable(

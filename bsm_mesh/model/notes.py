@@ -147,9 +147,14 @@ def _faces_without_strength(model: Model, rocks: Sequence[Rock]) -> int:
     return count_faces(blocks, (blocks.edge_joint < 0) & (unlimited & stays)[blocks.owner])
 
 
-def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+def of_unusual_rocks(rocks: Sequence[Rock]) -> Iterator[str]:
+    """Say which numbers of rocks are allowed but not usual."""
     for rock in rocks:
         yield from unusual(f"rock '{rock.name}'", rock, without=("unit_weight",) if rock.unit_weight == 0 else ())
+
+
+def _of_unusual(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
+    yield from of_unusual_rocks(rocks)
     for joint in joints:
         for part in (joint, joint.filling, joint.law):
             yield from unusual(f"joint '{joint.name}'", part)

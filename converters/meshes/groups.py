@@ -162,9 +162,13 @@ def value_names(cells: MeshCells, *, of_pieces: bool = False) -> list[str]:
 def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
     """Return one note on all surface groups, and one on all curve groups, whose names say nothing."""
     notes = []
-    for what, example, sizes in (
-        ("surface", "rock", {group.name: group.elements.size for group in groups if group.elements.size}),
-        ("curve", "joint", {group.name: group.pieces.size for group in groups if not group.elements.size}),
+    for what, kinds, sizes in (
+        ("surface", ("rock",), {group.name: group.elements.size for group in groups if group.elements.size}),
+        (
+            "curve",
+            ("joint", "boundary"),
+            {group.name: group.pieces.size for group in groups if not group.elements.size},
+        ),
     ):
         if sizes:
             names = list(sizes)
@@ -172,9 +176,11 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
                 f"'{name}' ({counted(size, 'element')})" for name, size in list(sizes.items())[:MAX_SHOWN]
             )
             more = f" and {len(names) - MAX_SHOWN} more" if len(names) > MAX_SHOWN else ""
+            target = names[0].rpartition(":")[2] or "name"
+            examples = " or ".join(f'"{kind}:{target}"' for kind in kinds)
             text = (
                 f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
-                f'for example "{names[0]}" = "{example}:{names[0].rpartition(":")[2] or "name"}"'
+                f'for example "{names[0]}" = {examples}'
             )
             count = int(sum(sizes.values()))
             notes.append(Note(kind=NoteKind.UNKNOWN_GROUP, name=", ".join(names), count=count, text=text))

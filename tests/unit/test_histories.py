@@ -230,6 +230,16 @@ def test_the_picture(recorded: Results) -> None:
     assert all(axes.lines for axes in figure.axes if axes.get_title(loc="left"))
 
 
+def test_the_names_of_all_stages_are_whole_in_the_picture() -> None:
+    stages = [bsm.Stage(name="dig", excavate=[2])]
+    results = bsm.run(model_of(grid(1, 3), stages=stages, histories=[bsm.History(name="top", block=1)]))
+    figure = results.plot("histories")
+    figure.canvas.draw()
+    (axes,) = [axes for axes in figure.axes if axes.texts]
+    assert [text.get_text().strip() for text in axes.texts] == ["initial", "dig"]
+    assert all(text.get_window_extent().x0 >= axes.bbox.x0 for text in axes.texts)
+
+
 def test_extensometers_over_their_length(recorded: Results) -> None:
     """At the end of a stage each anchor's extension stands at its distance; the first point has none."""
     (line,) = [series for series in recorded.histories.values() if series.recorded.kind == "line"]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import bsm_mesh as bsm
 from bsm_mesh.converters import MeshReport, NoteKind, convert_mesh
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model import Blocks
@@ -107,6 +109,22 @@ def test_values_found_are_named_where_there_is_no_rock() -> None:
         convert(region=[[1, 1, 4], [0, 0, 0]])
     with pytest.raises(ModelError, match=r"no group 'region=2'.*known: region=0, region=1, region=4"):
         convert(None, {"region=2": "rock:a"}, region=[[1, 1, 4], [0, 0, 0]])
+
+
+def test_a_missing_boundary_is_told_with_the_curve_groups_that_the_mesh_has(tmp_path: Path) -> None:
+    """An Abaqus node set under its own name: what stands under [groups] is said where the boundary is missed."""
+    nodes = "*NODE\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n"
+    (tmp_path / "a.inp").write_text(f"{nodes}*ELEMENT, TYPE=CPE4\n1, 1, 2, 3, 4\n*NSET, NSET=BASE\n1, 2\n")
+    rock = '[groups]\n"*" = "rock:r"\n[rock.r]\nunit_weight = 26e3\n'
+    model = f'[mesh]\nfile = "a.inp"\n{rock}[[support]]\nboundary = "base"\nfix = "all"\n'
+    (tmp_path / "a.toml").write_text(model)
+    with pytest.raises(ModelError) as caught:
+        bsm.load(tmp_path / "a.toml")
+    missing, groups = caught.value.faults
+    assert "there is no boundary 'base'" in missing
+    assert groups.endswith('under [groups] for example "BASE" = "joint:BASE" or "boundary:BASE"')
+    (tmp_path / "a.toml").write_text(model.replace("[groups]", '[groups]\n"BASE" = "boundary:base"'))
+    assert bsm.load(tmp_path / "a.toml").blocks.boundaries["base"].size == 1
 
 
 def test_a_curve_may_be_joint_and_boundary() -> None:

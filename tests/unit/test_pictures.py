@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app.canvas import DPI, NARROWEST, WATER, WIDTH
-from bsm_mesh.app.figures import paper
+from bsm_mesh.app.canvas import DPI, FALLS, NARROWEST, WATER, WIDTH, new_sheet
+from bsm_mesh.app.figures import entitle, paper
 from bsm_mesh.app.headings import heading
+from bsm_mesh.app.marks import NAME_PLACES, add_name
 from bsm_mesh.app.pictures import PICTURES, figure_of
 from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.scene import Scene
@@ -22,6 +23,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import ContactStatus
 from bsm_mesh.results.stress import extreme_stresses, principal_stresses
+from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import Case
 
@@ -236,6 +238,31 @@ def test_the_outline_leaves_out_what_blocks_share() -> None:
     assert np.sort(lines[inner][..., 0].reshape(-1)).tolist() == [1.5, 2.0]
 
 
+@pytest.mark.parametrize("at", [(2.0, 6.0), (2.2, 6.4), (2.5, 6.8), (3.0, 7.0), (1.5, 6.5)])
+def test_a_name_hides_neither_the_ring_of_another_nor_the_line_to_it(at: tuple[float, float]) -> None:
+    """The first ring lies high, so that its name is below it; the second lies below and to the left of it."""
+    model = model_of([rectangle(0, 0, 20, 10), rectangle(0, 10, 20, 10.1)], friction=30.0)
+    sheet = new_sheet(Scene(results=bsm.run(model), number=0, title=""), paper((14.0, 7.0)))
+    add_name(sheet, np.array([3.5, 9.0]), "block 64\n0.405 m2, 10.52 kN/m", FALLS, NAME_PLACES, across=1.0)
+    add_name(sheet, np.array(at), "block 45\n0.00247 m2, 64.23 N/m", FALLS, NAME_PLACES, across=1.0)
+    sheet.figure.canvas.draw()
+    first, second = sheet.axes.texts
+    hidden = second.get_bbox_patch().get_window_extent()
+    ring, _ = sheet.axes.patches
+    assert not hidden.overlaps(first.get_bbox_patch().get_window_extent())
+    assert not hidden.overlaps(ring.get_window_extent())
+    assert not hidden.count_contains(first.arrow_patch.get_path().interpolated(20).vertices)
+
+
+def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
+    figure = paper((4.0, 3.0))
+    entitle(figure, "factor of safety 1.208: " * 6)
+    figure.canvas.draw()
+    title = figure.findobj(lambda part: getattr(part, "get_text", str)().startswith("factor"))[0].get_window_extent()
+    assert title.x1 <= figure.bbox.width
+    assert title.y1 <= figure.bbox.height
+
+
 def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8")
     case.write("model.toml", text + '[[stage]]\nname = "dug"\nexcavate = [3]\n')
@@ -252,6 +279,8 @@ def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
     case.refuses(
         "plot", "out/model", "--stage", "dog", says=["no stage 'dog'", "did you mean 'dug'? (known: dug, initial)"]
     )
+    two = case.run("plot", "out/model", "--only", "thrust", "--only", "model", "--stage", "dug")
+    assert [Path(line).name for line in two.out.split()] == ["model.png", "thrust.png"]
     case.refuses("plot", "out/model", "--only", "blots", says=["no picture 'blots'", "bolts"])
     case.refuses("plot", "out/model", "--only", "bolt_forces", says=["there is nothing to show in 'bolt_forces'"])
     case.refuses(

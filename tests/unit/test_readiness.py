@@ -191,6 +191,14 @@ def test_how_far_a_block_sinks_is_told_over_its_size():
         make_ready(pile(polygons, kn=25e3 * side**2 / (side * part * side)), OPTIONS[1])
 
 
+def test_a_number_without_its_unit_is_told_with_the_joints_that_it_makes_too_soft():
+    """The springs of rock and joint are in series: with 30 Pa for 30 GPa the stiffest joint gives way."""
+    rock = bsm.Rock("r", unit_weight=25e3, young=30.0, poisson=0.2)
+    with pytest.raises(bsm.ModelError, match="too soft") as refused:
+        make_ready(pile(rock=rock), OPTIONS[1])
+    assert refused.value.faults[0].startswith("rock 'r': young = 30 Pa is unusual")
+
+
 def test_shear_springs_too_soft_for_a_block_on_an_incline():
     """It would slide by kilometres before friction carries it."""
     tilted = {"gravity_direction": -105.0, "friction": 40.0}

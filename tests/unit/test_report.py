@@ -10,6 +10,8 @@ from click.testing import CliRunner
 import bsm_mesh as bsm
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.own_files import own_files
+from bsm_mesh.app.pictures import NAMES
+from bsm_mesh.app.report import _shown
 from bsm_mesh.results.joint_sets import joint_sets
 from tests.scenes.known_factors import incline, tutorial_slope
 
@@ -48,6 +50,17 @@ def test_numbers_are_those_of_the_results(slope):
     assert f">{100 * joint.slipping:.3g}</td>" in page
 
 
+def test_numbers_of_the_input_bear_their_units(slope):
+    """With a prefix where that loses no digit."""
+    _, _, page = slope
+    rows = dict(re.findall(r"<tr><td>(\w+)</td><td>(.*?)</td></tr>", page))
+    assert rows["unit_weight"].endswith("N/m^3")
+    assert rows["normal_stiffness"].endswith("Pa/m")
+    assert rows["friction"].endswith(" degrees")
+    assert _shown(26123.25, "N/m^3") == "26123.25 N/m^3"
+    assert _shown(["x", "y"]) == "x, y"
+
+
 def test_the_page_needs_nothing_else(slope):
     _, _, page = slope
     assert not re.findall(r'(?:src|href)="(?!data:)', page)
@@ -63,7 +76,8 @@ def test_pictures_are_in_the_page(slope):
     before = {name for name in ("displacement_stage_0", "joints_state_stage_0") if name in drawn}
     captions = re.findall(r"<figcaption>(.*?)</figcaption>", page)
     told = sorted(f"{name.removesuffix('_stage_0').replace('_', ' ')}, stage initial" for name in before)
-    assert captions == told + [name.replace("_", " ") for name in sorted(last)]
+    assert captions == told + [name.replace("_", " ") for name in NAMES if name in last]
+    assert captions[len(told)] == "model"
     assert page.count('src="data:image/png;base64,') == len(captions) > 3
     assert before
     assert f"{len(drawn) - len(captions)} more pictures" in page

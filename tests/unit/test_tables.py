@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.app.demo import without_bolts
-from bsm_mesh.app.tables import down_rows, falling, print_table, result_rows
+from bsm_mesh.app.tables import bolt_rows, down_rows, falling, print_table, result_rows
 from bsm_mesh.results.movement import part_of_size
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle
@@ -48,6 +51,22 @@ def test_lengths_as_parts_of_a_block() -> None:
     blocks = bsm.Blocks.from_polygons([rectangle(0, 0, 4, 1)], rock="rock")
     assert part_of_size(blocks, 0, 0.5) == "0.25 of the block's size"
     assert part_of_size(blocks, 0, 5.0) == "2.5 times the block's size"
+
+
+def test_greatest_force_and_greatest_utilisation_are_told_of_their_own_bolts() -> None:
+    """The strong bolt bears more, the weak one has used more of its strength."""
+    model = model_of([rectangle(0, 0, 4, 1), rectangle(0, 1, 2, 3), rectangle(2, 1, 4, 3)], friction=30.0)
+    kind = {"diameter": 0.02, "bond_strength": 1e6}
+    strong = bsm.Bolt(name="strong", start=(1, 2.5), end=(1, 0.5), yield_strength=500e6, pretension=60e3, **kind)
+    weak = bsm.Bolt(name="weak", start=(3, 2.5), end=(3, 0.5), yield_strength=100e6, pretension=30e3, **kind)
+    rows = dict(result_rows(bsm.run(model.replace(bolts=[strong, weak]))))
+    assert rows["greatest force in a bolt"].endswith("(strong)")
+    assert rows["greatest utilisation of a bolt"].endswith("(weak)")
+    assert rows["bolts"] == "2 elastic"
+    stage = bsm.run(model.replace(bolts=[strong, weak])).stages[-1]
+    used = np.where(stage.bolts.bolt == 1, 0.999997, 0.5)  # it slipped, and rests a hair below its strength
+    told = dict(bolt_rows(replace(stage.bolts, utilisation=used)))
+    assert told["bolts"] == "2 elastic (within 1 % of their strength: weak)"
 
 
 def test_tables_fit_a_terminal(case: Case, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from bsm_mesh.app.own_files import own_files
 from bsm_mesh.app.run_writer import RunWriter
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.view_data import ViewData, read_view
+from bsm_mesh.app.view_page import _list_of_falls
 from bsm_mesh.converters.vtk_files import read_pvd
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results import Results
@@ -106,6 +108,9 @@ def test_blocks_that_come_down(tmp_path: Path) -> None:
     assert data.falls[0]["area"] == pytest.approx(1.0)
     assert data.falls[0]["weight"] == pytest.approx(25e3)
     assert data.falls[0]["stage"] == "dig"
+    flake = data.falls[0] | {"area": 0.0024712, "weight": 64.23}
+    listed = _list_of_falls(replace(data, falls=[flake])).source.data
+    assert (listed["area"], listed["weight"]) == ([0.00247], [0.0642])  # not 0 and 0.06
 
 
 def test_steps_are_states_too_and_are_thinned_evenly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from bsm_mesh.contact.table import ContactTable, initial_contacts
 from bsm_mesh.errors import MAX_NAMED, ModelError, raise_faults
 from bsm_mesh.flow.coupling import FlowCoupling
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.notes import notes_of
+from bsm_mesh.model.notes import notes_of, of_unusual_rocks
 from bsm_mesh.model.start import start_faults
 from bsm_mesh.solve.algebra.block_matrix import block_pattern
 from bsm_mesh.solve.algebra.linear_solvers import make_linear_solver
@@ -69,7 +69,12 @@ def make_ready(model: Model, options: Options) -> Ready:
         system = LinearSystem(model, contacts, *borne)
     except ModelError as error:
         raise ModelError([*faults, *error.faults]) from error
-    faults += closure_faults(system, options)
+    stiffness = closure_faults(system, options)
+    if (
+        stiffness
+    ):  # joints are named with their springs, in which the rock's are in series: its numbers may be the cause
+        faults += of_unusual_rocks(model.rocks)
+    faults += stiffness
     free = [part.text for part in system.free_parts()] if len(system.constraints.block) else []
     if options.scheme == "linear":
         faults += free
