@@ -248,7 +248,7 @@ check() {
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
 run_tests() {
     code=0
-    "$python" -m pytest -n 2 --dist loadfile -m "not slow" || code=$?
+    "$python" -m pytest -n 2 --dist worksteal -m "not slow" || code=$?
     if [ "$code" = 5 ] && [ -z "$(find tests -name 'test_*.py' 2>/dev/null)" ]; then
         code=0
     fi
@@ -324,7 +324,7 @@ test_environment() (
     share_the_machine
     if [ "$smoke" = yes ]; then
         # shellcheck disable=SC2086 # a list of names
-        "$python" -m pytest -q -n 2 --dist loadfile -m "not slow" $smoke_tests
+        "$python" -m pytest -q -n 2 --dist worksteal -m "not slow" $smoke_tests
     else
         run_tests
     fi

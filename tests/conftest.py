@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -47,3 +48,21 @@ def killed(tmp_path: Path, left: list[Path], at_every_step: None) -> tuple[Path,
     bsm.run(model, output=out)
     interrupted(model.parent, left[4])
     return model, out
+
+
+died: list[str] = []
+
+
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_handlecrashitem(crashitem: str, report: pytest.TestReport, sched: Any) -> None:
+    """Run a test whose process died once more, for the system may have ended it; a second time it has failed."""
+    if crashitem not in died:
+        died.append(crashitem)
+        sched.mark_test_pending(crashitem)
+        report.outcome = "rerun"  # type: ignore[assignment]
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say which processes died, for it is a fault wherever it does not come from outside."""
+    for test in died:
+        terminalreporter.write_line(f"DIED   {test}: its process died, and it was run once more")

@@ -37,7 +37,7 @@ def run_tests(arguments: list[str], workers: int) -> int:
         f"data_file = {FOLDER / 'data'}\nsource =\n    {sources}\n",
         encoding="utf-8",
     )
-    pytest = ["-m", "pytest", "-q", "-n", str(workers), "--dist", "loadfile", "-m", "not slow", *arguments]
+    pytest = ["-m", "pytest", "-q", "-n", str(workers), "--dist", "worksteal", "-m", "not slow", *arguments]
     command = [sys.executable, "-m", "coverage", "run", f"--rcfile={settings}", *pytest]
     environment = {**os.environ, "COVERAGE_RCFILE": str(settings)}
     failed = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
