@@ -7,7 +7,13 @@ from __future__ import annotations
 
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.compiled import njit
-from bsm_mesh.contact.history_transfer import keep_one_active_dual, match_history, rows_of_pair, transfer_history
+from bsm_mesh.contact.history_transfer import (
+    keep_one_active_dual,
+    match_history,
+    recall_open,
+    rows_of_pair,
+    transfer_history,
+)
 from bsm_mesh.contact.narrow_phase import DROPPED, KEPT, UNDECIDED
 from bsm_mesh.contact.outlines import Record, RecordArray
 from bsm_mesh.contact.rules import Rules
@@ -57,6 +63,7 @@ def resolve_candidates(
                 here[k].in_range &= here[k].corner_gap == 0.0  # closed where it is pressed in, no farther
                 here[k].history += first if here[k].history >= 0 else 0  # from the pair's rows to all rows
                 here[k].predecessor += first if here[k].predecessor >= 0 else 0
+                here[k].recalled += first if here[k].recalled >= 0 else 0
                 rows[count] = here[k]
                 count += 1
     return rows[:count]
@@ -77,7 +84,7 @@ def _resolve_pair(
     (1) Active contacts end off their edge; one edge per corner; one of two duals. (2) History that no active contact
     continues is transferred to the nearest candidate. (3) New contacts must not start with a large penetration.
     (4) One edge per corner, and (5) no dual of a closed contact. Active contacts take precedence over new ones, closed
-    ones over open ones.
+    ones over open ones. (6) What has been decided so takes over what open contacts remember.
     """
     if active.size > 0:
         for i in range(rows.size):
@@ -102,6 +109,7 @@ def _resolve_pair(
         for i in range(rows.size):
             if rows[i].state == UNDECIDED and is_closing(h, rules, rows[i]) == closing:
                 _keep_unless_dual(vertices, h, band, rules, rows, i)
+    recall_open(vertices, blocks, active, h, rules, rows)
 
 
 @njit(forceinline=True)

@@ -81,6 +81,32 @@ def transfer_history(
 
 
 @njit(forceinline=True)
+def recall_open(
+    vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray
+) -> None:  # pragma: no cover - compiled
+    """Hand the memory of open contacts, rows without pressure, on to candidates that are kept and have no history.
+
+    One goes to the same corner over the same edge, or else to the nearest candidate with an aligned normal, as its
+    dual once the corner has left the edge. It has had no say in which candidates are kept.
+    """
+    for q in range(active.size):
+        if active[q].pressure > 0.0:
+            continue
+        best, nearest = -1, rules.transfer_distance * h
+        for i in range(rows.size):
+            if rows[i].state != KEPT or rows[i].corner_gap > 0.0 or not rows[i].in_range:
+                continue
+            if rows[i].history >= 0 or rows[i].predecessor >= 0 or rows[i].recalled >= 0:
+                continue
+            same = active[q].key == (np.int64(rows[i].corner) << 32) | np.int64(rows[i].edge)
+            distance = -1.0 if same else _distance(vertices, active[q], rows[i])
+            if distance < nearest and _alignment(vertices, blocks, active[q], rows[i]) >= rules.min_cosine:
+                best, nearest = i, distance
+        if best >= 0:
+            rows[best].recalled = q
+
+
+@njit(forceinline=True)
 def _nearest_free(
     vertices: RecordArray, blocks: RecordArray, active: RecordArray, h: float, rules: Rules, rows: RecordArray, q: int
 ) -> int:  # pragma: no cover - compiled

@@ -25,6 +25,7 @@ ROW = np.dtype(  # a candidate, as in `search.Candidates`
     [
         *((name, "f8") for name in ("gap", "tangential", "edge_length", "overlap", "length", "corner_gap")),
         *((name, "i4") for name in ("block_a", "block_b", "corner", "edge", "parallel_edge", "history", "predecessor")),
+        ("recalled", "i4"),
         ("opposing_candidate", "i4"),
         ("entering_edge", "i4"),
         ("parallel_edges", "i1"),
@@ -149,7 +150,7 @@ def _fill(vertices: RecordArray, h: float, rules: Rules, row: Record) -> None:  
     slack_before = h * (rules.detach_tol if before else rules.rounding)
     slack_behind = h * (rules.detach_tol if behind else rules.rounding)
     row.in_range = -slack_before <= row.tangential <= row.edge_length + slack_behind
-    row.history = row.predecessor = row.opposing_candidate = -1
+    row.history = row.predecessor = row.recalled = row.opposing_candidate = -1
     row.state = 0
 
 

@@ -138,6 +138,8 @@ class Candidates(ContactPairs):
         projection has come onto the edge.
     predecessor : (m,) int32
         Row of an active contact that has ended and whose history is transferred to this one; else -1.
+    recalled : (m,) int32
+        Row of an open contact, without pressure, whose offset this one has; else -1.
     corner_gap : (m,) float64 [m]
         Of a corner-corner contact: penetration at which it closes; else 0.
     entering_edge : (m,) int32
@@ -148,6 +150,7 @@ class Candidates(ContactPairs):
     tangential: FloatArray
     in_range: BoolArray
     predecessor: IntArray
+    recalled: IntArray
     corner_gap: FloatArray
     entering_edge: IntArray
 
@@ -222,7 +225,12 @@ def _resolved_candidates(
     with ThreadPoolExecutor(2) as threads:
         found = list(threads.map(resolved, range(len(parts))))
     count = np.cumsum([0, *(len(columns[0]) for columns in found)])
-    for name, before in (("history", split), ("predecessor", split), ("opposing_candidate", count)):
+    for name, before in (
+        ("history", split),
+        ("predecessor", split),
+        ("recalled", split),
+        ("opposing_candidate", count),
+    ):
         for part, columns in enumerate(found):
             number = columns[NAMES.index(name)]
             number[number >= 0] += before[part]
@@ -238,7 +246,7 @@ def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compil
     block_a, block_b, corner, edge = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
     gap, tangential, edge_length, length = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     parallel_edge, parallel_edges, in_range = np.empty(n, i4), np.empty(n, np.int8), np.empty(n, np.bool_)
-    history, predecessor, opposing_candidate = np.empty(n, i4), np.empty(n, i4), np.empty(n, i4)
+    history, predecessor, recalled, opposing_candidate = np.empty((4, n), i4)
     corner_gap, entering_edge = np.empty(n), np.empty(n, i4)
     for i in range(n):
         row = rows[i]
@@ -246,6 +254,7 @@ def _columns(rows: RecordArray) -> tuple[Any, ...]:  # pragma: no cover - compil
         gap[i], tangential[i], edge_length[i], length[i] = row.gap, row.tangential, row.edge_length, row.length
         parallel_edge[i], parallel_edges[i], in_range[i] = row.parallel_edge, row.parallel_edges, row.in_range
         history[i], predecessor[i], opposing_candidate[i] = row.history, row.predecessor, row.opposing_candidate
-        corner_gap[i], entering_edge[i] = row.corner_gap, row.entering_edge
+        recalled[i], corner_gap[i], entering_edge[i] = row.recalled, row.corner_gap, row.entering_edge
     sides = block_a, block_b, corner, edge, edge_length, length, parallel_edge, parallel_edges
-    return (*sides, history, opposing_candidate, gap, tangential, in_range, predecessor, corner_gap, entering_edge)
+    found = gap, tangential, in_range, predecessor, recalled, corner_gap, entering_edge
+    return (*sides, history, opposing_candidate, *found)

@@ -164,3 +164,29 @@ def test_contacts_without_pressure_are_not_active():
     found = start.moved(1, (0.0, -1e-5)).detect(active)
     assert (found.history == -1).all()
     assert (found.predecessor == -1).all()
+    without = start.moved(1, (0.0, -1e-5)).detect()
+    for name in ("key", "length", "in_range", "opposing_candidate"):
+        assert (getattr(found, name) == getattr(without, name)).all(), "they have no say in what is found"
+
+
+def test_an_open_contact_is_recalled_over_its_edge_and_then_by_its_dual():
+    start = column()
+    opened = start.activated(start.detect(), pressure=0.0)
+    above = start.moved(1, (0.0, 0.02)).detect(opened)
+    again = above.recalled >= 0
+    assert sorted(above.recalled[again]) == [0, 1]
+    assert (opened.key[above.recalled[again]] == above.key[again]).all()
+    beside = start.moved(1, (2e-3, 0.02)).detect(opened)
+    again = beside.recalled >= 0
+    assert sorted(beside.recalled[again]) == [0, 1]
+    assert beside.in_range[again].all()
+    assert len(set(beside.block_a[again])) == 2, "of one corner and edge are swapped"
+
+
+def test_an_open_contact_is_recalled_no_farther_than_walls_face_each_other():
+    start = column()
+    opened = start.activated(start.detect(), pressure=0.0)
+    assert (start.moved(1, (0.0, 0.08)).detect(opened).recalled == -1).all(), "beyond the band"
+    assert (start.moved(1, (0.0, 0.02), degrees=30.0).detect(opened).recalled == -1).all(), "turned away"
+    closed = start.activated(start.detect())
+    assert (start.moved(1, (0.0, -1e-5)).detect(closed).recalled == -1).all(), "those have all of their history"

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
+from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.contact.search import Outlines
+from bsm_mesh.converters.continuum import compare_stages
 from bsm_mesh.model.stress_field import StressField
-from tests.scenes.models import LINEAR, framed
-from tests.scenes.shapes import gmsh_triangles, grid
+from bsm_mesh.solve.contacts.contact_set import gather_contacts
+from bsm_mesh.solve.contacts.stage_transfer import in_situ_history
+from tests.scenes.models import LINEAR, framed, model_of
+from tests.scenes.shapes import gmsh_triangles, grid, square
 
 GAMMA = 25e3
 
@@ -109,6 +116,73 @@ def test_the_start_says_how_far_it_was_from_equilibrium():
     assert stage.start_residual > 0.1
     assert stage.residual < 1e-10
     assert stage.max_displacement > 1e-6
+
+
+def test_a_joint_whose_closure_has_a_limit_fits_no_more_once_it_opened():
+    """A block is pushed off the lower joint and back beyond where it was: the lower bears K times its overlap then."""
+    p0, stiffness, limit = 1e5, 1e9, 5e-4
+    joint = bsm.Joint("J", stiffness, stiffness, law=bsm.MohrCoulomb(friction=35.0), max_closure=limit)
+    loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -5 * p0)]
+    stages = [bsm.Stage(name=f"{k}", loads=[load]) for k, load in enumerate(loads)]
+    given = model_of([square(0, 0), square(0, 1), square(0, 2)], fixed=(0, 2), gamma=0.0)
+    given = given.replace(joints=[joint], in_situ=bsm.InSitu(stress={"yy": -p0}), stages=stages)
+    results = bsm.run(given)
+    lower = 1 / (stiffness / p0 + 1 / limit)  # the overlap under p0
+    u = results.stages[-1].displacement[1, 1]
+    upper = lower + u  # both overlaps, of which the upper joint never opened
+    in_upper = stiffness * upper / (1 - upper / limit) if upper > 0 else 0.0
+    assert u < 0
+    assert_allclose(stiffness * (lower - u) - in_upper, 2 * p0, rtol=1e-6)
+    compared = [stage.comparison for stage in compare_stages(given, results)]
+    assert max(comparison.force_error.l2 for comparison in compared) < 1e-6
+
+
+@pytest.mark.parametrize(("cycles", "stiffness"), [(1, 1e9), (2, 1e9), (1, 2e8)])
+def test_a_joint_that_opened_closes_again_where_it_opened(cycles, stiffness):
+    """A block pressed between two others is pushed off one of them and let go: it ends where it was.
+
+    Pushed by F = 3 p0 only the upper joint bears, F = p0 + K u.
+    """
+    p0 = 1e5
+    push, back = (bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, sign * 3 * p0)) for sign in (1, -1))
+    stages = [
+        bsm.Stage(name=name, loads=[load])
+        for number in range(cycles)
+        for name, load in ((f"push {number}", push), (f"let go {number}", back))
+    ]
+    given = model_of([square(0, 0), square(0, 1), square(0, 2)], kn=stiffness, fixed=(0, 2), gamma=0.0)
+    given = given.replace(in_situ=bsm.InSitu(stress={"yy": -p0}), stages=stages)
+    results = bsm.run(given)
+    moved = [stage.displacement[1, 1] for stage in results.stages]
+    assert_allclose(moved, [0.0, *cycles * (2 * p0 / stiffness, 0.0)], atol=1e-9 * p0 / stiffness)
+    compared = [stage.comparison for stage in compare_stages(given, results) if stage.comparison is not None]
+    assert max(comparison.force_error.l2 for comparison in compared) < 1e-6
+
+
+def test_walls_that_moved_away_are_those_of_the_given_geometry():
+    """After an opening of half a per cent of a block the joint bears from the given gap on, p0 + K u = -K u."""
+    p0, stiffness = 1e5, 2e7
+    loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -3 * p0)]
+    stages = [bsm.Stage(name=f"{k}", loads=[load]) for k, load in enumerate(loads)]
+    given = model_of([square(0, 0), square(0, 1), square(0, 2)], kn=stiffness, fixed=(0, 2), gamma=0.0)
+    results = bsm.run(given.replace(in_situ=bsm.InSitu(stress={"yy": -p0}), stages=stages))
+    assert_allclose(results.stages[-1].displacement[1, 1], -p0 / (2 * stiffness), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("up", "offset"), [(0.0, 0.0), (5e-4, 5e-4), (2e-3, 1e-3)])
+def test_what_is_open_never_presses_at_once(up, offset):
+    """An open contact whose gap is smaller than its offset already, as where its dual takes over, closes from there."""
+    given = model_of([square(0, 0), square(0, 1)], fixed=(0,), gamma=0.0)
+    given = given.replace(in_situ=bsm.InSitu(stress={"yy": -1e5}))
+    history, _ = in_situ_history(given)
+    closed = history.active
+    history = replace(history, active=replace(closed, pressure=0 * closed.pressure), offset=np.full(2, 1e-3))
+    outlines, position = Outlines.of(given.blocks, np.array([True, False])), np.zeros((2, 3))
+    position[1, 1] = up
+    contacts = gather_contacts(given, outlines, JointCatalogue(given), history, position, 0.05, first=False)
+    faces = contacts.candidates.parallel_edge >= 0
+    assert_allclose(np.sort(contacts.offset[faces])[-2:], offset, atol=1e-15)
+    assert not contacts.mated.any()
 
 
 def column_weight(blocks, weights, point, surface):

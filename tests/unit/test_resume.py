@@ -106,6 +106,29 @@ def test_stages_that_change_strength_and_shake(tmp_path: Path, left: list[Path],
 
 
 @pytest.mark.usefixtures("at_every_step")
+def test_joints_that_in_situ_stress_closed_and_that_are_open_at_a_checkpoint(tmp_path: Path, left: list[Path]) -> None:
+    """The offset that an open contact remembers is in the checkpoint: the block ends where it was."""
+    p0, stiffness = 1e5, 1e9
+    loads = [bsm.PointLoad(block=1, point=(0.5, 1.5), force=(0.0, force)) for force in (3 * p0, -3 * p0)]
+    built = model_of([rectangle(0, k, 1, k + 1) for k in range(3)], kn=stiffness, fixed=(0, 2), gamma=0.0)
+    built = built.replace(
+        in_situ=bsm.InSitu(stress={"yy": -p0}),
+        stages=[bsm.Stage(name=f"{k}", loads=[load]) for k, load in enumerate(loads)],
+    )
+    model, out = tmp_path / "case" / "model.toml", tmp_path / "case" / "out"
+    model.parent.mkdir()
+    for name, write in files_of_model(built, bsm.Options()).items():
+        write(model.parent / name)
+    whole = bsm.run(model, output=out)
+    assert abs(whole.stages[-1].displacement[1, 1]) < 1e-9 * p0 / stiffness
+    wanted, copies = content(out), list(left)
+    for copy in copies:
+        interrupted(model.parent, copy)
+        bsm.run(model, output=out, resume=True)
+        assert content(out) == wanted
+
+
+@pytest.mark.usefixtures("at_every_step")
 def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
     tmp_path: Path, left_late: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -48,9 +48,10 @@ def gather_contacts(
     source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
     meeting = ~known & _meet_at_a_node(blocks, found, near)
-    within_tolerance = found.in_range & (found.gap <= near) & ~meeting
+    recalled = _offsets_of_open(history, found)
+    within_tolerance = found.in_range & (found.gap <= recalled + near) & ~meeting
     fresh = ~known & within_tolerance
-    offset = _remembered(history.offset, source, _offsets(found, fresh, meeting, near, 0.0 if first else band))
+    offset = _remembered(history.offset, source, _offsets(found, fresh, meeting, near, (not first) * band, recalled))
     failed = _remembered(history.failed, source, np.full(found.count, not first))
     mated = _remembered(history.mated, source, np.full(found.count, first))
     within_tolerance |= known & found.in_range & (found.gap <= offset + near)  # in situ, with a large gap too
@@ -141,12 +142,25 @@ def _anchors(history: History, found: Candidates, fresh: BoolArray) -> dict[str,
     return {"old_tangential": old_tangential, "first_tangential": first_tangential}
 
 
-def _offsets(found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float) -> FloatArray:
+def _offsets_of_open(history: History, found: Candidates) -> FloatArray:
+    """Return the offsets that open contacts remember, (m,) [m]; 0 for candidates that recall none.
+
+    None presses at once: a gap that is smaller already becomes its offset.
+    """
+    offset, again = np.zeros(found.count), np.flatnonzero(found.recalled >= 0)
+    offset[again] = np.clip(found.gap[again], 0.0, history.offset[found.recalled[again]])
+    return offset
+
+
+def _offsets(
+    found: Candidates, fresh: BoolArray, meeting: BoolArray, near: float, slid: float, recalled: FloatArray
+) -> FloatArray:
     """Return the gaps at zero pressure of contacts without history, (m,) [m].
 
-    `slid`: up to this length a face counts as having just slid onto another.
+    `slid`: up to this length a face counts as having just slid onto another; `recalled` (m,) [m]: those of contacts
+    that are open.
     """
-    offset = np.zeros(found.count)
+    offset = recalled.copy()
     overlapping = fresh & (found.gap < 0)
     offset[overlapping] = found.gap[overlapping]
     slid_on = overlapping & _slid_on(found, slid)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.contact.rules import RULES
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
 from bsm_mesh.contact.search import ActiveContacts
 from bsm_mesh.model.joint_laws.shear_springs import Springs
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
@@ -73,19 +73,21 @@ class History:
 def commit(contacts: ContactSet, at: Evaluation, position: FloatArray, size: float) -> tuple[History, int]:
     """Return the history after an accepted step, and the number of contacts that failed in it.
 
-    Intact contacts of the start that touch without force are kept too: they have not lost their strength.
+    Intact contacts of the start that touch without force are kept too: they have not lost their strength. Of open ones
+    that in-situ stress had closed the offset is kept near where they opened, so that they close there.
     """
-    kept = _kept(contacts, at, size)
-    changed = int((at.failed & ~contacts.failed)[kept].sum())
+    kept, is_open = _kept(contacts, at, size)
+    changed = int((at.failed & ~contacts.failed)[kept][~is_open].sum())
     first_tangential = np.where(np.isnan(contacts.first_tangential), at.tangential, contacts.first_tangential)
     path = slip_path_after(contacts, at.springs, at.closed & ~at.sticking, at.shear, at.tangential)
     offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
+    offset = np.where(_still_overlapping(contacts, at), at.gap, offset)[kept]
     history = History(
-        active=_active(contacts, at, position, kept),
+        active=_active(contacts, at, position, kept, is_open),
         shear=at.shear[kept],
         tangential=at.tangential[kept],
         first_tangential=first_tangential[kept],
-        offset=np.where(_still_overlapping(contacts, at), at.gap, offset)[kept],
+        offset=np.where(is_open, _offset_once_open(contacts)[kept], offset),
         length=contacts.candidates.length[kept],
         parallel_edges=contacts.candidates.parallel_edges[kept],
         failed=at.failed[kept],
@@ -129,7 +131,7 @@ def worn(contacts: ContactSet, at: Evaluation) -> ContactSet:
 def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size: float) -> ContactSet:
     """Return updated contacts with the state variables that continuing ones had before a provisional commit."""
     stay = again.candidates.history >= 0
-    source = _kept(before, at, size)[again.candidates.history[stay]]
+    source = _kept(before, at, size)[0][again.candidates.history[stay]]
     names = ("old_shear", "old_pressure", "old_tangential", "first_tangential", "failed", "slip_path")
     memory = {name: getattr(again, name).copy() for name in names}
     for name in names:
@@ -139,10 +141,27 @@ def restore_history(again: ContactSet, before: ContactSet, at: Evaluation, size:
     return replace(again, offset=offset, **memory)
 
 
-def _kept(contacts: ContactSet, at: Evaluation, size: float) -> IntArray:
+def _kept(contacts: ContactSet, at: Evaluation, size: float) -> tuple[IntArray, BoolArray]:
+    """Return the rows of contacts that have a history, (k,), and which of them are open and keep their offset alone.
+
+    These are open no farther than two blocks may be apart when they meet: walls that have moved away from each other
+    are those of the given geometry.
+    """
     broken = (contacts.tension > 0) & ~at.closed
     idle = contacts.within_tolerance & ~at.failed & (at.gap <= RULES.rounding * size) & ~broken
-    return np.flatnonzero(at.closed | idle | _still_overlapping(contacts, at))
+    lasting = at.closed | idle | _still_overlapping(contacts, at)
+    offset = _offset_once_open(contacts)
+    beside = (offset > 0) & (at.gap <= offset + CONTACT_TOLERANCE * size)
+    kept = np.flatnonzero(lasting | beside)
+    return kept, ~lasting[kept]
+
+
+def _offset_once_open(contacts: ContactSet) -> FloatArray:
+    """Return the gaps at which contacts would close again had they opened, (m,) [m]: without dilation, which is lost.
+
+    Only stress in situ, and filled blocks, leave any above 0.
+    """
+    return contacts.dilating.opened(contacts.offset, contacts.slip_path, np.zeros(contacts.count))
 
 
 def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:
@@ -154,13 +173,15 @@ def _still_overlapping(contacts: ContactSet, at: Evaluation) -> BoolArray:
     return inside & (contacts.offset < 0) & contacts.within_tolerance
 
 
-def _active(contacts: ContactSet, at: Evaluation, position: FloatArray, kept: IntArray) -> ActiveContacts:
+def _active(
+    contacts: ContactSet, at: Evaluation, position: FloatArray, kept: IntArray, is_open: BoolArray
+) -> ActiveContacts:
     c = contacts.candidates
     tangent, arm_a = (vectors[kept] for vectors in contacts.frames(at.position)[:2])
     return ActiveContacts(
         pair=c.pair[kept],
         key=c.key[kept],
-        pressure=np.maximum(at.pressure[kept], np.finfo(float).tiny),
+        pressure=np.where(is_open, 0.0, np.maximum(at.pressure[kept], np.finfo(float).tiny)),
         point=contacts.outlines.placed(position)[c.block_a[kept], :2] + arm_a,
         normal=np.stack([tangent[:, 1], -tangent[:, 0]], axis=1),
     )
