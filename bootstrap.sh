@@ -204,8 +204,7 @@ pip_install() {
     PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q --no-compile ${constraints:+-c "$root/$constraints"} "$@" >&2
 }
 
-# Numba's own cache does not notice a change in a function that another file's function calls; here each state
-# of the sources has a cache of its own.
+# Each state of the sources has a cache of compiled kernels of its own, so that going back to one compiles nothing.
 choose_numba_cache() {
     if [ -z "${NUMBA_CACHE_DIR:-}" ]; then
         state=$(cd "$root" && find bsm_mesh geometries converters -name '*.py' -exec cksum {} + | sort -k 3 | cksum)

@@ -1,12 +1,14 @@
 """Kernels compiled by Numba, and kept on disk: the first run on a machine waits for the compiler, and says so.
 
 That they cannot be kept (neither this package's folder nor the home can be written to, the disk is full, what was kept
-is damaged) stops no run: they are compiled anew.
+is damaged) stops no run: they are compiled anew. So are they after a change of anything that was compiled into them,
+be it in another file: a new version runs no kernel of a former one.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import sys
 import warnings
@@ -19,7 +21,8 @@ from bsm_mesh.files import private_folder
 _CONFIGURED = "numba" in sys.modules  # by whoever imported it before us
 
 import numba  # noqa: E402
-from numba.core.caching import FunctionCache  # noqa: E402
+from numba.core.caching import FunctionCache, IndexDataCacheFile  # noqa: E402
+from numba.core.dispatcher import Dispatcher  # noqa: E402
 
 if not _CONFIGURED:
     # Numba takes settings from the current folder too (.numba_config.yaml, where PyYAML is installed). What is kept
@@ -64,7 +67,17 @@ def is_compiled(kernel: Any) -> bool:
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache of a function; what it cannot read or write is done without."""
+    """Numba's cache of a function; what it cannot read or write is done without.
+
+    Numba looks at the kernel's own file alone, here it is also other files whose kernels it calls that count.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        locator = self._impl.locator
+        if type(locator).__module__ == FunctionCache.__module__:  # else a stranger's, with a stamp of its own
+            stamp = _stamp(function, locator.get_source_stamp())
+            self._cache_file = IndexDataCacheFile(self.cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return what was kept for a signature, or None."""
@@ -96,6 +109,23 @@ def _cache(function: Callable[..., Any]) -> _KernelCache | None:
     with contextlib.suppress(RuntimeError):
         return _KernelCache(function)
     return None
+
+
+_stamps: dict[str, str] = {}  # of files, by name
+
+
+def _stamp(function: Callable[..., Any], own: object) -> str:
+    """Return a digest of what may be compiled into a kernel: its file, numbers, and files whose kernels it may call."""
+    seen, file = function.__globals__, function.__code__.co_filename
+    called = {v.py_func.__code__.co_filename for v in seen.values() if isinstance(v, Dispatcher)} - {file}
+    numbers = sorted(f"{name}={value!r}" for name, value in seen.items() if _is_number(value))
+    told = (own, numbers, sorted(_stamps[other] for other in called if other in _stamps))
+    _stamps[file] = hashlib.sha256(repr(told).encode()).hexdigest()
+    return _stamps[file]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) or (isinstance(value, tuple) and all(map(_is_number, value)))
 
 
 _warned: set[str] = set()

@@ -3,10 +3,6 @@
 Geometry only: a corner faces an edge if it is convex, near it, and both edges of its block lead away from it. What
 else depends on one candidate alone is decided here (overlap along parallel edges, corner-corner contacts); history, and
 the rules that compare candidates, are in `contact_rules`.
-
-A kernel's cache is renewed when its own file changes, not when a file changes whose kernels it calls: so the kernels
-of this file and of `broad_phase` call no others. After a change of `history_transfer` or `same_place` delete what is
-kept of `contact_rules`: a new date of the file is not enough, for Numba compares its content.
 """
 
 from __future__ import annotations

@@ -106,3 +106,36 @@ def test_settings_in_the_current_folder_do_not_say_where_code_is_kept(tmp_path: 
     said, _ = call_kernels(tmp_path, PYTHONPATH=f"{tmp_path}{os.pathsep}{environment()['PYTHONPATH']}")
     assert "evil" not in said
     assert not (tmp_path / "evil").exists()
+
+
+CALLER = """
+from bsm_mesh.compiled import njit
+from called import PART, called
+
+@njit()
+def kernel(x):
+    return called(x) + PART
+"""
+CALLED = """
+from bsm_mesh.compiled import njit
+
+PART = {part}
+
+@njit()
+def called(x):
+    return x + {more}
+"""
+TELL = "from caller import kernel; print(kernel(0), sum(kernel.stats.cache_hits.values()))"
+
+
+def test_a_kernel_is_compiled_anew_where_another_file_changes_that_went_into_it(tmp_path: Path) -> None:
+    """Seen: after a change of the file called, alone, the kernel of before was run."""
+    (tmp_path / "caller.py").write_text(CALLER)
+    told = {**environment(), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    said = []
+    for part, more in [(10, 1), (10, 1), (10, 2), (20, 2), (20, 2)]:
+        (tmp_path / "called.py").write_text(CALLED.format(part=part, more=more))
+        command = [sys.executable, "-B", "-c", TELL]
+        done = subprocess.run(command, env=told, cwd=tmp_path, capture_output=True, text=True, check=True)
+        said.append(done.stdout.split())
+    assert said == [["11", "0"], ["11", "1"], ["12", "0"], ["22", "0"], ["22", "1"]]
