@@ -24,14 +24,18 @@ class NewtonSettings:
 
     Attributes
     ----------
+    max_corrections : int
+        Of the exact tangent, at most: it converges quadratically once its contacts and bolts no longer change, and
+        before that as slowly as they do.
     shrinking : float
-        Part to which two corrections must reduce the 2-norm of the residual, or it has stalled.
+        Part to which two regularised corrections must reduce the 2-norm of the residual, or it has stalled.
     worthwhile : float
         The same while the maximum norm is below `nearly`: few contacts still change there, and a stage is near its end.
     nearly : float
         Maximum norm [mean weights].
     """
 
+    max_corrections: int = 12
     shrinking: float = 0.25
     worthwhile: float = 0.7
     nearly: float = 0.3
@@ -106,8 +110,7 @@ def newton(
         if here.rms < max_rms:
             outcome = Outcome.ACCEPTABLE
             break
-        # A number that is none ends it too.
-        if not norms[-1] <= (SETTINGS.worthwhile if here.max_norm < SETTINGS.nearly else shrinking) * norms[-3]:
+        if len(norms) - 3 == SETTINGS.max_corrections if exact else _has_stalled(norms, here.max_norm, shrinking):
             outcome = Outcome.STALLED
             break
         corrected = subdomain_correction(step, here.position) if localized else None
@@ -120,3 +123,8 @@ def newton(
             here = line_search(step, here, correction)
         norms.append(here.l2_norm)
     return Attempt(equations=step, position=here.position, outcome=outcome)
+
+
+def _has_stalled(norms: list[float], max_norm: float, shrinking: float) -> bool:
+    """Return whether the last two corrections brought too little; a number that is none brings nothing."""
+    return not norms[-1] <= (SETTINGS.worthwhile if max_norm < SETTINGS.nearly else shrinking) * norms[-3]
