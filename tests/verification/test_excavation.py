@@ -269,8 +269,11 @@ def test_with_slip_the_order_matters(friction, matters):
 
 
 def test_the_stage_that_fails_is_the_answer():
-    """A brick roof under little horizontal stress: 2 m wide it arches, at 4 m a triangle of it comes down: the end."""
-    joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=25.0))
+    """A brick roof under little horizontal stress: 2 m wide it arches, at 4 m a triangle of it comes down: the end.
+
+    With 25 degrees it is at its limit: it sinks by .3 m, and stands or not by what its joints remember in situ (D0037).
+    """
+    joint = bsm.Joint("J", normal_stiffness=5e9, shear_stiffness=2e9, law=bsm.MohrCoulomb(friction=20.0))
     stages = [
         bsm.Stage(name="pilot", excavate=[box(3.9, 4, 6.1, 6)]),
         bsm.Stage(name="full", excavate=[box(5.9, 4, 8.1, 6)]),
