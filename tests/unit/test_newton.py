@@ -1,5 +1,7 @@
 """Newton's method on a step: equilibria in closed form, quadratic convergence, and what it says where there is none."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -151,3 +153,40 @@ def test_the_method_of_a_step_is_for_goals_near_rest():
     found = method.solve(begins, at, Goal(max_residual=1e-8, rest=1e-8))
     assert found.outcome is Outcome.SOLVED
     assert begins.residual_at(found.position).max_norm < 1e-8
+
+
+class Creeping:
+    """A block whose residual falls to nine tenths a correction, and to nothing in the last of `count`."""
+
+    supports_move, max_movement = False, np.inf
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def residual_at(self, position, weight=None):
+        made = round(float(position[0, 0]))
+        left = 0.9**made if made < self.count else 0.0
+        return SimpleNamespace(
+            position=position, forces=None, at=None, weight=1.0, max_norm=left, l2_norm=left, rms=left
+        )
+
+    def tangent(self, at, regularization):
+        return None
+
+    def factorize(self, data, position):
+        return True
+
+    def solve(self, forces):
+        return np.array([[1.0, 0.0, 0.0]])
+
+    def movement(self, correction):
+        return 1.0
+
+
+@pytest.mark.parametrize(
+    ("count", "exact", "outcome"), [(10, True, "solved"), (10, False, "stalled"), (14, True, "stalled")]
+)
+def test_the_exact_method_makes_twelve_corrections_though_they_bring_little(count, exact, outcome):
+    """Seen: a bolted arch whose bond slips, without a verdict where the exact method ended with the regularised one."""
+    found = newton(Creeping(count), np.zeros((1, 3)), 1e-6, exact=exact)
+    assert found.outcome == outcome

@@ -70,9 +70,7 @@ def make_ready(model: Model, options: Options) -> Ready:
     except ModelError as error:
         raise ModelError([*faults, *error.faults]) from error
     stiffness = closure_faults(system, options)
-    if (
-        stiffness
-    ):  # joints are named with their springs, in which the rock's are in series: its numbers may be the cause
+    if stiffness:  # of joints with the rock's springs in series: the rock's numbers may be the cause
         faults += of_unusual_rocks(model.rocks)
     faults += stiffness
     free = [part.text for part in system.free_parts()] if len(system.constraints.block) else []
