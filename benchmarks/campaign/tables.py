@@ -74,18 +74,28 @@ def of_models(
 ) -> list[Row]:
     """Return a row a model, for campaigns of few and large ones; beside it what a former one made of it, if given."""
     rows = [["model", "blocks", "verdict", "steps", "factorizations", "processor s", "moved"]]
-    rows[0] += ["verdict before", "s before", "now over before"] if before is not None else []
+    former = ["verdict before", "steps before", "moved before", "s before", "now over before"]
+    rows[0] += former if before is not None else []
     for key, record in records.items():
         numbers = [str(record.get(name, "")) for name in ("steps", "factorizations")]
-        far = f"{record['moved']:.2g}" if "moved" in record else ""
-        row = [key[0], str(record.get("blocks", "")), record["status"], *numbers, _taken(record, limits[key]), far]
+        row = [key[0], str(record.get("blocks", "")), record["status"], *numbers, _taken(record, limits[key])]
+        row.append(_moved(record))
         if before is not None:
             was, limit = before.get(key), (limits_before or {}).get(key, 0.0)
-            row += ["", "", ""] if was is None else [was["status"], _taken(was, limit), ""]
-            if was is not None and TIMEOUT not in (was["status"], record["status"]):
-                row[-1] = f"{record['seconds'] / was['seconds']:.2f}"
+            row += [""] * len(former) if was is None else _beside(record, was, limit)
         rows.append(row)
     return rows
+
+
+def _beside(record: Record, was: Record, limit: float) -> Row:
+    """Return what a former campaign made of a model, and the processor time now over that."""
+    decided = TIMEOUT not in (was["status"], record["status"])
+    ratio = f"{record['seconds'] / was['seconds']:.2f}" if decided else ""
+    return [was["status"], str(was.get("steps", "")), _moved(was), _taken(was, limit), ratio]
+
+
+def _moved(record: Record) -> str:
+    return f"{record['moved']:.2g}" if "moved" in record else ""
 
 
 def _taken(record: Record, limit: float) -> str:
