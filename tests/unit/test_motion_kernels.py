@@ -8,10 +8,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.motion import threads as motion_threads
-from bsm_mesh.solve.motion.contact_kernels import _grown
+from bsm_mesh.solve.motion.contact_columns import CONTACT, SLIP, WIDTH, chosen, chunked, column_of, put
+from bsm_mesh.solve.motion.contact_kernels import ROOM
 from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.joint_kernels import grow
 from bsm_mesh.solve.motion.kernels import set_turns
 from bsm_mesh.solve.motion.masses import MotionSettings
+from bsm_mesh.solve.motion.window_columns import share_of
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 from tests.scenes.steps import begun, still
@@ -162,6 +165,20 @@ def test_forces_within_a_window_are_those_of_the_equations(turn, kind):
     assert_allclose(fast, quick, rtol=0, atol=10 * off * np.abs(fast).max())
 
 
+@pytest.mark.parametrize("count", [0, 1, WIDTH - 1, WIDTH, 2 * WIDTH + 3])
+def test_contacts_come_out_of_chunks_as_they_went_in(count):
+    slid = np.arange(1.0, count + 1)
+    chunks, rows = chunked(SLIP, {"slid": slid}, count), np.arange(count)[::-3]
+    assert_array_equal(column_of(chunks, "slid", count), slid)
+    assert_array_equal(chunks["slid"].sum(), slid.sum())  # filled up with zeros
+    part = chosen(chunks, rows)
+    assert_array_equal(column_of(part, "slid", len(rows)), slid[rows])
+    part["slid"] *= -1
+    put(chunks, rows, part)
+    slid[rows] *= -1
+    assert_array_equal(column_of(chunks, "slid", count), slid)
+
+
 @pytest.mark.parametrize("young", [None, 1e9])
 @pytest.mark.parametrize("keys", [{"shear_stiffness_exponent": 0.8}, {"shear_stiffness": None}])
 def test_shear_stiffness_in_cycles_is_that_of_the_contacts(young, keys):
@@ -171,16 +188,18 @@ def test_shear_stiffness_in_cycles_is_that_of_the_contacts(young, keys):
     rock = replace(model.rocks[0], young=young, poisson=None if young is None else 0.2)
     joint = replace(model.joints[0], law=law, reference_stress=1e4, **keys)
     motion = ExplicitMotion(begun(model.replace(rocks=[rock], joints=[joint])), INELASTIC)
-    growths, growing = motion._growths(), motion.contacts.growing
+    contacts, growing = motion.contacts, motion.contacts.growing
+    growths = share_of(contacts, motion.residual.at, motion.system.catalogue, motion._rows, motion._columns).growths
     growths["stiffest"] = 1e30
-    row = int(np.searchsorted(motion._rows, growing.rows[0]))
-    before = np.inf
+    chunk, place = divmod(int(np.searchsorted(motion._rows, growing.rows[0])), WIDTH)
+    sheared, room, before = np.zeros(1, CONTACT), np.zeros(1, ROOM), np.inf
     for pressure in (0.0, 10.0, 3e3, 2e5, 4e4):
         wanted = float(growing.stiffness(np.full(len(growing.rows), pressure))[0][0])
-        found, kept = _grown(np.float32(pressure), growths[row])
-        assert found == pytest.approx(wanted, rel=1e-5)
+        room["trial"], sheared["carried"] = pressure, 1.0
+        grow(sheared[0], growths[chunk], room[0])
+        assert sheared["shear_stiffness"][0, place] == pytest.approx(wanted, rel=1e-5)
         if np.isfinite(before):
-            assert kept == pytest.approx(min(wanted / before, 1.0), rel=1e-5)
+            assert sheared["carried"][0, place] == pytest.approx(min(wanted / before, 1.0), rel=1e-5)
         before = wanted
 
 

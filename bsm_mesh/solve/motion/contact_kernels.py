@@ -4,6 +4,9 @@ All forces are known in double precision at the window's reference position. Onl
 movements since by exact finite rotations. So constants of contacts may be in single precision, which halves what a
 cycle reads from memory: they give changes of forces to 1e-7 of these, and a block comes to rest as exactly as its
 residual at the reference is known.
+
+A chunk of contacts goes through short loops. Those that every contact needs have no branch, so that the compiler takes
+several contacts at once; all that is loaded or stored is so unconditionally.
 """
 
 from __future__ import annotations
@@ -11,95 +14,24 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
-from bsm_mesh.model.joint_laws.barton_bandis import STEEPEST
-from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
+from bsm_mesh.solve.motion.contact_columns import WIDTH, ChunkArray, SingleArray
+from bsm_mesh.solve.motion.joint_kernels import close, dilate, fail, grow, hold, slide, weaken
 
-SingleArray = NDArray[np.float32]
-RecordArray = NDArray[np.void]  # of SPRING, STATE: a record is no reference that would be counted, unlike an array
-
-SPRING = np.dtype(
+ZERO, ONE = np.float32(0.0), np.float32(1.0)
+ROOM = np.dtype(
     [
-        ("normal_stiffness", "f4"),
-        ("shear_stiffness", "f4"),
-        ("trial_pressure", "f4"),  # at the reference: below 0 what it would take to close the contact
-        ("pressure", "f4"),  # that the reference forces contain
-        ("shear", "f4"),
-        ("low", "f4"),  # least and greatest movement along the edge within which the corner meets it
-        ("high", "f4"),
-        ("first", "f4"),  # intercept of a line of the shear strength over the pressure; of two lines the lower governs
-        ("first_slope", "f4"),
-        ("second", "f4"),
-        ("second_slope", "f4"),
-        ("residual", "f4"),  # of the line once it has failed
-        ("residual_slope", "f4"),
-        ("dashpot", "f4"),  # of the normal force, over a cycle
-        ("stiffening", "f4"),  # of a joint that closes by a hyperbola, as in `Hyperbolic.stiffening`; 0: of none
-        ("rock_share", "f4"),
+        (name, "f4", (WIDTH,))
+        for name in (
+            *("x", "y", "sine_a", "versine_a", "sine_b", "versine_b"),  # movement of a's centroid from b's; turns
+            *("turned_x", "turned_y", "gap", "along", "trial"),  # by which a's turn moves the corner; trial pressure
+            *("tension", "pressure", "shear", "strength", "lasting", "closed", "excess"),  # see `weaken`; shear cut off
+            *("force_x", "force_y", "moment_a", "moment_b"),
+        )
     ]
-)  # what is constant of a contact in a window [N/m2, N/m, m]
-STATE = np.dtype([("shear", "f4"), ("along", "f4"), ("gap", "f4"), ("tension", "f4")])  # `along`, `gap`: movements
-SLIP = np.dtype([("slid", "f4"), ("dilation", "f4"), ("room", "f4")])
-"""How far a contact has slid in the window [m], the slope by which that opens it, and on which slip it does so."""
-GROWTH = np.dtype(
-    [(name, "f4") for name in (*ShearCurve._fields, "length", "compliance", "stiffest", "stiffness", "pressure")]
-)
-"""Shear stiffness by the pressure, as `Growing` has it; not above `stiffest`, which masses allow for; both of last."""
-ZERO = np.float32(0.0)
-LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a joint becomes at most so much stiffer
-LEANS = np.float32(STEEPEST)  # greatest angle of Barton's strength [degrees]
-DEGREE = np.float32(np.pi / 180)
-ONE = np.float32(1.0)
-FLATTEST = np.float32(1e-2)  # least denominator of a hyperbola's change: the joint is closed as far as it goes
-CONTACTED, BROKEN, FAILED = np.uint8(1), np.uint8(2), np.uint8(4)  # what happened to a contact in the window
-FIRST_LASTS, SECOND_LASTS = np.uint8(8), np.uint8(16)  # slip on the first, the second line is for good
-
-
-@njit()
-def frames(
-    position: FloatArray, block_a: IntArray, block_b: IntArray, geometry: FloatArray, rows: IntArray
-) -> SingleArray:  # pragma: no cover - compiled
-    """Return the reference frames of contacts, (k, 6) [m; -].
-
-    Vectors from b's and from a's centroid to the corner, and the edge's direction. `block_a`, `block_b` (k,) are
-    those of the `rows` (k,) of `geometry` (m, 8), which `relative_positions` describes.
-    """
-    frame = np.empty((rows.size, 6), np.float32)
-    cosine, sine = np.cos(position[:, 2]), np.sin(position[:, 2])
-    for k in range(rows.size):
-        a, b, given = block_a[k], block_b[k], geometry[rows[k]]
-        ax, ay = cosine[a] * given[2] - sine[a] * given[3], sine[a] * given[2] + cosine[a] * given[3]
-        frame[k, 0] = given[0] + (position[a, 0] - position[b, 0]) + ax
-        frame[k, 1] = given[1] + (position[a, 1] - position[b, 1]) + ay
-        frame[k, 2], frame[k, 3] = ax, ay
-        frame[k, 4] = cosine[b] * given[6] - sine[b] * given[7]
-        frame[k, 5] = sine[b] * given[6] + cosine[b] * given[7]
-    return frame
-
-
-@njit()
-def stiffness_sums(
-    block_a: IntArray, block_b: IntArray, frame: SingleArray, spring: RecordArray, n: int
-) -> FloatArray:  # pragma: no cover - compiled
-    """Return what bounds the highest frequency of n blocks, (n, 3) [N/m2, N/m2, N]: Gershgorin sums over contacts.
-
-    A cycle of unit time is stable if no mass is below them: the stiffer spring of a contact counts twice, for both
-    its blocks' movement and for translation and turn, the latter times the square of the arm.
-    """
-    sums = np.zeros((n, 3))
-    for k in range(block_a.size):
-        normal = spring[k].normal_stiffness / max(spring[k].rock_share, LEAST_SHARE)  # as stiff as it may become
-        stiffness = np.float64(max(normal, spring[k].shear_stiffness))
-        rx, ry, ax, ay = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3]
-        sums[block_a[k], 0] += stiffness
-        sums[block_b[k], 0] += stiffness
-        sums[block_a[k], 2] += stiffness * (ax * ax + ay * ay)
-        sums[block_b[k], 2] += stiffness * (rx * rx + ry * ry)
-    sums[:, 1] = sums[:, 0]
-    return sums
+)  # of a chunk within a cycle
 
 
 @njit(nogil=True)
@@ -109,12 +41,11 @@ def add_contact_forces(
     versine: SingleArray,
     block_a: IntArray,
     block_b: IntArray,
-    frame: SingleArray,
-    spring: RecordArray,
-    state: RecordArray,
-    events: NDArray[np.uint8],
-    slips: RecordArray,
-    growths: RecordArray,
+    contacts: ChunkArray,
+    strengths: ChunkArray,
+    closures: ChunkArray,
+    slips: ChunkArray,
+    growths: ChunkArray,
     forces: FloatArray,
 ) -> None:  # pragma: no cover - compiled
     """Add to forces (n, 3) by what those of contacts have changed since the reference, and carry on their state.
@@ -125,64 +56,70 @@ def add_contact_forces(
         Movement since the reference.
     sine, versine : (n,) float32
         Of the turns in it.
-    block_a, block_b : (m,) int32
+    block_a, block_b : (m,) uint32
         Blocks of the corner and of the edge.
-    frame : (m, 6) float32
-        As `frames` returns it.
-    spring : (m,) SPRING
-        Constants of the contacts.
-    state : (m,) STATE
-        Shear force, movement along the edge, gap since the reference, tensile strength; they change in place.
-    events : (m,) uint8
-        FIRST_LASTS, SECOND_LASTS, as they come; CONTACTED, BROKEN, FAILED are added, in place.
-    slips : (m,) SLIP
-        How far contacts have slid, in place; empty where nothing depends on it.
-    growths : (m,) GROWTH
-        Shear stiffness that grows with pressure; empty where none does.
+    contacts : (c,) CONTACT
+        The contacts; what a cycle leaves behind changes in place, as in the others.
+    strengths, closures, slips, growths : (c,) STRENGTH, CLOSURE, SLIP, GROWTH
+        Each empty where no contact needs it.
     """
-    for k in range(block_a.size):
-        a, b = block_a[k], block_b[k]
-        rx, ry, ax, ay, tx, ty = frame[k, 0], frame[k, 1], frame[k, 2], frame[k, 3], frame[k, 4], frame[k, 5]
-        sb, vb = sine[b], versine[b]
-        dax, day = _change_by_turn(ax, ay, sine[a], versine[a])  # by which a's turn moves the corner
-        ex, ey = np.float32(here[a, 0] - here[b, 0]) + dax, np.float32(here[a, 1] - here[b, 1]) + day
-        gap, along = _as_b_sees_it(ex, ey, rx, ry, tx, ty, sb, vb)
+    t = np.zeros(1, ROOM)[0]
+    for k in range(contacts.size):
+        chunk, first = contacts[k], k * WIDTH
+        count = min(WIDTH, block_a.size - first)
+        _gather(here, sine, versine, block_a, block_b, first, count, t)
+        _approach(chunk, t)
         if slips.size:
-            gap -= slips[k].dilation * min(slips[k].slid, slips[k].room)
-        pressure, stiffness, kept = _pressure(gap, spring[k]), spring[k].shear_stiffness, ONE
-        if growths.size and growths[k].factor > ZERO:
-            stiffness, kept = _grown(pressure, growths[k])
-        pressure, shear, excess, event = _respond(pressure, gap, along, stiffness, kept, spring[k], state[k], events[k])
-        events[k] |= event
-        if slips.size and excess > ZERO and stiffness > ZERO:
-            slips[k].slid += excess / stiffness
-        p0, s0 = spring[k].pressure, spring[k].shear
-        if pressure == ZERO and shear == ZERO and p0 == ZERO and s0 == ZERO:
-            continue
-        fx, fy = _change_of_force(pressure - p0, shear - s0, p0, s0, tx, ty, sb, vb)
-        fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
-        _add_force(forces, a, fx, fy, (ax + dax) * fy - (ay + day) * fx + dax * fy0 - day * fx0)
-        _add_force(forces, b, -fx, -fy, -((rx + ex) * fy - (ry + ey) * fx + ex * fy0 - ey * fx0))
+            dilate(slips[k], t)
+        _set_trial_pressures(chunk, t)
+        if closures.size:
+            close(chunk, closures[k], t)
+        if growths.size:
+            grow(chunk, growths[k], t)
+        if strengths.size:
+            hold(strengths[k], t)
+        _press(chunk, t)
+        if strengths.size:
+            weaken(strengths[k], t)
+        _shear(chunk, t)
+        if strengths.size:
+            fail(strengths[k], t)
+        if slips.size:
+            slide(chunk, slips[k], t)
+        _change_forces(chunk, t)
+        _scatter(block_a, block_b, first, count, t, forces)
 
 
 @njit(nogil=True, forceinline=True)
-def _add_force(
-    forces: FloatArray, block: int, fx: float, fy: float, moment: float
+def _gather(
+    here: FloatArray,
+    sine: SingleArray,
+    versine: SingleArray,
+    block_a: IntArray,
+    block_b: IntArray,
+    first: int,
+    count: int,
+    t: Any,
 ) -> None:  # pragma: no cover - compiled
-    """Add a force and its moment to a block's of forces (n, 3)."""
-    forces[block, 0] += fx
-    forces[block, 1] += fy
-    forces[block, 2] += moment
+    """Set the movements and turns of the blocks of a chunk's contacts: from `first` on, so many."""
+    for i in range(count):
+        a, b = block_a[first + i], block_b[first + i]
+        t.x[i], t.y[i] = np.float32(here[a, 0] - here[b, 0]), np.float32(here[a, 1] - here[b, 1])
+        t.sine_a[i], t.versine_a[i], t.sine_b[i], t.versine_b[i] = sine[a], versine[a], sine[b], versine[b]
 
 
 @njit(nogil=True, forceinline=True)
-def _as_b_sees_it(
-    ex: float, ey: float, rx: float, ry: float, tx: float, ty: float, sine: float, versine: float
-) -> tuple[float, float]:  # pragma: no cover - compiled
-    """Return gap and movement along the edge of a corner that moves by (ex, ey) from (rx, ry), as b turns."""
-    qx = ex + sine * (ry + ey) - versine * (rx + ex)
-    qy = ey - sine * (rx + ex) - versine * (ry + ey)
-    return qx * ty - qy * tx, qx * tx + qy * ty
+def _approach(c: Any, t: Any) -> None:  # pragma: no cover - compiled
+    """Set the movement along the edge and the gap since the reference, as b sees them while it turns."""
+    for i in range(WIDTH):
+        tx, ty, sine, versine = c.tx[i], c.ty[i], t.sine_b[i], t.versine_b[i]
+        turned_x, turned_y = _change_by_turn(c.ax[i], c.ay[i], t.sine_a[i], t.versine_a[i])
+        ex, ey = t.x[i] + turned_x, t.y[i] + turned_y
+        x, y = c.bx[i] + ex, c.by[i] + ey
+        qx = ex + sine * y - versine * x
+        qy = ey - sine * x - versine * y
+        t.turned_x[i], t.turned_y[i] = turned_x, turned_y
+        t.gap[i], t.along[i] = qx * ty - qy * tx, qx * tx + qy * ty
 
 
 @njit(nogil=True, forceinline=True)
@@ -194,83 +131,68 @@ def _change_by_turn(
 
 
 @njit(nogil=True, forceinline=True)
-def _pressure(gap: np.float32, spring: Any) -> Any:  # pragma: no cover - compiled
-    """Return the pressure of a contact that has opened by `gap` [m] since the reference; below 0: as if in tension."""
-    pressure = spring.trial_pressure - spring.normal_stiffness * gap
-    if spring.stiffening > ZERO:
-        pressure = _hyperbolic(pressure, spring.trial_pressure, spring.stiffening, spring.rock_share)
-    return pressure
-
-
-@njit(nogil=True)
-def _grown(pressure: Any, growth: Any) -> tuple[Any, Any]:  # pragma: no cover - compiled
-    """Return the shear stiffness at a pressure, and the part of the shear force that is left as it falls to that."""
-    stress = min(max(pressure / growth.length, growth.least), growth.most)
-    own = growth.factor * stress**growth.exponent * growth.length
-    if growth.roughness > ZERO:
-        decades = np.log10(max(growth.wall / stress, ONE))
-        own *= np.tan(min(growth.angle + growth.roughness * decades, LEANS) * DEGREE)
-    stiffness = min(ONE / (growth.compliance + ONE / own), growth.stiffest)
-    kept = min(stiffness / growth.stiffness, ONE)
-    growth.stiffness, growth.pressure = stiffness, pressure
-    return stiffness, kept
+def _set_trial_pressures(c: Any, t: Any) -> None:  # pragma: no cover - compiled
+    """Set the pressure of contacts that have opened by the gap since the reference; below 0: as if in tension."""
+    for i in range(WIDTH):
+        t.trial[i] = c.trial_pressure[i] - c.normal_stiffness[i] * t.gap[i]
 
 
 @njit(nogil=True, forceinline=True)
-def _respond(
-    pressure: Any, gap: np.float32, along: np.float32, stiffness: Any, kept: Any, spring: Any, state: Any, flags: Any
-) -> tuple[Any, Any, Any, Any]:  # pragma: no cover - compiled
-    """Return pressure, shear, by how much that is cut, and what happened to a contact moved by `gap`, `along` [m].
-
-    Its shear stiffness is given, and the part of its shear force that is `kept`. Its state is updated.
-    """
-    shear, excess, tension, event = ZERO, ZERO, state.tension, np.uint8(0)
-    closed = pressure > ZERO or (tension > ZERO and pressure >= -tension)
-    if closed and along >= spring.low and along <= spring.high:
-        event = CONTACTED
-        pressure = max(pressure - spring.dashpot * (gap - state.gap), -tension)
-        shear = kept * state.shear + stiffness * (along - state.along)
-        first = spring.first + spring.first_slope * pressure
-        second = spring.second + spring.second_slope * pressure
-        strength = first if first <= second else second
-        if flags & FAILED:
-            strength = spring.residual + spring.residual_slope * pressure
-        strength = max(strength, ZERO)
-        if abs(shear) > strength:
-            excess = abs(shear) - strength
-            shear = strength if shear > ZERO else -strength
-            if flags & (FIRST_LASTS if first <= second else SECOND_LASTS):
-                event |= FAILED
-    else:
-        pressure = ZERO
-        if tension > ZERO:
-            state.tension = ZERO
-            event = BROKEN
-    state.shear, state.along, state.gap = shear, along, gap
-    return pressure, shear, excess, event
+def _press(c: Any, t: Any) -> None:  # pragma: no cover - compiled
+    """Set which contacts are closed, their pressure with the dashpot's, and the shear strength at that."""
+    for i in range(WIDTH):
+        trial, tension, along, gap = t.trial[i], t.tension[i], t.along[i], t.gap[i]
+        bears = (trial > ZERO) | ((tension > ZERO) & (trial >= -tension))
+        closed = bears & (along >= c.low[i]) & (along <= c.high[i])
+        pressure = max(trial - c.dashpot[i] * (gap - c.gap[i]), -tension)
+        t.closed[i] = ONE if closed else ZERO
+        t.pressure[i] = pressure if closed else ZERO
+        t.strength[i] = c.first[i] + c.first_slope[i] * pressure
+        c.gap[i] = gap
 
 
 @njit(nogil=True, forceinline=True)
-def _hyperbolic(linear: Any, trial: Any, stiffening: Any, share: Any) -> Any:  # pragma: no cover - compiled
-    """Return the pressure of a joint that closes by a hyperbola, from that of its tangent (`Hyperbolic.stiffening`)."""
-    base = max(trial, np.float32(0.0))
-    change = linear - base
-    if base + change <= np.float32(0.0):
-        return linear
-    b = np.float32(1.0) - change * stiffening
-    root = np.sqrt(max(b * b + np.float32(4.0) * change * stiffening * share, np.float32(0.0)))
-    return base + np.float32(2.0) * change / max(b + root, FLATTEST)
+def _shear(c: Any, t: Any) -> None:  # pragma: no cover - compiled
+    """Set the shear force within the strength, and what is cut off; open contacts have none."""
+    for i in range(WIDTH):
+        along, closed = t.along[i], t.closed[i]
+        trial = c.carried[i] + c.shear_stiffness[i] * (along - c.along[i])
+        strength = max(t.strength[i], ZERO)
+        shear = min(max(trial, -strength), strength) if closed > ZERO else ZERO
+        excess = max(abs(trial) - strength, ZERO) if closed > ZERO else ZERO
+        t.shear[i], t.excess[i] = shear, excess
+        c.carried[i], c.along[i] = shear, along
+        c.contacted[i] = max(c.contacted[i], closed)
 
 
 @njit(nogil=True, forceinline=True)
-def _change_of_force(
-    dp: float, ds: float, p0: float, s0: float, tx: float, ty: float, sine: float, versine: float
-) -> tuple[float, float]:  # pragma: no cover - compiled
-    """Return by how much the force on a has changed: pressure and shear p0, s0 turn with the edge, dp and ds are new.
+def _change_forces(c: Any, t: Any) -> None:  # pragma: no cover - compiled
+    """Set by how much the forces on a and their moments have changed: known ones turn with the edge, others are new."""
+    for i in range(WIDTH):
+        tx, ty, p0, s0 = c.tx[i], c.ty[i], c.pressure[i], c.shear[i]
+        dp, ds = t.pressure[i] - p0, t.shear[i] - s0
+        dtx, dty = _change_by_turn(tx, ty, t.sine_b[i], t.versine_b[i])
+        fx = dp * (ty + dty) + p0 * dty - ds * (tx + dtx) - s0 * dtx
+        fy = -dp * (tx + dtx) - p0 * dtx - ds * (ty + dty) - s0 * dty
+        fx0, fy0 = p0 * ty - s0 * tx, -p0 * tx - s0 * ty
+        turned_x, turned_y = t.turned_x[i], t.turned_y[i]
+        ex, ey = t.x[i] + turned_x, t.y[i] + turned_y
+        t.force_x[i], t.force_y[i] = fx, fy
+        t.moment_a[i] = (c.ax[i] + turned_x) * fy - (c.ay[i] + turned_y) * fx + turned_x * fy0 - turned_y * fx0
+        t.moment_b[i] = -((c.bx[i] + ex) * fy - (c.by[i] + ey) * fx + ex * fy0 - ey * fx0)
 
-    The edge has the direction (tx, ty) at the reference, and has turned since; `sine` and `versine` are of that.
-    """
-    dtx, dty = _change_by_turn(tx, ty, sine, versine)
-    fx = dp * (ty + dty) + p0 * dty - ds * (tx + dtx) - s0 * dtx
-    fy = -dp * (tx + dtx) - p0 * dtx - ds * (ty + dty) - s0 * dty
-    return fx, fy
+
+@njit(nogil=True, forceinline=True)
+def _scatter(
+    block_a: IntArray, block_b: IntArray, first: int, count: int, t: Any, forces: FloatArray
+) -> None:  # pragma: no cover - compiled
+    """Add the forces of a chunk's contacts and their moments to those of blocks (n, 3)."""
+    for i in range(count):
+        a, b = block_a[first + i], block_b[first + i]
+        fx, fy = t.force_x[i], t.force_y[i]
+        forces[a, 0] += fx
+        forces[a, 1] += fy
+        forces[a, 2] += t.moment_a[i]
+        forces[b, 0] -= fx
+        forces[b, 1] -= fy
+        forces[b, 2] += t.moment_b[i]

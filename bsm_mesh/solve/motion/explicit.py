@@ -14,35 +14,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.model.joint_laws import JointLaw, wear_length_of
-from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
-from bsm_mesh.solve.contacts.forces import ContactSet, resolve_corner_corner, slipping
+from bsm_mesh.model.joint_laws import wear_length_of
+from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.contacts.history import commit, slip_path_after, worn
 from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
-from bsm_mesh.solve.motion.contact_kernels import (
-    BROKEN,
-    CONTACTED,
-    FAILED,
-    FIRST_LASTS,
-    GROWTH,
-    SECOND_LASTS,
-    SLIP,
-    SPRING,
-    STATE,
-    RecordArray,
-    SingleArray,
-    frames,
-)
+from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
 from bsm_mesh.solve.motion.threads import Share, advance_window, strips
+from bsm_mesh.solve.motion.window_columns import Columns, columns_of, near, share_of
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
-
-UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
-HIGH = 1e12  # a pressure above all others [N/m]
 
 
 class ExplicitMotion:
@@ -85,7 +68,7 @@ class ExplicitMotion:
         self.contacted = self.residual.at.closed.copy()
         self._ramped_load = self.residual.forces if ramp else np.zeros_like(step.start)
         self._strips = strips(self.system.outlines.centroid, step.factors.options.threads)
-        self._rows, self._frame, self._spring, self._flags = self._near()
+        self._rows, self._columns = self._near()
         given = np.zeros_like(step.start) if velocity is None else velocity
         self._masses = Masses(self._step, settings, self._weighed(), given)
         self._velocity = given / np.sqrt(self._masses.inverse_rate)
@@ -141,26 +124,14 @@ class ExplicitMotion:
         self.residual, self._searched = self._step.residual_at(position), position
         self.searches += 1
         self.contacted = self.residual.at.closed.copy()
-        self._rows, self._frame, self._spring, self._flags = self._near()
+        self._rows, self._columns = self._near()
 
     def advance(self, max_cycles: int | None = None) -> None:
         """Go through a window, of `max_cycles` at most, and keep what slips, breaks and yields in it."""
         self._masses.update(self._weighed())
         contacts, at, rows, supports = self.contacts, self.residual.at, self._rows, self._step.supports
-        state = np.zeros(len(rows), STATE)
-        state["shear"], state["tension"] = np.where(at.closed, at.shear, 0.0)[rows], contacts.tension[rows]
-        self._spring["dashpot"] = self._masses.dashpots(self._weighed())
-        candidates = contacts.candidates
-        share = Share(
-            block_a=candidates.block_a[rows],
-            block_b=candidates.block_b[rows],
-            frame=self._frame,
-            spring=self._spring,
-            state=state,
-            events=self._flags.copy(),
-            slips=self._slips(),
-            growths=self._growths(),
-        )
+        columns = self._columns | {"dashpot": self._masses.dashpots(self._weighed())}
+        share = share_of(contacts, at, self.system.catalogue, rows, columns)
         cycles = min(self._settings.cycles, max_cycles or self._settings.cycles)
         # A window may end early: what its supports have not moved would be lost.
         if self.cycles < self._prescribed_cycles:
@@ -181,35 +152,7 @@ class ExplicitMotion:
         if self.diverged:
             return
         self._keep(self.residual.position + moved, share)
-        self._rows, self._frame, self._spring, self._flags = self._near()
-
-    def _slips(self) -> RecordArray:
-        """Return what slip does to the contacts that may close (k,), as kernels take it; none where it does nothing."""
-        catalogue, contacts = self.system.catalogue, self.contacts
-        slips = np.zeros(len(self._rows) if catalogue.wears or catalogue.dilates or catalogue.stiffens else 0, SLIP)
-        if catalogue.dilates:
-            opening, dilating = np.zeros((2, contacts.count)), contacts.dilating
-            opening[:, dilating.rows] = dilating.slope, dilating.room(contacts.slip_path)
-            slips["dilation"], slips["room"] = opening[:, self._rows]
-        return slips
-
-    def _growths(self) -> RecordArray:
-        """Return the shear stiffness that grows of the contacts that may close (k,); none where none does."""
-        contacts, growing, rows = self.contacts, self.contacts.growing, self._rows
-        growths = np.zeros(len(rows) if len(growing.rows) else 0, GROWTH)
-        if not len(growths):
-            return growths
-        number = np.full(contacts.count, -1)
-        number[rows] = np.arange(len(rows))
-        mine = growing.of(number)
-        columns = dict(zip(ShearCurve._fields, mine.curve.T, strict=True))
-        columns |= {"length": mine.length, "compliance": mine.compliance}
-        for name, column in columns.items():
-            growths[name][mine.rows] = column
-        growths["pressure"] = self._spring["pressure"]
-        growths["stiffness"] = self.residual.at.springs.stiffness[rows]
-        growths["stiffest"] = np.maximum(self._spring["normal_stiffness"], growths["stiffness"])
-        return growths
+        self._rows, self._columns = self._near()
 
     def _window(self) -> float:
         """Return how far a block moves in a window at most [m]: less where slip would wear strength off meanwhile."""
@@ -227,42 +170,13 @@ class ExplicitMotion:
 
     def _weighed(self) -> Weighed:
         candidates, rows = self.contacts.candidates, self._rows
-        return candidates.block_a[rows], candidates.block_b[rows], self._frame, self._spring
+        return candidates.block_a[rows], candidates.block_b[rows], self._columns
 
-    def _near(self) -> tuple[IntArray, SingleArray, RecordArray, NDArray[np.uint8]]:
-        """Return the contacts (k,) that may close within a window; frames, springs and flags as kernels take them."""
-        contacts, at = self.contacts, self.residual.at
-        margin = 3 * self._settings.window * self.system.d
-        gap = at.gap - contacts.offset
-        low, high = (
-            -contacts.edge_overhang - at.tangential,
-            contacts.candidates.edge_length + contacts.edge_overhang - at.tangential,
-        )
-        near = (gap < margin) & (low < margin) & (high > -margin) & (contacts.normal_stiffness > 0)
-        if len(contacts.opposing) or len(contacts.entering):
-            tangent = contacts.frames(at.position)[0]
-            near &= resolve_corner_corner(contacts, at.position, at.gap, tangent, at.closed)
-        rows = np.flatnonzero(at.closed | near)
-        candidates = contacts.candidates
-        frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
-        pressure = np.where(at.closed, at.pressure, 0.0)
-        stiffening, share = contacts.hyperbolic.stiffening(pressure, at.normal_stiffness)
-        columns = {
-            "normal_stiffness": at.normal_stiffness,
-            "stiffening": stiffening,
-            "rock_share": share,
-            "shear_stiffness": at.springs.stiffness,
-            "trial_pressure": np.where(at.closed, at.pressure, -contacts.normal_stiffness * gap),
-            "pressure": pressure,
-            "shear": np.where(at.closed, at.shear, 0.0),
-            "low": low,
-            "high": high,
-        }
-        lines, lasting = strength_lines(contacts, self.system.catalogue.laws, pressure)
-        spring = np.zeros(len(rows), SPRING)
-        for name, column in (columns | lines).items():  # the dashpot follows the masses
-            spring[name] = column[rows]
-        return rows, frame, spring, lasting[rows]
+    def _near(self) -> tuple[IntArray, Columns]:
+        """Return the contacts (k,) that may close within a window, and their columns."""
+        contacts, at, d = self.contacts, self.residual.at, self.system.d
+        rows = near(contacts, at, 3 * self._settings.window * d)
+        return rows, columns_of(contacts, at, self.system.catalogue.laws, rows)
 
     def _acting(self) -> FloatArray:
         """Return the forces at the reference without the bolts', (n, 3)."""
@@ -292,22 +206,23 @@ class ExplicitMotion:
 
     def _keep(self, position: FloatArray, share: Share) -> None:
         """Keep where blocks are, and what slipped, broke, failed and yielded on the way."""
-        step, contacts, rows, events = self._step, self.contacts, self._rows, share.events
+        step, contacts, rows = self._step, self.contacts, self._rows
         before = self.residual.at
-        self.contacted[rows] |= (events & CONTACTED) > 0
+        contacted, failing, broken = (share.happened(name) for name in ("contacted", "failed", "broken"))
+        self.contacted[rows] |= contacted
         failed, mated = contacts.failed.copy(), contacts.mated.copy()
-        failed[rows] |= (events & (BROKEN | FAILED)) > 0
-        mated[rows] &= (events & BROKEN) == 0
+        failed[rows] |= broken | failing
+        mated[rows] &= ~broken
         left = np.where(mated, np.minimum(contacts.tension, contacts.residual_tension), 0.0)
         tension = np.where(failed, left, contacts.tension)
         shear, along = np.zeros(contacts.count), np.full(contacts.count, np.nan)
-        shear[rows] = share.state["shear"]
-        along[rows] = before.tangential[rows] + share.state["along"]
+        shear[rows] = column_of(share.contacts, "carried", len(rows))
+        along[rows] = before.tangential[rows] + column_of(share.contacts, "along", len(rows))
         touched = ~np.isnan(contacts.old_tangential)
-        touched[rows] |= (events & CONTACTED) > 0
+        touched[rows] |= contacted
         pressure = np.full(contacts.count, np.nan)
         if len(share.growths):
-            pressure[rows] = share.growths["pressure"]
+            pressure[rows] = column_of(share.growths, "last_pressure", len(rows))
         here = replace(
             contacts,
             old_shear=shear,
@@ -317,7 +232,7 @@ class ExplicitMotion:
         path = contacts.slip_path
         if len(share.slips):
             path = path.copy()
-            path[rows] += share.slips["slid"]
+            path[rows] += column_of(share.slips, "slid", len(rows))
             offset = contacts.dilating.opened(contacts.offset, contacts.slip_path, path)
             here = replace(here, slip_path=path, offset=offset, failed=failed, mated=mated, tension=tension)
         at = step.system.evaluate(here, position)
@@ -349,30 +264,3 @@ def wear_room(window: float, wear_length: float, slip_path: FloatArray) -> Float
     As of a step length, so of the slip in which strength changes markedly.
     """
     return window * (wear_length + slip_path)
-
-
-def strength_lines(
-    contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray
-) -> tuple[dict[str, FloatArray], NDArray[np.uint8]]:
-    """Return the shear strength of contacts by the names of `SPRING`, (m,) each, and where slip is for good, (m,).
-
-    The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
-    bilinear law they are its two lines. Then the residual line.
-    """
-    floor = np.finfo(float).tiny
-    here = _tangent(contacts, laws, np.maximum(pressure, floor))
-    low = _tangent(contacts, laws, np.full_like(pressure, floor))
-    high = _tangent(contacts, laws, np.full_like(pressure, HIGH))
-    other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
-    residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
-    lines = {"first": here, "second": other, "residual": residual}
-    found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
-    return found, (FIRST_LASTS * here[2] + SECOND_LASTS * other[2]).astype(np.uint8)
-
-
-def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
-    """Return intercept and slope of the strength's tangent at pressures (m,), and 1 where slip there is for good."""
-    answer = slipping(contacts, laws, pressure)
-    slope = np.where(np.isfinite(answer.by_pressure), answer.by_pressure, 0.0)
-    intercept = np.minimum(answer.strength, UNLIMITED) - slope * pressure
-    return intercept, slope, answer.failed.astype(float)

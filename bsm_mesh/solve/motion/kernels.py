@@ -6,12 +6,12 @@ A window of cycles starts from a reference position at which all forces are know
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.solve.motion.bolt_kernels import add_bolts
-from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, add_contact_forces
+from bsm_mesh.solve.motion.contact_columns import ChunkArray, SingleArray
+from bsm_mesh.solve.motion.contact_kernels import add_contact_forces
 
 CHECK_EVERY = 10  # cycles between looks at how far blocks have moved: a look reads every position once more
 
@@ -23,9 +23,7 @@ def advance(
     farthest: float,
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
-    contacts: tuple[
-        IntArray, IntArray, SingleArray, RecordArray, RecordArray, NDArray[np.uint8], RecordArray, RecordArray
-    ],
+    contacts: tuple[IntArray, IntArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray],
     bolts: tuple[FloatArray, ...],
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
@@ -47,7 +45,7 @@ def advance(
     supports : rows, blocks (l,), projectors (l, 3, 3), prescribed (n, 3)
         Which of the supported blocks are moved here; all of them; onto their free axes; movement that supports
         prescribe in a cycle.
-    contacts : block_a, block_b, frame, spring, state, events, slips, growths
+    contacts : block_a, block_b, contacts, strengths, closures, slips, growths
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
     bolts : tuple of arrays
         As `add_bolts` takes them; empty arrays where there are none.

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.solve.algebra.constraints import Constraints
-from bsm_mesh.solve.motion.contact_kernels import RecordArray, SingleArray, stiffness_sums
+from bsm_mesh.solve.motion.contact_columns import SingleArray, stiffness_sums
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import StepEquations
 
-# Contacts: both blocks, frames and springs as kernels take them.
-Weighed = tuple[IntArray, IntArray, SingleArray, RecordArray]
+# Contacts: both blocks (k,), columns (k,) by the names of `CONTACT` and `CLOSURE`.
+Weighed = tuple[IntArray, IntArray, Mapping[str, SingleArray]]
+
+WEIGHED = "bx", "by", "ax", "ay", "normal_stiffness", "rock_share", "shear_stiffness"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,29 +100,30 @@ class Masses:
         self.update(weighed)
 
     def update(self, weighed: Weighed) -> None:
-        """Set the masses for the contacts there are: blocks a, b (k,), frames (k, 6), springs (k,)."""
+        """Set the masses for the contacts there are: blocks a, b (k,) and columns (k,)."""
         least, settings = self._least(weighed), self._settings
         real = self.inverse_rate * self._system.mass if settings.real_masses else self._floor
         self.mass = np.maximum(np.where(real > 0, real, self._floor), least)
 
-    def dashpots(self, weighed: Weighed) -> FloatArray:
+    def dashpots(self, weighed: Weighed) -> SingleArray:
         """Return the dashpots of contacts (k,): the critical ones, or the most with which no wave grows; or none."""
-        (a, b, _, spring), settings = weighed, self._settings
+        (a, b, columns), settings = weighed, self._settings
         if not settings.damps_impacts:
-            return np.zeros(len(a))
+            return np.zeros(len(a), np.float32)
         with np.errstate(divide="ignore"):
             slack = ((self.mass / self._sums).min(axis=1) - 1 - settings.damping) / 2
             inverse = 1 / self.mass[:, 0]
         slack[self._system.prescribed_blocks], inverse[self._system.prescribed_blocks] = np.inf, 0.0
-        stiffness = spring["normal_stiffness"].astype(float)
+        stiffness = columns["normal_stiffness"].astype(float)
         critical = 2 * np.sqrt(stiffness / (inverse[a] + inverse[b]))
         stable = stiffness * np.minimum(slack[a], slack[b])
-        dashpots: FloatArray = np.minimum(critical, stable).astype(np.float32)
+        dashpots: SingleArray = np.minimum(critical, stable).astype(np.float32)
         return dashpots
 
     def _least(self, weighed: Weighed) -> FloatArray:
         """Return the masses (n, 3) with which every block is stable, and keep the sums that they come from."""
-        self._sums = stiffness_sums(*weighed, len(self._system.mass))
+        a, b, columns = weighed
+        self._sums = stiffness_sums(a, b, *(columns[name] for name in WEIGHED), len(self._system.mass))
         self._sums += bolt_sums(self._system, self._settings.heavier_bolts)
         least: FloatArray = self._settings.heavier * self._sums
         return least

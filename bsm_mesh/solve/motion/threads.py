@@ -13,28 +13,43 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.solve.contacts.forces import AT_ONCE
+from bsm_mesh.solve.motion.contact_columns import ChunkArray, chosen, column_of, put
 from bsm_mesh.solve.motion.kernels import CHECK_EVERY, advance
+
+CHUNKS = "contacts", "strengths", "closures", "slips", "growths"
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Share:
-    """Contacts as `add_contact_forces` takes them; all but the first four change in place."""
+    """Contacts as `add_contact_forces` takes them; all but their blocks change in place."""
 
     block_a: IntArray
     block_b: IntArray
-    frame: Any
-    spring: Any
-    state: Any
-    events: Any
-    slips: Any
-    growths: Any
+    contacts: ChunkArray
+    strengths: ChunkArray
+    closures: ChunkArray
+    slips: ChunkArray
+    growths: ChunkArray
 
     def of(self, rows: IntArray) -> Share:
-        """Return some of the contacts; what is empty is of none."""
-        columns = {field.name: getattr(self, field.name) for field in fields(self)}
-        return Share(**{name: values[rows] if len(values) else values for name, values in columns.items()})
+        """Return some of the contacts."""
+        chunks = {name: chosen(getattr(self, name), rows) for name in CHUNKS}
+        return Share(block_a=self.block_a[rows], block_b=self.block_b[rows], **chunks)
+
+    def take(self, rows: IntArray, part: Share) -> None:
+        """Take over what has become of some of the contacts."""
+        for name in CHUNKS:
+            put(getattr(self, name), rows, getattr(part, name))
+
+    def happened(self, name: str) -> BoolArray:
+        """Return to which contacts something has happened in the window, (m,): `contacted`, `failed` or `broken`."""
+        chunks = self.contacts if name == "contacted" else self.strengths
+        if not len(chunks):
+            return np.zeros(len(self.block_a), dtype=bool)
+        happened: BoolArray = column_of(chunks, name, len(self.block_a)) > 0
+        return happened
 
     @property
     def columns(self) -> tuple[Any, ...]:
@@ -115,7 +130,5 @@ def _by_threads(share: Share, strips: list[IntArray], cycles: int, farthest: flo
             if went % CHECK_EVERY == 0 and not (np.abs(moved[went % 2]) <= farthest * scale).all():
                 break
     for rows, part in parts:
-        share.state[rows], share.events[rows] = part.share.state, part.share.events
-        if len(share.slips):
-            share.slips[rows] = part.share.slips
+        share.take(rows, part.share)
     return went

@@ -1,0 +1,151 @@
+"""What a window of cycles takes from the contacts at its reference: which may close, and their columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.contact.properties import JointCatalogue
+from bsm_mesh.model.joint_laws import JointLaw
+from bsm_mesh.model.joint_laws.shear_stiffness import ShearCurve
+from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation, resolve_corner_corner, slipping
+from bsm_mesh.solve.motion.contact_columns import (
+    CLOSURE,
+    CONTACT,
+    FRAME,
+    GROWTH,
+    SLIP,
+    STRENGTH,
+    ChunkArray,
+    SingleArray,
+    chunked,
+    frames,
+)
+from bsm_mesh.solve.motion.threads import Share
+
+UNLIMITED = 1e30  # strength of what cannot slip [N/m], in single precision
+HIGH = 1e12  # a pressure above all others [N/m]
+Columns = dict[str, SingleArray]  # (k,) each, by the names of CONTACT, STRENGTH and CLOSURE
+
+
+def near(contacts: ContactSet, at: Evaluation, margin: float) -> IntArray:
+    """Return the contacts (k,) that are closed, or so within a movement of `margin` [m]."""
+    low, high = _range(contacts, at)
+    near = (at.gap - contacts.offset < margin) & (low < margin) & (high > -margin) & (contacts.normal_stiffness > 0)
+    if len(contacts.opposing) or len(contacts.entering):
+        tangent = contacts.frames(at.position)[0]
+        near &= resolve_corner_corner(contacts, at.position, at.gap, tangent, at.closed)
+    return np.flatnonzero(at.closed | near)
+
+
+def _range(contacts: ContactSet, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    """Return least and greatest movement along the edge within which corners meet it, (m,) each [m]."""
+    beyond = contacts.edge_overhang
+    return -beyond - at.tangential, contacts.candidates.edge_length + beyond - at.tangential
+
+
+def columns_of(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...], rows: IntArray) -> Columns:
+    """Return the columns of some of the contacts, `rows` (k,); the dashpots follow the masses."""
+    candidates = contacts.candidates
+    frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
+    pressure, (low, high) = np.where(at.closed, at.pressure, 0.0), _range(contacts, at)
+    stiffening, share = contacts.hyperbolic.stiffening(pressure, at.normal_stiffness)
+    shear = np.where(at.closed, at.shear, 0.0)
+    trial = np.where(at.closed, at.pressure, -contacts.normal_stiffness * (at.gap - contacts.offset))
+    columns = {
+        "normal_stiffness": at.normal_stiffness,
+        "stiffening": stiffening,
+        "rock_share": share,
+        "shear_stiffness": at.springs.stiffness,
+        "trial_pressure": trial,
+        "pressure": pressure,
+        "shear": shear,
+        "carried": shear,
+        "tension": contacts.tension,
+        "low": low,
+        "high": high,
+    } | strength_lines(contacts, laws, pressure)
+    chosen = {name: column[rows].astype(np.float32) for name, column in columns.items()}
+    return chosen | dict(zip(FRAME, frame, strict=True))
+
+
+def share_of(
+    contacts: ContactSet, at: Evaluation, catalogue: JointCatalogue, rows: IntArray, columns: Columns
+) -> Share:
+    """Return some of the contacts, `rows` (k,) with their columns, as kernels take them."""
+    candidates, count = contacts.candidates, len(rows)
+    return Share(
+        block_a=candidates.block_a[rows].astype(np.uint32),  # unsigned: none counts from the end
+        block_b=candidates.block_b[rows].astype(np.uint32),
+        contacts=_chunks(CONTACT, columns, count),
+        strengths=_chunks(STRENGTH, columns, count if _is_more_than_a_line(columns) else 0),
+        closures=_chunks(CLOSURE, columns, count if columns["stiffening"].any() else 0),
+        slips=_slips(contacts, catalogue, rows),
+        growths=_growths(contacts, at, rows, columns),
+    )
+
+
+def _chunks(kind: np.dtype[np.void], columns: Mapping[str, FloatArray | SingleArray], count: int) -> ChunkArray:
+    """Return those of the columns that `kind` has of `count` contacts, in chunks: all, or none."""
+    return chunked(kind, {name: columns[name][:count] for name in kind.names or () if name in columns}, count)
+
+
+def _is_more_than_a_line(columns: Columns) -> bool:
+    """Return whether the strength of a contact has two lines, or something to lose."""
+    two = (columns["first"] != columns["second"]) | (columns["first_slope"] != columns["second_slope"])
+    return bool((two | (columns["first_lasts"] > 0) | (columns["second_lasts"] > 0) | (columns["tension"] > 0)).any())
+
+
+def _slips(contacts: ContactSet, catalogue: JointCatalogue, rows: IntArray) -> ChunkArray:
+    """Return what slip does to some of the contacts; none where it does nothing."""
+    if not (catalogue.wears or catalogue.dilates or catalogue.stiffens):
+        return np.zeros(0, SLIP)
+    opening, dilating = np.zeros((2, contacts.count)), contacts.dilating
+    opening[:, dilating.rows] = dilating.slope, dilating.room(contacts.slip_path)
+    return _chunks(SLIP, dict(zip(("dilation", "room"), opening[:, rows], strict=True)), len(rows))
+
+
+def _growths(contacts: ContactSet, at: Evaluation, rows: IntArray, columns: Columns) -> ChunkArray:
+    """Return the shear stiffness that grows of some of the contacts; none where none does."""
+    growing, count = contacts.growing, len(rows)
+    if not len(growing.rows):
+        return np.zeros(0, GROWTH)
+    number = np.full(contacts.count, -1)
+    number[rows] = np.arange(count)
+    mine = growing.of(number)
+    given = dict(zip(ShearCurve._fields, mine.curve.T, strict=True))
+    given |= {"length": mine.length, "compliance": mine.compliance}
+    grown = {name: np.zeros(count) for name in given}
+    for name, column in given.items():
+        grown[name][mine.rows] = column
+    stiffness = at.springs.stiffness[rows]
+    last = {"stiffness": stiffness, "stiffest": np.maximum(columns["normal_stiffness"], stiffness)}
+    return _chunks(GROWTH, grown | last | {"last_pressure": columns["pressure"]}, count)
+
+
+def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> dict[str, FloatArray]:
+    """Return the shear strength of contacts by the names of their columns, (m,) each.
+
+    The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
+    bilinear law they are its two lines. Then the residual line, and where slip is for good that has not been.
+    """
+    floor = np.finfo(float).tiny
+    here = _tangent(contacts, laws, np.maximum(pressure, floor))
+    low = _tangent(contacts, laws, np.full_like(pressure, floor))
+    high = _tangent(contacts, laws, np.full_like(pressure, HIGH))
+    other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
+    residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
+    lines = {"first": here, "second": other, "residual": residual}
+    found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
+    return found | {"first_lasts": here[2] * ~contacts.failed, "second_lasts": other[2] * ~contacts.failed}
+
+
+def _tangent(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> tuple[FloatArray, ...]:
+    """Return intercept and slope of the strength's tangent at pressures (m,), and 1 where slip there is for good."""
+    answer = slipping(contacts, laws, pressure)
+    slope = np.where(np.isfinite(answer.by_pressure), answer.by_pressure, 0.0)
+    intercept = np.minimum(answer.strength, UNLIMITED) - slope * pressure
+    return intercept, slope, answer.failed.astype(float)
