@@ -9,7 +9,6 @@ import numpy as np
 from bsm_mesh.solve.continuation.pace import Pace
 from bsm_mesh.solve.continuation.plan import USUAL, Phase, Route
 from bsm_mesh.solve.continuation.stability import falling_mode
-from bsm_mesh.solve.methods.nearby_equilibrium import SETTINGS as NEARBY
 from bsm_mesh.solve.motion.following import is_fast
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate
@@ -24,7 +23,8 @@ class AcceptanceSettings:
     Attributes
     ----------
     min_inner : float
-        Smallest tolerance of a step over that of rest: in large models rounding is near.
+        Smallest tolerance of a step over that of rest: below 1, so that what is at rest is so in the next step too,
+        and no smaller, for in large models rounding is near.
     reduction : float
         Part of a step's residual to which it is solved.
     push : float
@@ -74,7 +74,7 @@ class StepSolver:
         """Return the names of the methods tried, and the last one's attempt: the first that is acceptable, or None."""
         tried: tuple[str, ...] = ()
         phase = self._phase(equations, iterate, number)
-        goal = Goal(max_residual=self._step_tolerance(iterate), rest=self.tolerance)
+        goal = Goal(max_residual=self._step_tolerance(iterate), rest=SETTINGS.min_inner * self.tolerance)
         for method in self._route.plan(phase):
             if not method.applies(equations, iterate, goal):
                 continue
@@ -119,6 +119,4 @@ class StepSolver:
         """
         tolerance, residual = self._options.tolerance, 0.0 if iterate.velocity is not None else iterate.residual
         inner = max(SETTINGS.min_inner * tolerance, SETTINGS.reduction * min(residual, 1.0))
-        if residual < NEARBY.confirmed * tolerance:  # at rest already, confirmed by this step
-            inner = max(inner, residual / NEARBY.confirmed)
         return inner * self._system.residual_scale
