@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.face_stiffness import least_depth
@@ -55,8 +56,6 @@ class JointCatalogue:
     ----------
     laws : tuple of JointLaw
         Of the joints and of every pair of rocks, different ones.
-    smooth : (n_laws,) bool
-        Laws that carry no shear at any pressure.
     wears : bool
         Whether slip wears the strength of any law off.
     dilates : bool
@@ -95,7 +94,11 @@ class JointCatalogue:
         self._tension, self._residual_tension = np.array(tension), np.array(residual)
         self.wears = any(wear_length_of(law) is not None for law in self.laws)
         self.dilates = bool(self._dilation.any())
-        self.smooth = np.array([_is_smooth(law) for law in self.laws], dtype=bool)
+
+    @cached_property
+    def smooth(self) -> BoolArray:
+        """Laws that carry no shear at any pressure, (n_laws,)."""
+        return np.array([_is_smooth(law) for law in self.laws], dtype=bool)
 
     def laws_of(self, joint: IntArray, block_a: IntArray, block_b: IntArray) -> tuple[IntArray, FloatArray]:
         """Return number of the law and tensile strength [Pa] of contacts whose joints (m,) are known (-1: rock)."""

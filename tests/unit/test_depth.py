@@ -9,7 +9,7 @@ from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
 # docs/architecture.md says what each is for. A layer that only passes on is none.
-MAX_FRAMES = 15
+MAX_FRAMES = 14
 
 
 class Watched(bsm.MohrCoulomb):

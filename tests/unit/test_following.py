@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.solve.motion.following import FollowMotion, is_fast
+from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.following import FREE, FollowMotion, is_fast
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
@@ -34,6 +35,16 @@ def test_a_step_ends_after_a_step_length_with_the_velocity_of_the_slide():
 def test_fast_is_what_moves_by_a_step_length_in_a_step(speed, fast):
     at = Iterate(residual=1.0, velocity=still(2, b1=(speed, 0.0, 0.0)))
     assert is_fast(begun(sliding()), at) is fast
+
+
+def test_a_fall_takes_no_more_cycles_where_a_third_of_the_blocks_weighs_nothing():
+    """Their own masses would ask for many times as many: they have larger ones."""
+    polygons = [BASE, *(rectangle(2 * k, 0, 2 * k + 1, 1) for k in range(-4, 5))]
+    model = model_of(polygons, kn=1e11)
+    rocks = [*model.rocks, bsm.Rock("foam", unit_weight=0.0)]
+    blocks = bsm.Blocks.from_polygons(polygons, rock=["rock"] * 7 + ["foam"] * 3)
+    cycles = [ExplicitMotion(begun(m), FREE).fall_cycles for m in (model, model.replace(blocks=blocks, rocks=rocks))]
+    assert cycles[1] == pytest.approx(cycles[0], rel=0.01)
 
 
 def test_what_is_at_rest_is_not_fast():

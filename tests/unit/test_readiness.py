@@ -183,6 +183,11 @@ def test_too_soft_is_what_blocks_sink_into(options):
         bsm.run(pile(kn=least, ks=1e9), options)
 
 
+def test_one_block_that_sinks_is_told_though_its_neighbour_is_fixed():
+    with pytest.raises(bsm.ModelError, match=r"block 1 at .* sinks by 0\.5"):
+        make_ready(pile(grid(1, 2), kn=25e3 / 0.5), OPTIONS[1])
+
+
 def test_how_far_a_block_sinks_is_told_over_its_size():
     """The topmost of three squares of 2 m has one face, whose springs its weight closes by half its size."""
     side, part = 2.0, 0.5

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from bsm_mesh.solve.methods.nearby_equilibrium import NearbyEquilibrium
-from bsm_mesh.solve.motion.relaxation import Decay, RelaxToRest
+from bsm_mesh.solve.motion.explicit import ExplicitMotion
+from bsm_mesh.solve.motion.relaxation import SETTINGS, Decay, RelaxToRest
 from bsm_mesh.solve.step.attempt import Attempt, Goal, Iterate, Outcome
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
@@ -42,6 +43,15 @@ def test_a_column_under_its_weight_slips_nowhere_and_is_compressed_by_it():
     assert statics.outcome is Outcome.SOLVED
     np.testing.assert_allclose(found.position, statics.position, rtol=0, atol=1e-3 * np.abs(statics.position).max())
     assert step.movement(found.position) < step.system.d
+
+
+def test_contacts_are_searched_for_before_blocks_are_as_good_as_at_rest(monkeypatch):
+    """Where they are searched for at the last level only, what has moved comes to rest on old contacts first."""
+    residuals, search = [], ExplicitMotion.search
+    monkeypatch.setattr(ExplicitMotion, "search", lambda m: residuals.append(m.residual.rms) or search(m))
+    relaxed(wall(), 10.0)
+    first, *_, last = SETTINGS.levels
+    assert last < residuals[0] < first
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,20 @@ def test_a_block_comes_down_that_is_free_after_two_steps_and_has_moved(heights, 
         assert_array_equal(collapse.small, [False])
 
 
+def test_a_small_block_is_free_once_it_has_moved_as_a_block_of_mean_size_would():
+    """A chip of a tenth of its neighbour's width, above the base and beside it; the second time it is free."""
+    moving = BlockSystem(model_of([rectangle(-2, -1, 2, 0), rectangle(-0.5, 0, 0.5, 1), rectangle(0.7, 0, 0.8, 0.1)]))
+    far = FREE_MOVE * np.sqrt((1 + 0.01) / 2)
+    for height, comes_down in ((0.95 * far, False), (1.05 * far, True)):
+        falling = CollapseCriterion(moving, moving.start, 100.0, bsm.Falls())
+        position = np.array([(0, 0, 0), (0, -1e-5, 0), (0, height, 0)])
+        contacts = moving.gather(History.none(), np.maximum(position, 0.0), first=False)
+        closed = moving.evaluate(contacts, position).closed
+        assert falling.check(contacts, closed, position) is None
+        collapse = falling.check(contacts, closed, position)
+        assert ([2] if comes_down else None) == (None if collapse is None else list(collapse.down))
+
+
 def test_a_block_without_any_load_does_not_come_down():
     assert watch([FAR, FAR], gamma=0.0)[-1] is None
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.campaign.ablation import Ablation
-from bsm_mesh.solve.continuation import step_solver
 from bsm_mesh.solve.continuation.plan import PLANS
-from bsm_mesh.solve.methods import nearby_equilibrium
+from bsm_mesh.solve.methods import nearby_equilibrium, newton
 from bsm_mesh.solve.motion import following
 
 
@@ -15,9 +14,9 @@ from bsm_mesh.solve.motion import following
 def restored(monkeypatch):
     for phase, plan in PLANS.items():
         monkeypatch.setitem(PLANS, phase, plan)
-    for module in (nearby_equilibrium, following, step_solver):
+    for module in (newton, following):
         monkeypatch.setattr(module, "SETTINGS", module.SETTINGS)
-    monkeypatch.setattr(step_solver, "NEARBY", step_solver.NEARBY)
+    monkeypatch.setattr(nearby_equilibrium, "NEWTON", nearby_equilibrium.NEWTON)
 
 
 def test_a_method_is_in_no_plan_any_more():
@@ -28,11 +27,11 @@ def test_a_method_is_in_no_plan_any_more():
 
 
 def test_settings_are_changed_wherever_they_are_known():
-    ablation = Ablation(settings=("nearby_equilibrium.confirmed=0.5", "following.going_on.damping=0.3"))
+    ablation = Ablation(settings=("newton.shrinking=0.5", "following.going_on.damping=0.3"))
     ablation.apply()
-    assert nearby_equilibrium.SETTINGS.confirmed == step_solver.NEARBY.confirmed == 0.5
+    assert newton.SETTINGS.shrinking == nearby_equilibrium.NEWTON.shrinking == 0.5
     assert (following.SETTINGS.going_on.damping, following.SETTINGS.beginning.damping) == (0.3, 0.5)
-    assert str(ablation) == "nearby_equilibrium.confirmed=0.5; following.going_on.damping=0.3"
+    assert str(ablation) == "newton.shrinking=0.5; following.going_on.damping=0.3"
 
 
 @pytest.mark.parametrize(

@@ -27,9 +27,9 @@ from bsm_mesh.results.records import Status, StepRecord
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.contacts.forces import ContactSet, Evaluation
 from bsm_mesh.solve.contacts.history import History, commit
+from bsm_mesh.solve.continuation.acceptance import Acceptance
 from bsm_mesh.solve.continuation.plan import USUAL, Route
 from bsm_mesh.solve.continuation.state import CycleMemory, LoopState
-from bsm_mesh.solve.continuation.step_solver import StepSolver
 from bsm_mesh.solve.continuation.verdict import Collapse, CollapseCriterion
 from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
@@ -101,7 +101,7 @@ class Continuation:
         self.origin = self.begin.position if self.begin.origin is None else self.begin.origin
         self.collapse = CollapseCriterion(self.system, self.origin, options.displacement_limit, options.falls)
         self.min_lam = SETTINGS.min_lam / self.system.d
-        self._solver = StepSolver(self.system, options, route, intact=self.begin.intact)
+        self._route, self._acceptance = route, Acceptance(self.system, options, intact=self.begin.intact)
         self.steps: list[StepRecord] = []
         begin = self.begin
         first = self._state_after(0, begin.position, begin.history, velocity=begin.velocity)
@@ -110,18 +110,26 @@ class Continuation:
     @property
     def tolerance(self) -> float:
         """Maximum norm of the residual at rest, over the mean weight."""
-        return self._solver.tolerance
+        return self._acceptance.tolerance
 
     def run(self) -> Motion:
         """Return the final state: equilibrium, collapse, or not converged."""
+        acceptance = self._acceptance
         while True:
-            state, began = self.state, (time.perf_counter(), self.factors.count)
+            state, tried, began = self.state, [], (time.perf_counter(), self.factors.count)
             equations, iterate = self._begun(state)  # (1)
-            tried, attempt = self._solver.solve(equations, iterate, state.number, quiet=state.quiet)  # (2), (3)
-            if attempt is None:
+            phase, goal = acceptance.phase(equations, iterate, state.number), acceptance.goal(iterate)
+            for method in self._route.plan(phase):  # (2)
+                if not method.applies(equations, iterate, goal):
+                    continue
+                tried.append(method.name)
+                attempt = acceptance.accepted(method.solve(equations, iterate, goal), phase, quiet=state.quiet)  # (3)
+                if attempt is not None:
+                    break
+            else:
                 reason = f"no method found the end of a step; tried: {', '.join(tried)}"
                 return self._end(Status.NOT_CONVERGED, reason, equations.contacts, state.position)
-            after = self._after(state, attempt, tried, began)
+            after = self._after(state, attempt, tuple(tried), began)
             if isinstance(after, Motion):
                 return after
             self.state = after
@@ -135,7 +143,7 @@ class Continuation:
             self._set_residual_scale(contacts, position)
         equations = StepEquations(system, self.factors, contacts, position, self.min_lam)
         residual = system.static_residual(contacts, position)
-        moving_steps = self._solver.pace.moving_steps
+        moving_steps = self._acceptance.pace.moving_steps
         return equations, Iterate(residual=residual, velocity=state.velocity, moving_steps=moving_steps)
 
     def _after(
@@ -184,7 +192,7 @@ class Continuation:
             velocity=velocity,
             quiet=quiet,
             bolts=BoltMemory.of(self.system.bolts),
-            pace=self._solver.pace,
+            pace=self._acceptance.pace,
             collapse=self.collapse.memory,
             residual_scale=self.system.residual_scale,
             start_residual=self.start_residual,
@@ -199,7 +207,7 @@ class Continuation:
         self.system.residual_scale, self.start_residual = state.residual_scale, state.start_residual
         self.collapse.recall(state.collapse)
         self.factors.recall(state.double_precision)
-        self._solver.pace, self.steps = state.pace, list(state.steps)
+        self._acceptance.pace, self.steps = state.pace, list(state.steps)
         return state
 
     def _exhausted(self, steps: str, residual: float, position: FloatArray) -> str:

@@ -25,9 +25,8 @@ class CollapseSettings:
     Attributes
     ----------
     free_move : float
-        Movement of a block without contact, over its size, at which it is unstable. In one step a block may jump.
-    least_size : float
-        Size of a small block there, over that of the mean one.
+        Movement of a block without contact, over its size or the mean one, the larger, at which it is unstable. In one
+        step a block may jump.
     runs : float
         Sizes by which a block has moved that is no slower than a size before: it runs on.
     moves : float
@@ -37,7 +36,6 @@ class CollapseSettings:
     """
 
     free_move: float = 0.1
-    least_size: float = 0.5
     runs: float = 3.0
     moves: float = 0.25
     inside: float = 0.05
@@ -130,8 +128,7 @@ class CollapseCriterion:
         fallen = np.hypot(*(position - self.last_supported)[:, :2].T)
         loose = ~supported & self.detached & (np.abs(system.loads).max(axis=1) > 0)
         chips = self.small & ((loose & (fallen > SETTINGS.free_move * self.own_size)) | (moved > self.mean_size))
-        least = np.maximum(self.own_size, SETTINGS.least_size * self.mean_size)
-        free = loose & ~self.small & (fallen > SETTINGS.free_move * least)
+        free = loose & ~self.small & (fallen > SETTINGS.free_move * self.size)
         runs = self._runs_on(moved, velocity) & ~self.small
         self.thrown = ~supported & ~self.detached
         self.detached = ~supported

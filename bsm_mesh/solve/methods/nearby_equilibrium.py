@@ -27,13 +27,13 @@ class NearbySettings:
         Of the contacts, at most: a list that still changes then has no equilibrium nearby.
     updated : float
         Part of the residual after an update that is solved for before the next, which leaves about as much.
-    confirmed : float
-        Part of the tolerance of rest: a smaller residual has only to be confirmed. Below 1, or rounding would decide.
+    unloaded : float
+        As `NewtonSettings.shrinking`, where no contact has carried a force yet: there is no path of loading to keep to.
     """
 
     max_updates: int = 6
     updated: float = 0.03
-    confirmed: float = 0.99
+    unloaded: float = 0.7
 
 
 SETTINGS = NearbySettings()
@@ -61,7 +61,7 @@ class NearbyEquilibrium:
         step, inner = equations, goal.max_residual
         if step.residual_at(step.start).max_norm < inner and not step.supports_move:
             return Attempt(equations=step, position=step.start, outcome=Outcome.SOLVED)  # moves not by rounding either
-        shrinking = NEWTON.shrinking if _has_forces(step) else NEWTON.worthwhile
+        shrinking = NEWTON.shrinking if _has_forces(step) else SETTINGS.unloaded
         position = step.elastic_position
         step = step.allowing_settlement(position)
         wanted = max(FEW_CHANGE, inner)
@@ -74,11 +74,11 @@ class NearbyEquilibrium:
                 break
             step = _updated(attempt)
             left = step.residual_at(position).max_norm
-            if left < SETTINGS.confirmed * goal.rest:
+            if left < goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
                 break
             if left < wanted and step.factors.ready:  # the next updates would change nothing: on to rest
-                inner = min(inner, SETTINGS.confirmed * goal.rest)
+                inner = min(inner, goal.rest)
                 position = chord_method(step, position, inner)
                 left = step.residual_at(position).max_norm
             loosest = FEW_CHANGE if update < SETTINGS.max_updates - 1 else inner
@@ -108,5 +108,5 @@ def _updated(attempt: Attempt) -> StepEquations:
 
 
 def _has_forces(step: StepEquations) -> bool:
-    """Return whether any contact carried a force before the step: a path of loading to keep to."""
+    """Return whether any contact carried a force before the step."""
     return bool((step.contacts.candidates.history >= 0).any())

@@ -29,16 +29,10 @@ class NewtonSettings:
         before that as slowly as they do.
     shrinking : float
         Part to which two regularised corrections must reduce the 2-norm of the residual, or it has stalled.
-    worthwhile : float
-        The same while the maximum norm is below `nearly`: few contacts still change there, and a stage is near its end.
-    nearly : float
-        Maximum norm [mean weights].
     """
 
     max_corrections: int = 12
     shrinking: float = 0.25
-    worthwhile: float = 0.7
-    nearly: float = 0.3
 
 
 SETTINGS = NewtonSettings()
@@ -95,7 +89,7 @@ def newton(
     exact : bool
         Use the exact tangent, not the regularised one (`tangent_regularization`).
     shrinking : float
-        The part to which two corrections must reduce the 2-norm while the residual is large.
+        The part to which two regularised corrections must reduce the 2-norm.
     max_rms : float
         Rms residual with which it may end, though few blocks exceed the tolerance.
     localized : bool
@@ -110,7 +104,8 @@ def newton(
         if here.rms < max_rms:
             outcome = Outcome.ACCEPTABLE
             break
-        if len(norms) - 3 == SETTINGS.max_corrections if exact else _has_stalled(norms, here.max_norm, shrinking):
+        brought_little = not norms[-1] <= shrinking * norms[-3]  # so does a number that is none
+        if len(norms) - 3 == SETTINGS.max_corrections if exact else brought_little:
             outcome = Outcome.STALLED
             break
         corrected = subdomain_correction(step, here.position) if localized else None
@@ -123,8 +118,3 @@ def newton(
             here = line_search(step, here, correction)
         norms.append(here.l2_norm)
     return Attempt(equations=step, position=here.position, outcome=outcome)
-
-
-def _has_stalled(norms: list[float], max_norm: float, shrinking: float) -> bool:
-    """Return whether the last two corrections brought too little; a number that is none brings nothing."""
-    return not norms[-1] <= (SETTINGS.worthwhile if max_norm < SETTINGS.nearly else shrinking) * norms[-3]

@@ -36,7 +36,7 @@ class Goal:
     max_residual : float
         Maximum norm of the residual, over the mean weight.
     rest : float
-        The same, of a model at rest.
+        The same, of a model at rest: the smallest that a step asks for, so that the next has only to confirm it.
     """
 
     max_residual: float

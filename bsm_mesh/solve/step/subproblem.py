@@ -50,7 +50,7 @@ class SubdomainEquations(StepEquations):
         self.block = np.flatnonzero(moves[self.blocks])
         self.system, self.factors, self.lam = step.system, step.factors, step.lam
         self.settlement_allowance = step.settlement_allowance
-        self.anchor, self.start, self.supports_move = step.anchor[self.blocks], position[self.blocks], False
+        self.start = position[self.blocks]
         self.regularization_reference = step.regularization_reference[self.blocks]
         self.mass, self.scale = step.mass[self.blocks], step.scale[self.blocks]
         self.supports = step.supports.of(self.blocks)
