@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import checkpoints
+from bsm_mesh.app import checkpoints, plot
+from bsm_mesh.converters.meshes import apart
 from tests.campaigns.scenes import put_model
+from tests.scenes.here import run_here
 from tests.scenes.interrupted import copies_of, interrupted
 from tests.scenes.small_case import MODEL, Case, environment
 from tests.scenes.square_mesh import msh
@@ -25,6 +30,22 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     made.write("model.toml", MODEL)
     made.write("mesh.msh", msh())
     return made
+
+
+@pytest.fixture
+def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are drawn in this process."""
+    monkeypatch.setattr(plot, "subprocess", SimpleNamespace(run=run_here, DEVNULL=subprocess.DEVNULL))
+
+
+@pytest.fixture
+def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Foreign files are read in this process."""
+
+    def read(reader: Callable[[Path], Any], path: Path) -> Any:
+        return reader(path)
+
+    monkeypatch.setattr(apart, "read_apart", read)
 
 
 @pytest.fixture

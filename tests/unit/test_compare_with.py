@@ -24,6 +24,7 @@ from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import LINEAR
 from tests.scenes.small_case import Case
 
+pytestmark = pytest.mark.usefixtures("read_here")  # in a process of its own: test_apart
 TUNNEL = Path(__file__).parents[2] / "examples/01_circular_tunnel/homogeneous.toml"
 EXACT = 1e-9  # of the greatest: linear fields are averaged exactly
 NONE = FieldNames(arrays={}, factors={})
@@ -265,6 +266,7 @@ def test_command(case: Case) -> None:
     assert case.run(*asked, "--refine", "1").code == 2
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_pictures_of_both_sides_and_the_difference(case: Case) -> None:
     points, cells = theirs()
     u, s = linear(points)
