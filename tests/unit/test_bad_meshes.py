@@ -9,8 +9,6 @@ import pytest
 from tests.scenes.small_case import FILE, JUNK, LINEAR, LOAD, Case
 from tests.scenes.square_mesh import CURVES, NODES, msh22
 
-pytestmark = pytest.mark.usefixtures("read_here")  # in a process of its own: test_apart
-
 
 def moved(node: int, *place: object) -> str:
     return msh22([*NODES[:node], place, *NODES[node + 1 :]])

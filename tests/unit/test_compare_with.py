@@ -24,7 +24,6 @@ from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import LINEAR
 from tests.scenes.small_case import Case
 
-pytestmark = pytest.mark.usefixtures("read_here")  # in a process of its own: test_apart
 TUNNEL = Path(__file__).parents[2] / "examples/01_circular_tunnel/homogeneous.toml"
 EXACT = 1e-9  # of the greatest: linear fields are averaged exactly
 NONE = FieldNames(arrays={}, factors={})

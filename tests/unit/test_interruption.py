@@ -177,14 +177,12 @@ def test_pictures_in_their_process(case: Case) -> None:
 def test_what_the_process_was_started_to_ignore_stays_ignored(case: Case) -> None:
     """As nohup does with SIGHUP."""
     before = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)"
-    process = start(case, WAIT_AT.format(stage=0).replace("300", "0.5"), "run", "model.toml", "-q")
-    assert process.wait(PATIENCE) == 0, process.communicate()
+    case.write("model.toml", MODEL + STAGES)
     code = f"{before}\n{COMMAND}"
     process = subprocess.Popen(
         [sys.executable, "-c", code, WAIT_AT.format(stage=1).replace("300", "0.5"), "run", "model.toml", "-q"],
         cwd=case.folder, env=environment(), stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
-    (case.folder / "waiting").unlink()
     wait_for(case.folder / "waiting", process)
     process.send_signal(signal.SIGHUP)
     assert process.communicate(timeout=PATIENCE)[1] == ""

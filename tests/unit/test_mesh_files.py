@@ -18,7 +18,6 @@ from bsm_mesh.errors import MeshWarning, ModelError
 from bsm_mesh.geometries import gmsh_session
 from bsm_mesh.model import Blocks
 
-pytestmark = pytest.mark.usefixtures("read_here")  # in a process of its own: test_apart
 COUNTS = {"rock:gneiss": 8, "rock:schist": 8, "excavation:core": 8, "joint:J1": 4}
 COUNTS |= {"boundary:top": 4, "boundary:left": 2}
 
