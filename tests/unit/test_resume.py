@@ -228,7 +228,7 @@ def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:
     wanted = whole_run(model, out)
     last = count_operations(lambda: bsm.run(model, output=out))
     went_on = 0
-    for number in range(3, last, 23):
+    for number in range(3, last, 47):
         for left_over in out.parent.glob("out*"):
             shutil.rmtree(left_over)
         if said := fails(lambda: bsm.run(model, output=out), full_disk(number, stays)):
@@ -253,7 +253,7 @@ def test_a_resumed_run_that_is_killed_in_its_turn(killed: tuple[Path, Path]) -> 
     shutil.rmtree(out)
     shutil.copytree(out.with_name("kept"), out.with_name("out.running"))
     last = count_operations(lambda: bsm.run(model, output=out, resume=True))
-    for number in range(1, last + 1, 13):
+    for number in range(1, last + 1, 29):
         for left_over in out.parent.glob("out*"):
             shutil.rmtree(left_over)
         shutil.copytree(out.with_name("kept"), out.with_name("out.interrupted"))
