@@ -219,9 +219,7 @@ choose_numba_cache() {
 
 # -------------------------------------------------------------------------------------------------- tests
 
-passed=0
-failed=0
-summary=""
+report="" # a file with a line for each check
 
 # check NAME COMMAND...: runs it, says how it went, and goes on.
 check() {
@@ -234,20 +232,27 @@ check() {
     line="$name ($(($(date +%s) - begin)) s)"
     if [ "$code" = 0 ]; then
         line="PASS  $line"
-        passed=$((passed + 1))
     else
         line="FAIL  $line, exit code $code"
-        failed=$((failed + 1))
     fi
-    printf '%s\n' "$line"
-    summary="$summary$line
-"
+    printf '%s\n' "$line" | tee -a "$report"
+}
+
+# with_report COMMAND...: runs it and sums up its checks; false where one of them failed.
+with_report() {
+    report=$(mktemp)
+    trap 'rm -f "$report" "$report.beside"' EXIT
+    "$@"
+    passed=$(grep -c '^PASS' "$report") || true
+    failed=$(grep -c '^FAIL' "$report") || true
+    printf '\n%s\n\nchecks: %s passed, %s failed\n' "$(cat "$report")" "$passed" "$failed"
+    [ "$failed" = 0 ]
 }
 
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
 run_tests() {
     code=0
-    "$python" -m pytest -n 2 --dist worksteal -m "not slow" || code=$?
+    "$python" -m pytest -n 2 --dist worksteal -m "not slow" --durations=25 || code=$?
     if [ "$code" = 5 ] && [ -z "$(find tests -name 'test_*.py' 2>/dev/null)" ]; then
         code=0
     fi
@@ -269,17 +274,22 @@ share_the_machine() {
     export MKL_NUM_THREADS="${MKL_NUM_THREADS:-1}"
 }
 
+types_and_documentation() {
+    check "types" "$python" -m mypy
+    check "documentation" "$python" -m docs.build
+}
+
 test_all() {
     cd "$root"
     share_the_machine
     check "formatter" "$python" -m ruff format --check .
     check "linter" "$python" -m ruff check .
-    check "types" "$python" -m mypy
-    check "doctests" run_doctests
+    # One process each, so that side by side they take half as long; what is said beside is shown afterwards.
+    types_and_documentation >"$report.beside" 2>&1 &
+    check "doctests" run_doctests # compiles most kernels, which would be compiled by both workers of the tests
+    wait $! || true
+    cat "$report.beside"
     check "tests" run_tests
-    check "documentation" "$python" -m docs.build
-    printf '\n%s\nchecks: %s passed, %s failed\n' "$summary" "$passed" "$failed"
-    [ "$failed" = 0 ]
 }
 
 # ------------------------------------------------------------------------------------------------- matrix
@@ -353,12 +363,9 @@ matrix() {
             check "$name (Python $version)" test_environment "$name" "$found"
         else
             printf '\nSKIP  %s: no python%s on the PATH\n' "$name" "$version"
-            summary="${summary}SKIP  $name: no python$version on the PATH
-"
+            printf 'SKIP  %s: no python%s on the PATH\n' "$name" "$version" >>"$report"
         fi
     done
-    printf '\n%s\nchecks: %s passed, %s failed\n' "$summary" "$passed" "$failed"
-    [ "$failed" = 0 ]
 }
 
 # --------------------------------------------------------------------------------------------------- main
@@ -377,7 +384,7 @@ esac
 has_venv || find_python
 see_to_packages "$command"
 if [ "$command" = matrix ]; then
-    matrix "$@"
+    with_report matrix "$@"
     exit
 fi
 make_venv
@@ -385,7 +392,7 @@ install_project "$extra"
 choose_numba_cache
 
 case $command in
-    test) test_all ;;
+    test) with_report test_all ;;
     docs) cd "$root" && exec "$python" -m docs.build ;;
     pardiso | mpi | dask | dxf | gis | pandas | pyvista | meshlane) say "$command is installed in $(basename "$venv")" ;;
     demo)

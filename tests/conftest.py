@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import bsm_mesh as bsm
-from bsm_mesh.app import checkpoints
+from bsm_mesh.app import checkpoints, plot
+from bsm_mesh.converters.meshes import apart
 from tests.campaigns.scenes import put_model
+from tests.scenes.here import run_here
 from tests.scenes.interrupted import copies_of, interrupted
 from tests.scenes.small_case import MODEL, Case, environment
 from tests.scenes.square_mesh import msh
@@ -28,10 +34,33 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
 
 @pytest.fixture
+def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are drawn in this process."""
+    monkeypatch.setattr(plot, "subprocess", SimpleNamespace(run=run_here, DEVNULL=subprocess.DEVNULL))
+
+
+@pytest.fixture(autouse=True)
+def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Foreign meshes, VTU among them, are read in this process.
+
+    In a process of their own they are read by test_apart, which has a fixture of this name that does nothing.
+    """
+
+    def read(reader: Callable[[Path], Any], path: Path) -> Any:
+        return reader(path)
+
+    monkeypatch.setattr(apart, "read_apart", read)
+
+
+def checkpoint_every_step(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(checkpoints.SETTINGS, "interval", 0.0)
+    patch.setattr(os, "fsync", lambda descriptor: None)
+
+
+@pytest.fixture
 def at_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """Checkpoints are written after every step, and nothing waits for the disk itself."""
-    monkeypatch.setattr(checkpoints.SETTINGS, "interval", 0.0)
-    monkeypatch.setattr(os, "fsync", lambda descriptor: None)
+    checkpoint_every_step(monkeypatch)
 
 
 @pytest.fixture
@@ -40,14 +69,24 @@ def left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
     return copies_of(monkeypatch, tmp_path / "left", before=False)
 
 
+@pytest.fixture(scope="session")
+def killed_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a staged model in which a run was killed amid its second stage."""
+    folder = tmp_path_factory.mktemp("killed")
+    with pytest.MonkeyPatch.context() as patch:
+        checkpoint_every_step(patch)
+        left = copies_of(patch, folder / "left", before=False)
+        model = put_model(folder / "case", "staged")
+        bsm.run(model, output=model.parent / "out")
+        interrupted(model.parent, left[4])
+    return model.parent
+
+
 @pytest.fixture
-def killed(tmp_path: Path, left: list[Path], at_every_step: None) -> tuple[Path, Path]:
-    """Return a staged model and its folder, in which a run was killed amid its second stage."""
-    model = put_model(tmp_path / "case", "staged")
-    out = model.parent / "out"
-    bsm.run(model, output=out)
-    interrupted(model.parent, left[4])
-    return model, out
+def killed(tmp_path: Path, killed_once: Path, at_every_step: None) -> tuple[Path, Path]:
+    """Return a copy of that model, and its folder of results."""
+    case = shutil.copytree(killed_once, tmp_path / "case")
+    return case / "model.toml", case / "out"
 
 
 died: list[str] = []

@@ -23,13 +23,6 @@ def once() -> bsm.Results:
     return bsm.run(slope.load("high_water"))
 
 
-@pytest.mark.parametrize("file", FILES)
-def test_every_condition_ends_at_rest(file: str) -> None:
-    results = bsm.run(slope.load(file))
-    assert [stage.status.value for stage in results.stages] == ["stable"] * 5
-    assert results.check().ok
-
-
 def test_the_wedge_above_the_faults_moves_and_hardly_anything_else(once: bsm.Results) -> None:
     """By movement beyond that of the dry slope, whose weight closes the joints."""
     dry = bsm.run(slope.load("high_water").replace(water=None))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 import bsm_mesh as bsm
 from bsm_mesh.app.model_tables import ModelFile
 from docs.code_blocks import files_of, typed
@@ -14,6 +16,7 @@ from tests.scenes.typed_lines import type_line
 PAGE = (Path(__file__).parents[2] / "docs/from_udec_and_rs2.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_the_problem_runs(case: Case) -> None:
     files = files_of(PAGE)
     assert set(files) == {"opening.py", "opening.toml"}

@@ -14,6 +14,7 @@ from docs.code_blocks import files_of, typed
 from tests.scenes.small_case import Case
 from tests.scenes.typed_lines import mesh_by_gmsh, type_line
 
+pytestmark = pytest.mark.usefixtures("drawn_here")
 PAGE = Path(__file__).parents[2] / "docs/jointed_rock.md"
 FIRST = PAGE.with_name("first_problems.md")
 

@@ -65,7 +65,7 @@ def networks(draw: st.DrawFn) -> RockMass:
     return RockMass(regions=regions, joints=[*sets, *faults], seed=draw(st.integers(0, 99)))
 
 
-@settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(networks())
 @example(
     RockMass(

@@ -12,6 +12,7 @@ from bsm_mesh.converters.vtk_files import read_pvd, read_vtu
 from tests.scenes.small_case import Case
 
 pytest.importorskip("gmsh")
+pytestmark = pytest.mark.usefixtures("drawn_here")
 
 PUSHED = """\
 title = "Pushed"

@@ -63,6 +63,11 @@ POLYGONS 1 5
 
 
 @pytest.fixture
+def read_here() -> None:
+    """Foreign meshes are read in a process of their own, as they are outside the tests."""
+
+
+@pytest.fixture
 def readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a module of bad readers, which the other process finds too."""
     folder = tmp_path / "readers"

@@ -201,7 +201,13 @@ def test_plot_of_a_damaged_run(case: Case, name: str) -> None:
         (["new", "tunnel", "."], ["exists and is not empty"]),
     ],
 )
-def test_in_a_process_of_its_own(case: Case, arguments: list[str], words: list[str]) -> None:
+def test_every_command_refuses(case: Case, arguments: list[str], words: list[str]) -> None:
     case.write("bad.toml", MODEL.replace("10 GPa", "10 GPa/m"))
     case.write("junk.toml", JUNK)
-    check_refusal(run_process(case.folder, *arguments), words)
+    case.refuses(*arguments, says=words)
+
+
+def test_in_a_process_of_its_own(case: Case) -> None:
+    case.write("bad.toml", MODEL.replace("10 GPa", "10 GPa/m"))
+    outcome = run_process(case.folder, "run", "bad.toml", "-o", "new/folder", "--json")
+    check_refusal(outcome, ["bad.toml", "does not convert to Pa"])

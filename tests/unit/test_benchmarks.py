@@ -133,8 +133,9 @@ def test_titles_name_the_friction(given, degrees):
     assert cases["linear"].at_friction(given) is cases["linear"]
 
 
-def test_both_engines_cut_every_geometry_alike():
+def test_both_engines_cut_geometries_alike():
     engines = module("engines")
-    found = [engines.compared(*one) for one in engines.masses()]
-    assert len(found) == len(engines.CASES) + engines.NETWORKS
+    given, cases = list(engines.masses()), len(engines.CASES)
+    assert len(given) == cases + engines.NETWORKS
+    found = [engines.compared(*one) for one in given[:cases] + given[cases::5]]  # all: python -m benchmarks.engines
     assert [one.row for one in found if not one.agree] == []

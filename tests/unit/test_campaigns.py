@@ -18,7 +18,7 @@ from tests.campaigns.verdict import BROKEN, FALSE, demand_unstable, judge_slip
 from tests.campaigns.watch import watch
 
 SEED = 29
-SLICE = {"calls": 800, "traces": 400, "meshes": 16, "models": 40, "bolts": 10, "results": 30, "commands": 10}
+SLICE = {"calls": 400, "traces": 200, "meshes": 5, "models": 10, "bolts": 3, "results": 8, "commands": 3}
 
 
 def _told(state: State) -> str:
@@ -40,23 +40,23 @@ def test_unstable_models_are_so_by_the_program_and_by_statics() -> None:
 
 def test_a_slice_of_slips_of_the_pen() -> None:
     with place() as there:
-        found = [judge_slip(there, SEED, index) for index in range(12)]
+        found = [judge_slip(there, SEED, index) for index in range(6)]
     assert [detail for kind, _, detail in found if kind in (FALSE, BROKEN)] == []
 
 
-def test_a_slice_of_kills(tmp_path: Path) -> None:
+@pytest.mark.parametrize("part", [0.5, pytest.param(1.0, marks=pytest.mark.slow)])
+def test_a_slice_of_kills(tmp_path: Path, part: float) -> None:
+    """Amid the run's operations on files, and before the third last, where its stages are finished."""
     scene = Scene("staged", tmp_path / "scene")
     scene.put()
     whole = kill.strike(scene, kill.Strike("none"))
     assert (whole.code, whole.finished) == (0, 2), whole.err
     scene.put()
-    done = kill.strike(scene, kill.Strike("SIGKILL", operation=whole.operations - 3))
+    operation = int(part * whole.operations) if part < 1 else whole.operations - 3
+    done = kill.strike(scene, kill.Strike("SIGKILL", operation=operation))
     assert done.code == -9
-    assert scene.resumed(done.steps) == ("was finished", [])
+    assert scene.resumed(done.steps) == ("resumed" if part < 1 else "was finished", [])
     assert list(scene.faults(done.finished)) == []
-    scene.put()
-    done = kill.strike(scene, kill.Strike("SIGKILL", operation=whole.operations // 2))
-    assert scene.resumed(done.steps) == ("resumed", [])
 
 
 def test_a_slice_of_full_disks(tmp_path: Path) -> None:

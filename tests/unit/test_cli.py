@@ -332,9 +332,10 @@ def test_stdout_on_a_full_disk(case: Case) -> None:
     assert done.stderr == "error: No space left on device\n"
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_demo(case: Case) -> None:
-    """The whole chain in a process of its own, as a new user starts it."""
-    outcome = run_process(case.folder, "demo")
+    """The whole chain, as a new user starts it."""
+    outcome = case.run("demo")
     assert outcome.code == 0, outcome.err
     made = {name.removeprefix("bsm-mesh-demo/") for name in outcome.new}
     assert {

@@ -73,6 +73,7 @@ def test_every_picture_shows_something(results: Case) -> None:
         assert (middle < 0.99).any(axis=2).mean() > 0.5  # not white paper
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_the_water_table_is_seen_over_a_model_of_kilometres(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8").replace("[mesh]", '[mesh]\nunit = "km"')
     case.write("model.toml", f"{text}\n[water]\ntable = [[0, 1500]]\n")
@@ -263,6 +264,7 @@ def test_a_title_that_is_too_wide_is_broken_within_the_picture() -> None:
     assert title.y1 <= figure.bbox.height
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
     text = Path("model.toml").read_text(encoding="utf-8")
     case.write("model.toml", text + '[[stage]]\nname = "dug"\nexcavate = [3]\n')
@@ -290,6 +292,7 @@ def test_every_stage_is_drawn_and_one_by_name(case: Case) -> None:
         case.refuses("plot", "out/model", "--window", *window, says=["--window", "x0 below x1"])
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_pictures_of_a_former_run_are_gone_with_it(results: Case) -> None:
     assert results.run("plot", "out/model", "--only", "model").code == 0
     assert Path("out/model/pictures/model.png").exists()
@@ -310,6 +313,7 @@ def test_headings() -> None:
     assert heading(unfinished) == "Tunnel: stage initial, stable, of an unfinished run"  # no verdict on the whole
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_run_with_pictures(results: Case) -> None:
     outcome = results.run("run", "model.toml", "--pictures", "-q", "-o", "again")
     assert outcome.code == 0, outcome.err
@@ -335,6 +339,7 @@ def test_a_drawing_that_fails(results: Case, monkeypatch: pytest.MonkeyPatch) ->
         draw_in_subprocess(Path("out/model"))
 
 
+@pytest.mark.usefixtures("drawn_here")
 def test_a_folder_that_takes_no_pictures(results: Case) -> None:
     results.write("out/model/pictures", "a file of this name")
     message = results.refuses(

@@ -40,15 +40,17 @@ def left_late(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Path]:
 
 
 @pytest.mark.usefixtures("at_every_step")
+@pytest.mark.parametrize("most", [6, pytest.param(1000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("name", "scheme"), RUNS)
-def test_resumed_from_every_checkpoint(tmp_path: Path, left: list[Path], name: str, scheme: str) -> None:
+def test_resumed_from_checkpoints(tmp_path: Path, left: list[Path], name: str, scheme: str, most: int) -> None:
+    """From so many of them, or a few more, spread over the run."""
     model = put_model(tmp_path / "case", name, tables={"solver": {"scheme": scheme, "max_steps": 40}})
     out = model.parent / "out"
     whole = bsm.run(model, output=out)
     wanted, copies = content(out), list(left)
     steps = sum(len(stage.steps) for stage in whole.stages)
     assert len(copies) >= (len(whole.stages) if scheme == "linear" else steps)
-    for copy in copies:
+    for copy in copies[:: 1 + len(copies) // (most + 1)]:
         interrupted(model.parent, copy)
         seen: list[bsm.results.StepRecord] = []
         results = bsm.run(model, output=out, resume=True, observer=seen.append)
@@ -129,8 +131,9 @@ def test_joints_that_in_situ_stress_closed_and_that_are_open_at_a_checkpoint(tmp
 
 
 @pytest.mark.usefixtures("at_every_step")
+@pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.slow)])  # checkpoint
 def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
-    tmp_path: Path, left_late: list[Path], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, left_late: list[Path], monkeypatch: pytest.MonkeyPatch, every: int
 ) -> None:
     """What falls is removed and the others go on; of more than ten snapshots every second goes, again and again.
 
@@ -145,7 +148,7 @@ def test_blocks_that_were_taken_away_and_snapshots_that_were_thinned_out(
     assert len(whole.stages[0].falls) == 1
     wanted, copies = content(out), list(left_late)
     assert len(copies) > 25
-    for number, copy in enumerate(copies):
+    for number, copy in enumerate(copies[::every]):
         interrupted(model.parent, copy)
         if number % 2 == 0:
             with pytest.raises(KeyboardInterrupt):
@@ -225,7 +228,7 @@ def test_a_disk_that_is_full(tmp_path: Path, stays: bool) -> None:
     wanted = whole_run(model, out)
     last = count_operations(lambda: bsm.run(model, output=out))
     went_on = 0
-    for number in range(3, last, 23):
+    for number in range(3, last, 47):
         for left_over in out.parent.glob("out*"):
             shutil.rmtree(left_over)
         if said := fails(lambda: bsm.run(model, output=out), full_disk(number, stays)):
@@ -250,7 +253,7 @@ def test_a_resumed_run_that_is_killed_in_its_turn(killed: tuple[Path, Path]) -> 
     shutil.rmtree(out)
     shutil.copytree(out.with_name("kept"), out.with_name("out.running"))
     last = count_operations(lambda: bsm.run(model, output=out, resume=True))
-    for number in range(1, last + 1, 13):
+    for number in range(1, last + 1, 29):
         for left_over in out.parent.glob("out*"):
             shutil.rmtree(left_over)
         shutil.copytree(out.with_name("kept"), out.with_name("out.interrupted"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,7 +22,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.app import study as module
-from bsm_mesh.app.study import StudyResults, run_study
+from bsm_mesh.app.study import run_study
 from bsm_mesh.app.study_file import load_study
 from bsm_mesh.app.study_folder import RUNS
 from bsm_mesh.app.study_work import work_of
@@ -60,13 +61,26 @@ def study(case: Case) -> Case:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
-    """Return the rows of the study by one process, which nothing kills."""
+def whole_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the study by one process, which nothing kills."""
     folder = tmp_path_factory.mktemp("whole")
     (folder / "model.toml").write_text(MODEL.replace(LOAD, ""))
     (folder / "mesh.msh").write_text(msh())
     (folder / "study.toml").write_text(STUDY)
-    return rows(run_study(folder / "study.toml", processes=1).folder)
+    return bsm.study(folder / "study.toml", processes=1).folder
+
+
+@pytest.fixture(scope="module")
+def whole(whole_folder: Path) -> dict[str, list[Any]]:
+    """Return the rows of that study."""
+    return rows(whole_folder)
+
+
+@pytest.fixture
+def done(study: Case, whole_folder: Path) -> Case:
+    """Return the study with all of its runs done."""
+    shutil.copytree(whole_folder, study.folder / "out/study")
+    return study
 
 
 def rows(folder: Path) -> dict[str, list[Any]]:
@@ -124,10 +138,9 @@ def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -
     assert table.metadata["model"] == bsm.load("model.toml").digest
 
 
-def test_what_is_finished_is_not_done_again(study: Case, whole: dict[str, list[Any]]) -> None:
-    done = bsm.study("study.toml")
-    times = done.table.columns["seconds"]
-    again = study.run("study", "study.toml")
+def test_what_is_finished_is_not_done_again(done: Case) -> None:
+    times = StudyTable.read(Path("out/study/study.parquet")).columns["seconds"]
+    again = done.run("study", "study.toml")
     assert StudyTable.read(Path("out/study/study.parquet")).columns["seconds"] == times
     assert "Which key decides: share that fails" in again.out
     assert "probability of failure, 95 % interval" in again.out
@@ -261,16 +274,11 @@ def test_a_run_that_fails_is_a_row(study: Case) -> None:
     assert (told["failed"], told["share"], told["bounds"], told["interval"]) == (1, 0.0, [0.0, 0.5], None)
 
 
-def done_before(study: Case) -> StudyResults:
-    study.write("study.toml", STUDY.replace(f"runs = {RUNS_OF_STUDY}", "runs = 1"))
-    return run_study(Path("study.toml"), processes=1)
-
-
-def test_another_study_in_the_same_folder_is_refused(study: Case) -> None:
-    done_before(study)
-    study.write("study.toml", STUDY)
+def test_another_study_in_the_same_folder_is_refused(done: Case) -> None:
+    study = done
+    study.write("study.toml", STUDY.replace(f"runs = {RUNS_OF_STUDY}", f"runs = {RUNS_OF_STUDY + 1}"))
     study.refuses("study", "study.toml", "-q", says=["out/study holds the runs of another study", "-o, or remove"])
-    study.write("study.toml", STUDY.replace(f"runs = {RUNS_OF_STUDY}", "runs = 1"))
+    study.write("study.toml", STUDY)
     study.write("model.toml", MODEL.replace(LOAD, "").replace("10 GPa", "11 GPa"))
     study.refuses("study", "study.toml", "-q", says=["the model file was changed"])
     study.write("model.toml", MODEL.replace(LOAD, ""))
@@ -284,8 +292,8 @@ def test_what_is_of_no_study_is_never_replaced(study: Case) -> None:
     study.refuses("study", "study.toml", "-o", "mine/notes.txt", "-q", says=["is not a folder"])
 
 
-def test_two_at_once_are_refused(study: Case) -> None:
-    done_before(study)
+@pytest.mark.usefixtures("done")
+def test_two_at_once_are_refused() -> None:
     from bsm_mesh.locks import free_lock, take_lock
 
     lock = Path("out/study/.lock")

@@ -119,7 +119,9 @@ def test_tabs_stay_and_lines_are_one(capsys: pytest.CaptureFixture[str]) -> None
     assert capsys.readouterr().out == "a\tb\\nc\n"
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437"])
+@pytest.mark.parametrize(
+    "encoding", ["ascii", *(pytest.param(name, marks=pytest.mark.slow) for name in ("latin-1", "cp437"))]
+)
 def test_streams_that_are_not_utf8(case: Case, encoding: str) -> None:
     case.write("model.toml", (MODEL + LINEAR).replace("Two by two", "Größe 岩"))
     done = subprocess.run(

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from pathlib import Path
-
-import pytest
 
 from tests.scenes.small_case import FILE, LINEAR, MODEL, command, environment
 from tests.scenes.square_mesh import msh, msh22
@@ -16,29 +15,39 @@ NO_GMSH = (
 )
 
 
-def run_without_gmsh(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def without_gmsh(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """Run a command where ``import gmsh`` finds a module that leaves a mark and fails, in every process."""
     place = folder / "in_place_of_gmsh"
     place.mkdir(exist_ok=True)
     (place / "gmsh.py").write_text(NO_GMSH, encoding="utf-8")
     around = environment()
     around["PYTHONPATH"] = f"{place}{os.pathsep}{around['PYTHONPATH']}"
-    return subprocess.run(
-        command(*arguments), cwd=folder, env=around, capture_output=True, text=True, check=False, timeout=120
-    )
+    return subprocess.run(words, cwd=folder, env=around, capture_output=True, text=True, check=False, timeout=120)
 
 
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [("run", msh()), ("check", msh()), ("compare", msh()), ("limit", msh()), ("run", msh22())],
-    ids=["run", "check", "compare", "limit", "run by meshio"],
-)
-def test_a_command_on_a_mesh_file_loads_no_gmsh(name: str, content: str, tmp_path: Path) -> None:
+SEVERAL = """
+import sys
+from bsm_mesh.app.cli import main
+for name, model in zip(sys.argv[1::2], sys.argv[2::2]):
+    try:
+        main([name, model])
+    except SystemExit as end:
+        assert not end.code, (name, model)
+"""
+
+
+def test_commands_on_a_mesh_file_load_no_gmsh(tmp_path: Path) -> None:
+    """Both meshes that are read here and by meshio; the commands one after the other in one process."""
+    (tmp_path / "by_meshio.toml").write_text((MODEL + LINEAR).replace("mesh.msh", "msh22.msh"), encoding="utf-8")
+    (tmp_path / "msh22.msh").write_text(msh22(), encoding="utf-8")
     (tmp_path / "model.toml").write_text(MODEL + LINEAR, encoding="utf-8")
-    (tmp_path / "mesh.msh").write_text(content, encoding="utf-8")
-    done = run_without_gmsh(tmp_path, name, "model.toml")
+    (tmp_path / "mesh.msh").write_text(msh(), encoding="utf-8")
+    names = ("run", "check", "compare", "limit")
+    words = [word for name in names for word in (name, "model.toml")] + ["run", "by_meshio.toml"]
+    done = without_gmsh(tmp_path, sys.executable, "-c", SEVERAL, *words)
     assert done.returncode == 0, done.stderr
     assert not (tmp_path / "in_place_of_gmsh" / "was_loaded").exists()
+    assert (tmp_path / "out/by_meshio/summary.json").exists()
 
 
 def test_a_geometry_does_load_it(tmp_path: Path) -> None:
@@ -46,7 +55,7 @@ def test_a_geometry_does_load_it(tmp_path: Path) -> None:
     (tmp_path / "model.toml").write_text(
         MODEL.replace(FILE, 'geometry = "circular_tunnel"\n') + LINEAR, encoding="utf-8"
     )
-    done = run_without_gmsh(tmp_path, "run", "model.toml")
+    done = without_gmsh(tmp_path, *command("run", "model.toml"))
     assert done.returncode == 2
     assert (tmp_path / "in_place_of_gmsh" / "was_loaded").exists()
     assert "Traceback" not in done.stderr

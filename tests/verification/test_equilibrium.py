@@ -61,8 +61,14 @@ def mixed(columns, rows, pattern, *, shift=(0.0, 0.0), scale=1.0, degrees=0.0, f
     return model, results, results.stages[-1]
 
 
-@pytest.mark.parametrize("solver", ["auto", "superlu"])
-@pytest.mark.parametrize("pattern", ["none", "random", "layers", "columns"])
+@pytest.mark.parametrize(
+    ("pattern", "solver"),
+    [
+        *((pattern, "auto") for pattern in ("none", "random", "layers", "columns")),
+        ("layers", "superlu"),
+        *(pytest.param(pattern, "superlu", marks=pytest.mark.slow) for pattern in ("none", "random", "columns")),
+    ],
+)
 def test_fifty_thousand_blocks(pattern, solver):
     """Soft layers let the hard rock above sink by hundreds of metres: the forces must not be lost in those digits."""
     model, results, stage = mixed(200, 250, pattern, solver=solver)
