@@ -68,11 +68,13 @@ LEAST_SHARE = np.float32(1 / 16)  # of the rock in the compliance: in a window a
 
 def chunked(kind: np.dtype[np.void], columns: Mapping[str, Any], count: int) -> ChunkArray:
     """Return contacts in chunks, (c,) of `kind`, from some of their columns (count,); others are zero."""
-    chunks = np.zeros(-(-count // WIDTH), kind)
-    whole = count // WIDTH
-    for name, column in columns.items():
-        chunks[name][:whole] = column[: whole * WIDTH].reshape(whole, WIDTH)
-        chunks[name][whole:, : count - whole * WIDTH] = column[whole * WIDTH :]
+    names, size = kind.names or (), -(-count // WIDTH)
+    flat = np.zeros((len(names), size * WIDTH), np.float32)
+    for row, name in enumerate(names):
+        if name in columns:
+            flat[row, :count] = columns[name]
+    by_chunk = np.ascontiguousarray(flat.reshape(len(names), size, WIDTH).swapaxes(0, 1))
+    chunks: ChunkArray = by_chunk.reshape(size, len(names) * WIDTH).view(kind).reshape(size)
     return chunks
 
 

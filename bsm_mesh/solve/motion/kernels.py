@@ -85,7 +85,10 @@ def _set_loads(
     left = unramped_fraction[cycle]
     for i in blocks:
         for axis in range(3):
-            forces[i, axis] = acting[i, axis] - left * ramped_load[i, axis]
+            forces[i, axis] = acting[i, axis]
+        if left > 0.0:  # once it all acts, nothing more is read
+            for axis in range(3):
+                forces[i, axis] -= left * ramped_load[i, axis]
 
 
 @njit(nogil=True)

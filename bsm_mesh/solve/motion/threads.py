@@ -97,7 +97,7 @@ class _Strip:
     def __init__(self, share: Share, own: IntArray, supports: Any, common: Any) -> None:
         supported, projector, prescribed = supports
         self.share = share
-        self._own = np.sort(own[~np.isin(own, supported)])
+        self._own = np.sort(own[~np.isin(own, supported)]).astype(np.uint32)  # unsigned: none counts from the end
         self._supports = np.flatnonzero(np.isin(supported, own)), supported, projector, prescribed
         self._common, self._forces = common, np.empty_like(common[3])
 
