@@ -14,6 +14,11 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "values[at] = data[source[p], r, s] if source[p] >= -1 else data[-source[p] - 1, s, r]",
     ): "-1 would be the first place transposed, and that is the first block's diagonal, which stands for itself alone",
     (
+        "bsm_mesh/solve/contacts/stage_transfer.py",
+        "set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=True)",
+        "set_up = gather_contacts(model, outlines, catalogue, history, position, BAND * outlines.size, first=False)",
+    ): "all contacts within tolerance have their history from the lines before; the others are not looked at",
+    (
         "bsm_mesh/solve/methods/nearby_equilibrium.py",
         "rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0",
         "rms = FEW_CHANGE if wanted >= FEW_CHANGE else -1.0",
