@@ -45,13 +45,14 @@ def test_a_column_under_its_weight_slips_nowhere_and_is_compressed_by_it():
     assert step.movement(found.position) < step.system.d
 
 
-def test_contacts_are_searched_for_before_blocks_are_as_good_as_at_rest(monkeypatch):
-    """Where they are searched for at the last level only, what has moved comes to rest on old contacts first."""
+def test_contacts_are_searched_for_once_at_every_level_and_at_the_end(monkeypatch):
+    """At the last level only, what has moved would come to rest on old contacts first."""
     residuals, search = [], ExplicitMotion.search
     monkeypatch.setattr(ExplicitMotion, "search", lambda m: residuals.append(m.residual.rms) or search(m))
     relaxed(wall(), 10.0)
     first, *_, last = SETTINGS.levels
     assert last < residuals[0] < first
+    assert len(residuals) == len(SETTINGS.levels) + 1
 
 
 @pytest.mark.parametrize(
