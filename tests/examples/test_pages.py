@@ -10,8 +10,6 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 import tomllib
 from functools import cache
 from importlib.util import find_spec
@@ -24,7 +22,9 @@ from pydantic import ValidationError
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.study_file import StudyFile, flat_keys
+from bsm_mesh.processes import python_command
 from docs.code_blocks import ROOT, Block, blocks_of
+from tests.scenes.here import run_here
 from tests.scenes.small_case import Case
 from tests.scenes.typed_lines import type_line
 
@@ -178,5 +178,6 @@ def help_of(module: str, *given: str) -> str:
 
 @cache
 def said(module: str, *words: str) -> str:
-    command = [sys.executable, "-m", module, *words, "--help"]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    done = run_here(python_command(module, *words, "--help"), cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
