@@ -23,7 +23,7 @@ from bsm_mesh.solve.motion.bolt_kernels import bolt_arrays
 from bsm_mesh.solve.motion.contact_columns import column_of
 from bsm_mesh.solve.motion.masses import Masses, MotionSettings, Weighed, projectors
 from bsm_mesh.solve.motion.threads import Share, advance_window, strips
-from bsm_mesh.solve.motion.window_columns import Columns, columns_of, near, share_of
+from bsm_mesh.solve.motion.window_columns import Columns, columns_of, near, share_of, strength_lines
 from bsm_mesh.solve.step.block_system import BlockSystem
 from bsm_mesh.solve.step.equations import Residual, StepEquations
 
@@ -176,7 +176,8 @@ class ExplicitMotion:
         """Return the contacts (k,) that may close within a window, and their columns."""
         contacts, at, d = self.contacts, self.residual.at, self.system.d
         rows = near(contacts, at, 3 * self._settings.window * d)
-        return rows, columns_of(contacts, at, self.system.catalogue.laws, rows)
+        lines = strength_lines(contacts, at, self.system.catalogue.laws)
+        return rows, columns_of(contacts, at, lines, rows)
 
     def _acting(self) -> FloatArray:
         """Return the forces at the reference without the bolts', (n, 3)."""

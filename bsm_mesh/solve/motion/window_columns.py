@@ -47,8 +47,11 @@ def _range(contacts: ContactSet, at: Evaluation) -> tuple[FloatArray, FloatArray
     return -beyond - at.tangential, contacts.candidates.edge_length + beyond - at.tangential
 
 
-def columns_of(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...], rows: IntArray) -> Columns:
-    """Return the columns of some of the contacts, `rows` (k,); the dashpots follow the masses."""
+def columns_of(contacts: ContactSet, at: Evaluation, lines: Mapping[str, FloatArray], rows: IntArray) -> Columns:
+    """Return the columns of some of the contacts, `rows` (k,), with their strength; the dashpots follow the masses.
+
+    `lines`: as `strength_lines` returns them.
+    """
     candidates = contacts.candidates
     frame = frames(at.position, candidates.block_a[rows], candidates.block_b[rows], contacts.geometry, rows)
     pressure, (low, high) = np.where(at.closed, at.pressure, 0.0), _range(contacts, at)
@@ -56,6 +59,7 @@ def columns_of(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...],
     shear = np.where(at.closed, at.shear, 0.0)
     trial = np.where(at.closed, at.pressure, -contacts.normal_stiffness * (at.gap - contacts.offset))
     columns = {
+        **lines,
         "normal_stiffness": at.normal_stiffness,
         "stiffening": stiffening,
         "rock_share": share,
@@ -67,7 +71,7 @@ def columns_of(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...],
         "tension": contacts.tension,
         "low": low,
         "high": high,
-    } | strength_lines(contacts, laws, pressure)
+    }
     chosen = {name: column[rows].astype(np.float32) for name, column in columns.items()}
     return chosen | dict(zip(FRAME, frame, strict=True))
 
@@ -126,18 +130,19 @@ def _growths(contacts: ContactSet, at: Evaluation, rows: IntArray, columns: Colu
     return _chunks(GROWTH, grown | last | {"last_pressure": columns["pressure"]}, count)
 
 
-def strength_lines(contacts: ContactSet, laws: tuple[JointLaw, ...], pressure: FloatArray) -> dict[str, FloatArray]:
+def strength_lines(contacts: ContactSet, at: Evaluation, laws: tuple[JointLaw, ...]) -> dict[str, FloatArray]:
     """Return the shear strength of contacts by the names of their columns, (m,) each.
 
-    The tangent at the pressures (m,), and the one without pressure, or at the highest where that is the same: of a
+    The tangent at the pressures there are, and the one without pressure, or at the highest where that is the same: of a
     bilinear law they are its two lines. Then the residual line, and where slip is for good that has not been.
     """
     floor = np.finfo(float).tiny
-    here = _tangent(contacts, laws, np.maximum(pressure, floor))
+    pressure = np.where(at.closed, np.maximum(at.pressure, floor), floor)
+    here = _tangent(contacts, laws, pressure)
     low = _tangent(contacts, laws, np.full_like(pressure, floor))
     high = _tangent(contacts, laws, np.full_like(pressure, HIGH))
     other = tuple(np.where(np.isclose(here[1], low[1]), b, a) for a, b in zip(low, high, strict=True))
-    residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, np.maximum(pressure, floor))
+    residual = _tangent(replace(contacts, failed=np.ones_like(contacts.failed)), laws, pressure)
     lines = {"first": here, "second": other, "residual": residual}
     found = {name: line[0] for name, line in lines.items()} | {f"{name}_slope": line[1] for name, line in lines.items()}
     return found | {"first_lasts": here[2] * ~contacts.failed, "second_lasts": other[2] * ~contacts.failed}
