@@ -49,6 +49,8 @@ def record_of(scene: Scene, results: Results, seconds: float) -> Record:
         "residual": rounded(stage.residual),
         "seconds": round(seconds, 4),
     }
+    if results.status == "not_converged":
+        record["reason"] = stage.reason
     return record | ({"methods": dict(methods)} if methods else {})
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+import bsm_mesh as bsm
 from benchmarks.campaign import outcome
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
@@ -19,6 +20,13 @@ def standing():
     results, seconds = outcome.run(trial.scene)
     assert results.status == "stable"
     return Case(trial=trial, record=outcome.record_of(trial.scene, results, seconds), results=results)
+
+
+def test_what_is_missing_is_kept_where_there_is_no_verdict(standing):
+    scene = standing.trial.scene
+    results = bsm.run(scene.model(), replace(outcome.OPTIONS, max_steps=1))
+    assert "the limit of 1 steps was reached" in outcome.record_of(scene, results, 0.0)["reason"]
+    assert "reason" not in standing.record
 
 
 def names(case):
