@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +47,12 @@ def parser() -> argparse.ArgumentParser:
     run = kinds.add_parser("run", help="run models, or go on where a campaign was stopped; print the tables")
     run.set_defaults(do=run_campaign)
     run.add_argument("--file", type=Path, default=Path("benchmark-results/campaign.jsonl"), help="default %(default)s")
-    run.add_argument("--families", nargs="+", metavar="NAME", help="all by default: " + ", ".join(FAMILIES))
+    run.add_argument(
+        "--families",
+        nargs="+",
+        metavar="NAME",
+        help="all by default: " + ", ".join(FAMILIES) + "; of --size its scenes",
+    )
     run.add_argument("--size", choices=tuple(sizes.SIZES), help="large scenes of so many blocks instead")
     run.add_argument("--share", type=float, default=1.0, help="of each family's models, the first ones (default all)")
     run.add_argument("--sample", type=int, metavar="N", help="of all these, N at random; always the same ones")
@@ -83,7 +88,7 @@ def _against(command: argparse.ArgumentParser) -> None:
 
 def run_campaign(given: argparse.Namespace) -> int:
     """Run what is not done yet, and print the tables."""
-    families = sizes.families_of(given.size) if given.size else chosen_families(given.families)
+    families = chosen_families(sizes.families_of(given.size) if given.size else FAMILIES, given.families)
     tasks = list(runner.in_turn({name: max(1, round(given.share * f.models)) for name, f in families.items()}))
     if given.sample:
         order = np.random.default_rng(0).permutation(len(tasks))[: given.sample]
@@ -106,18 +111,18 @@ def run_campaign(given: argparse.Namespace) -> int:
     return print_tables(given)
 
 
-def chosen_families(names: Sequence[str] | None) -> dict[str, Family]:
-    """Return families by name; all by default.
+def chosen_families(families: Mapping[str, Family], names: Sequence[str] | None) -> dict[str, Family]:
+    """Return some of the families by name; all by default.
 
     Raises
     ------
     ValueError
         For a name that there is not.
     """
-    unknown = [name for name in names or () if name not in FAMILIES]
+    unknown = [name for name in names or () if name not in families]
     if unknown:
-        raise ValueError(f"there is no family '{unknown[0]}'; there are {', '.join(FAMILIES)}")
-    return {name: FAMILIES[name] for name in names} if names else dict(FAMILIES)
+        raise ValueError(f"there is no family '{unknown[0]}'; there are {', '.join(families)}")
+    return {name: families[name] for name in names} if names else dict(families)
 
 
 def print_tables(given: argparse.Namespace) -> int:

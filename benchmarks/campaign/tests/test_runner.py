@@ -155,6 +155,8 @@ def test_a_page_is_written_between_its_marks(tmp_path):
 def test_an_unknown_family_is_refused_in_one_sentence(capsys):
     assert main(["--families", "walls"]) == 2
     assert capsys.readouterr().err.startswith("error: there is no family 'walls'")
+    assert main(["run", "--size", "1e4", "--families", "wall"]) == 2
+    assert capsys.readouterr().err.startswith("error: there is no family 'wall'; there are 1e4 wall, 1e4 wall 30")
 
 
 def test_the_command_runs_resumes_and_compares(tmp_path):
