@@ -11,12 +11,13 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, as_given, shortened
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.signedinteger[Any]]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
+MAX_SUMMARY = 360  # characters: three lines of a wide terminal, five of a narrow one
 ROUNDING = 1e-9  # part of a number that is far above what the solver's sums lose of it, and below all that is measured
 
 Value = TypeVar("Value")
@@ -64,6 +65,30 @@ class Portable:
     def __reduce__(self) -> tuple[Any, ...]:
         content = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
         return _owner_again, (type(self), content)
+
+    def __repr__(self) -> str:
+        return summary_of(self)
+
+
+def summary_of(owner: object) -> str:
+    """Return a dataclass in at most five lines of a terminal: arrays by type and shape, long values cut off.
+
+    Examples
+    --------
+    >>> @dataclasses.dataclass
+    ... class Forces:
+    ...     name: str
+    ...     force: FloatArray
+    >>> summary_of(Forces("top", np.zeros((3, 2))))
+    "Forces(name='top', force=float64 (3, 2))"
+    """
+    fields = dataclasses.fields(owner)  # type: ignore[arg-type]
+    content = ", ".join(f"{field.name}={_in_short(getattr(owner, field.name))}" for field in fields)
+    return f"{type(owner).__name__}({shortened(content, MAX_SUMMARY)})"
+
+
+def _in_short(value: Any) -> str:
+    return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else as_given(value)
 
 
 def _owner_again(kind: type[Owner], content: dict[str, Any]) -> Owner:

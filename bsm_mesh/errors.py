@@ -10,6 +10,7 @@ from contextlib import contextmanager
 MAX_SHOWN = 12  # faults, or known names, in a message
 MAX_NAMED = 3  # sentences on one matter in a note or a reason: a reader needs the first few
 LONGEST = 60  # characters of a value in a message
+NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 # What moves the cursor, colours, hides or turns round text on a terminal: control characters but tab and newline, the
 # separators of lines and paragraphs, the marks of writing direction; and bytes of file names that are no text.
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
@@ -39,11 +40,23 @@ class InputError(ValueError):
     def _text(self) -> str:
         if len(self.faults) == 1:
             return one_line(self.faults[0])
-        shown = [f"  - {one_line(fault)}" for fault in self.faults[:MAX_SHOWN]]
-        hidden = len(self.faults) - MAX_SHOWN
-        if hidden > 0:
-            shown.append(f"  - and {hidden} more")
+        kinds: dict[str, list[str]] = {}  # faults that differ in numbers alone are of one kind
+        for fault in self.faults:
+            kinds.setdefault(NUMBER.sub("#", fault), []).append(one_line(fault))
+        lines = [line for faults in kinds.values() for line in _of_one_kind(faults)]
+        shown = [f"  - {line}" for line in lines[:MAX_SHOWN]]
+        if len(lines) > MAX_SHOWN:
+            shown.append(f"  - and {len(lines) - MAX_SHOWN} more")
         return "\n".join([f"{len(self.faults)} faults:", *shown])
+
+
+def _of_one_kind(faults: list[str]) -> list[str]:
+    """Return faults that differ in numbers alone, a line each; of many the first, with their number and places."""
+    if len(faults) <= MAX_NAMED:
+        return faults
+    places = list(dict.fromkeys(fault.partition(": ")[0] for fault in faults))[1:]
+    named = ", ".join(places[:MAX_NAMED]) + (", ..." if len(places) > MAX_NAMED else "")
+    return [f"{faults[0]} [{len(faults) - 1} more of this kind{': ' if named else ''}{named}]"]
 
 
 class ModelError(InputError):
@@ -118,10 +131,20 @@ def as_given(value: object) -> str:
     ("'gneiss'", '[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16...')
     """
     try:
-        text = " ".join(repr(value).split())
+        return shortened(" ".join(repr(value).split()))
     except ValueError:  # Python writes no whole number of thousands of digits
         return "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def shortened(text: str, most: int = LONGEST) -> str:
+    """Return a text of at most so many characters, cut off where it is longer.
+
+    Examples
+    --------
+    >>> shortened("gneiss, schist, granite", most=15)
+    'gneiss, schi...'
+    """
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def nearest(name: str, known: Iterable[str], most: int = MAX_SHOWN) -> str:

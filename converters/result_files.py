@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.converters.array_units import unit_of
 from bsm_mesh.converters.bolt_files import bolt_grid
 from bsm_mesh.converters.contact_files import contact_grid, joint_grid, support_grid, water_grid
@@ -24,6 +24,7 @@ from bsm_mesh.results.stress import principal_stresses
 
 SERIES = ("blocks", "contacts", "joints", "supports")
 WATER, FLOW, BOLTS = "water", "flow", "bolts"  # written where there are any
+GIVEN_BLOCKS = "blocks_given.vtu"  # all blocks as given; written where some were taken away in the first stage
 OF_STEPS = (*SERIES, BOLTS)  # the water stands still during a stage
 
 
@@ -60,9 +61,16 @@ def stage_file(kind: str, number: int) -> str:
 
 
 def write_stage(results: Results, number: int, folder: Path, compression: Compression = "zlib") -> list[str]:
-    """Write a VTU of each kind at the end of a stage; return their names."""
+    """Write a VTU of each kind at the end of a stage; return their names.
+
+    The first stage also writes the blocks as given (`GIVEN_BLOCKS`) if some of them are gone at its end.
+    """
     stage = results.stages[number]
     names = []
+    if number == 0 and not stage.present.all():
+        everything = np.ones(results.blocks.count, dtype=bool)
+        write_vtu(folder / GIVEN_BLOCKS, outline_grid(results.blocks, everything), compression=compression)
+        names.append(GIVEN_BLOCKS)
     for kind in kinds_of(stage):
         grid = grid_of_stage(kind, results, stage, number)
         write_vtu(folder / stage_file(kind, number), grid, compression=compression)
@@ -122,14 +130,12 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
     The point array ``displacement`` is that of the corners by exact rotation, for ParaView's Warp By Vector.
     """
     blocks = results.blocks
-    here = np.flatnonzero(stage.present)
-    corners = np.flatnonzero(stage.present[blocks.owner])
+    outlines = outline_grid(blocks, stage.present)
+    here, corners = outlines.cell_data["block_id"], np.flatnonzero(stage.present[blocks.owner])
     sigma_1, sigma_3 = principal_stresses(stage.stress)
     unstable = np.zeros(blocks.count, dtype=np.uint8)
     unstable[stage.unstable_blocks] = 1
     cells: dict[str, Any] = {
-        "block_id": np.arange(blocks.count, dtype=np.int32),
-        "rock": blocks.rock.astype(np.int32),
         "displacement": spatial(stage.displacement[:, :2]),
         "rotation": stage.displacement[:, 2],
         "stage_displacement": spatial(stage.stage_displacement[:, :2]),
@@ -146,16 +152,24 @@ def block_grid(results: Results, stage: StageResult) -> Grid:
     }
     if stage.proof is not None and stage.proof.witness is not None:
         cells["mechanism"] = spatial(stage.proof.witness.velocity[:, :2])
+    moved = spatial(corner_displacement(blocks, stage.displacement)[corners])
+    return replace(
+        outlines,
+        point_data={"displacement": moved, **outlines.point_data},
+        cell_data={**outlines.cell_data, **{name: values[here] for name, values in cells.items()}},
+    )
+
+
+def outline_grid(blocks: Blocks, chosen: BoolArray) -> Grid:
+    """Return some blocks (n,) as given: a polygon a block with points of its own, rocks and joints of the edges."""
+    here, corners = np.flatnonzero(chosen), np.flatnonzero(chosen[blocks.owner])
     return Grid(
         points=blocks.vertices[corners],
         offsets=np.concatenate([[0], np.cumsum(np.diff(blocks.offsets)[here])]),
         connectivity=np.arange(len(corners)),
         cell_type=POLYGON,
-        point_data={
-            "displacement": spatial(corner_displacement(blocks, stage.displacement)[corners]),
-            "edge_joint": blocks.edge_joint[corners],
-        },
-        cell_data={name: values[here] for name, values in cells.items()},
+        point_data={"edge_joint": blocks.edge_joint[corners]},
+        cell_data={"block_id": here.astype(np.int32), "rock": blocks.rock[here].astype(np.int32)},
         names={**numbered("rock", blocks.rock_names), **numbered("edge_joint", blocks.joint_names)},
     )
 

@@ -20,7 +20,7 @@ HEADER = (
 BESIDE = (".running", ".interrupted", ".former")
 OF_A_RUN = re.compile(
     r"(blocks|contacts|joints|supports|water|flow|bolts)(\.pvd|_\d{4,}(_\d{5,})?\.vtu)|(blocks|bolts|contacts|flow|joints|supports)\.(csv|parquet)|history(_[\w.+-]+)?\.csv|summary\.json|model\.toml"
-    r"|certificate(\.json|_\d{4,}\.npz)"
+    r"|certificate(\.json|_\d{4,}\.npz)|blocks_given\.vtu"
 )
 
 OF_A_STEP = re.compile(r"(blocks|contacts|joints|supports|bolts)_\d{4,}_\d{5,}\.vtu")

@@ -55,10 +55,8 @@ def _movements(saved: SavedResults) -> tuple[float, float, float]:
 
     Where blocks come down all is drawn true to scale.
     """
-    from bsm_mesh.converters.result_files import blocks_of_grid
-
     grids = [saved.grid(frame.file("blocks"), needs=("displacement",)) for frame in frames_in(saved) if frame.is_end]
-    blocks = blocks_of_grid(grids[0])
+    blocks = saved.blocks()
     moved = [
         float(np.hypot(*grid.cell_data["displacement"][grid.cell_data["unstable"] == 0, :2].T).max(initial=0.0))
         for grid in grids

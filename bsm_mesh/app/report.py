@@ -113,7 +113,7 @@ def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
     from bsm_mesh.results.movement import verdict_in_words
 
     blocks = results.blocks
-    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    moved = np.hypot(*stage.stage_displacement[:, :2].T) * stage.counts
     most = int(moved.argmax())
     at = place(blocks.moments.centroid[most].round(2))  # to the centimetre
     rows: Rows = [

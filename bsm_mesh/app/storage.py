@@ -24,6 +24,7 @@ from bsm_mesh.app.summary import finished_stages, read_summary
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError, ResultsWarning, raise_faults
 from bsm_mesh.model.beside import Beside
+from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import refuse_special, special_fault
 from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.falls import Fall
@@ -174,6 +175,12 @@ class SavedResults:
 
         return vtk_grid_of(self.content(name), self.folder / name, needs=needs)
 
+    def blocks(self) -> Blocks:
+        """Return the blocks of the model, those that were taken away too."""
+        from bsm_mesh.converters.result_files import GIVEN_BLOCKS, blocks_of_grid, stage_file
+
+        return blocks_of_grid(self.grid(GIVEN_BLOCKS if GIVEN_BLOCKS in self else stage_file("blocks", 0)))
+
     def water_table(self, stage: int) -> FloatArray:
         """Return the water table of a stage, (k, 2, 2) [m]; none where nothing was written."""
         from bsm_mesh.converters.result_files import WATER, stage_file
@@ -253,16 +260,13 @@ def load_results(folder: Path) -> Results:
 
 
 def _load(saved: SavedResults) -> Results:
-    from bsm_mesh.converters.result_files import blocks_of_grid, stage_file
-
     told = saved.told
     count = sum(stage["steps"] for stage in told["stages"])
     steps = read_history(saved.content(HISTORY), count, saved.folder / HISTORY)
     recorded = tuple(_recorded(one) for one in told.get("histories", ()))
     steps = with_histories(steps, recorded, saved.content, saved.folder)
-    first = saved.grid(stage_file("blocks", 0))
-    blocks = blocks_of_grid(first)
-    stages = [_load_stage(saved, k, stage, steps, blocks.count) for k, stage in enumerate(told["stages"])]
+    blocks = saved.blocks()
+    stages = [_load_stage(saved, k, stage, steps, blocks) for k, stage in enumerate(told["stages"])]
     return Results(
         blocks=blocks,
         joint_names=tuple(told["joint_names"]),
@@ -291,7 +295,7 @@ def _route_end(told: dict[str, Any]) -> RouteEnd:
 
 
 def _load_stage(
-    saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], count: int
+    saved: SavedResults, number: int, told: dict[str, Any], steps: list[StepRecord], given: Blocks
 ) -> StageResult:
     from bsm_mesh.converters.bolt_files import bolts_of_grid
     from bsm_mesh.converters.contact_files import contacts_of_grid, supports_of_grid
@@ -304,7 +308,7 @@ def _load_stage(
 
     def whole(rows: Any) -> Any:
         """Return rows of the blocks that are there among zeros for those that are not."""
-        values = np.zeros((count, *rows.shape[1:]), dtype=rows.dtype)
+        values = np.zeros((given.count, *rows.shape[1:]), dtype=rows.dtype)
         values[here] = rows
         return values
 
@@ -326,15 +330,21 @@ def _load_stage(
         supports=supports_of_grid(supports),
         bolts=bolts_of_grid(saved.grid(stage_file(BOLTS, number))) if "bolts" in told else BoltForces.none(),
         unstable_blocks=np.array(told["unstable_blocks"], dtype=np.int32),
+        small_blocks=np.array(told.get("small_blocks", ()), dtype=np.int32),
         start_residual=told["start_residual"],
         residual=told["residual"],
         reference_weight=told["reference_weight"],
         steps=tuple(step for step in steps if step.stage == number),
         notes=tuple(told["notes"]),
-        falls=tuple(Fall(**{**fall, "place": tuple(fall["place"])}) for fall in told.get("falls", ())),
+        falls=tuple(_fall(fall, given) for fall in told.get("falls", ())),
         **_evidence(saved, number),
         flow=flow_of_grid(saved.grid(stage_file(FLOW, number)), told["flow"]) if "flow" in told else None,
     )
+
+
+def _fall(told: dict[str, Any], given: Blocks) -> Fall:
+    origin = told.get("origin", given.moments.centroid[told["block"]].tolist())  # older results do not have it
+    return Fall(**{**told, "origin": tuple(origin), "place": tuple(told["place"])})
 
 
 def _water_of(saved: SavedResults, number: int, told: dict[str, Any]) -> dict[str, Any]:

@@ -95,6 +95,7 @@ def _stage_summary(results: Results, stage: StageResult) -> dict[str, Any]:
         "most_tensile_stress": most_tensile,
         "blocks_of_unknown_stress": unknown,
         "unstable_blocks": stage.unstable_blocks.tolist(),
+        **({"small_blocks": stage.small_blocks.tolist()} if stage.small_blocks.size else {}),
         **({"falls": [asdict(fall) for fall in stage.falls]} if stage.falls else {}),
         "contacts": len(stage.contacts.length),
         **({"bolts": _bolt_summary(stage)} if stage.bolts.count else {}),

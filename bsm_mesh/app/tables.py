@@ -149,7 +149,7 @@ def falling(results: Results, stage: StageResult) -> str:
 
 def _greatest_displacement(results: Results, stage: StageResult) -> str:
     """Return the greatest displacement; where blocks come down, of those that stay."""
-    size = np.hypot(*stage.displacement[:, :2].T)
+    size = np.hypot(*stage.displacement[:, :2].T) * stage.counts
     size[stage.unstable_blocks] = 0.0
     of = " (of the blocks that stay)" if stage.unstable_blocks.size else ""
     return f"{engineering(float(size.max()), 'm')}{of}"
@@ -209,7 +209,7 @@ def down_rows(results: Results) -> list[tuple[str, ...]]:
     ]
 
 
-FALL_HEADER = ("block", "stage", "at", "area", "weight", "moved", "why")
+FALL_HEADER = ("block", "stage", "from", "area", "weight", "moved", "reason")
 
 
 def fall_rows(results: Results) -> list[tuple[str, ...]]:
@@ -218,7 +218,7 @@ def fall_rows(results: Results) -> list[tuple[str, ...]]:
         (
             str(fall.block),
             stage.name,
-            f"({fall.place[0]:.3g}, {fall.place[1]:.3g}) m",
+            f"{place(np.round(fall.origin, 2))} m",
             f"{fall.area:.3g} m2",
             engineering(fall.weight, "N/m"),
             engineering(fall.moved, "m"),

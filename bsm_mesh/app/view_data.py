@@ -85,7 +85,7 @@ class ViewData:
     bolt_names : tuple of str
         Names of the bolts.
     falls : list of dict
-        What came down, a row a block: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m].
+        What came down, a row a block: ``block``, ``stage``, ``area`` [m2], ``weight`` [N/m], ``x``, ``y`` [m] as given.
     """
 
     blocks: Blocks
@@ -106,9 +106,7 @@ def read_view(saved: SavedResults) -> ViewData:
     ModelError
         If it is damaged, or too large for a page.
     """
-    from bsm_mesh.converters.result_files import blocks_of_grid, stage_file
-
-    blocks = blocks_of_grid(saved.grid(stage_file("blocks", 0)))
+    blocks = saved.blocks()
     low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
     reader = _Reader(saved, blocks, (low + high) / 2)
     frames = frames_in(saved)
@@ -227,7 +225,10 @@ def _falls(saved: SavedResults, blocks: Blocks, states: list[State]) -> list[dic
     rows = []
     for number, told in enumerate(saved.told["stages"]):
         for fall in told.get("falls", ()):
-            (x, y), taken = fall["place"], {name: fall[name] for name in ("block", "area", "weight")}
+            (x, y), taken = (
+                blocks.moments.centroid[fall["block"]].tolist(),
+                {name: fall[name] for name in ("block", "area", "weight")},
+            )
             rows.append({**taken, "x": x, "y": y, "stage": told["name"]})
         state = next(state for state in states if state.frame.is_end and state.frame.stage == number)
         rows += [{**_fallen(blocks, state, block), "stage": told["name"]} for block in told["unstable_blocks"]]

@@ -23,7 +23,7 @@ from bsm_mesh.results.flow import FlowResult
 from bsm_mesh.results.records import StageResult
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class FlowState(Portable):
     """Where flow and blocks stand: what presses on the blocks, and what the next turn begins with.
 

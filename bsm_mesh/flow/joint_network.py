@@ -30,7 +30,7 @@ SNAP = 1e-6  # of a face's length: a cut this near to its end is at its end
 FARTHEST = 1.0  # of the nearest joint's length: a well farther from it was meant to be elsewhere
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class JointNetwork(Portable):
     """The joints of a model as a network, in the numbers of the whole model, for all its stages.
 

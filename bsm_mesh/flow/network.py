@@ -9,7 +9,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, Portable, show_only
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Network(Portable):
     """Nodes and the pieces of joints between them.
 

@@ -29,7 +29,7 @@ SEED = 20
 REFINEMENTS = 4
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Conditions(Portable):
     """What is given at the nodes.
 
@@ -59,7 +59,7 @@ class Conditions(Portable):
         return given
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class SteadyFlow(Portable):
     """Flow in which the water of every node balances.
 

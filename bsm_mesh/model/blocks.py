@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray, IntArray, Portable, ReadOnlyMapping, own_array, read_only
-from bsm_mesh.errors import ModelError, as_given, nearest, raise_faults
+from bsm_mesh.errors import ModelError, as_given, counted, nearest, place, raise_faults, shortened
 from bsm_mesh.model.block_faults import FARTHEST, outline_faults
 from bsm_mesh.model.edges import EdgeTable
 from bsm_mesh.model.overlap import Overlaps, find_overlaps
@@ -23,7 +23,7 @@ MERGE_TOLERANCE = 1e-9  # m; corners nearer than this are one point
 EdgePredicate = Callable[[FloatArray, FloatArray], npt.NDArray[np.bool_]]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Blocks(Portable):
     """Rigid polygonal blocks, stored flat.
 
@@ -76,6 +76,16 @@ class Blocks(Portable):
     def __post_init__(self) -> None:
         self._own_arrays()
         raise_faults(outline_faults(self.vertices, self.offsets))
+
+    def __repr__(self) -> str:
+        area = self.moments.area
+        low, high = place(self.vertices.min(axis=0)), place(self.vertices.max(axis=0))
+        named = {"rocks": self.rock_names, "joints": self.joint_names, "boundaries": self.boundaries}
+        groups = "; ".join(f"{kind} {shortened(', '.join(names))}" for kind, names in named.items() if names)
+        return (
+            f"Blocks: {counted(self.count, 'block')} of {area.min():.3g} to {area.max():.3g} m2, "
+            f"{low} to {high} m\n{groups}"
+        )
 
     def _own_arrays(self) -> None:
         rules = Rules("Blocks")

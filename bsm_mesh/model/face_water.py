@@ -12,7 +12,7 @@ ON_LINE = 1e-6  # of a part's length: what is farther from a line does not lie o
 NEAR = 0.5  # of a part's length: what is farther from it is on no part
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class FaceWater(Portable):
     """Wet parts of edges, along each of which the pressure is linear; all else is dry.
 

@@ -110,7 +110,7 @@ class Traction:
         object.__setattr__(self, "traction", fields)
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class EdgeTractions(Portable):
     """A traction that is given edge by edge, linear along each edge.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, content_hash
-from bsm_mesh.errors import raise_faults
+from bsm_mesh.errors import counted, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.face_water import FaceWater
@@ -42,7 +42,7 @@ ContactPoints = Literal["ends", "gauss"]
 DERIVED = (Bars, PointForces)  # what the program itself puts into a part of a model
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Model:
     """Blocks with their rocks, joints, supports and loads.
 
@@ -160,6 +160,13 @@ class Model:
             rules.a_thing("options", self.options, Options, optional=True)
         rules.numbers(self)
         raise_faults(rules.faults)
+
+    def __repr__(self) -> str:
+        counts = {"support": self.supports, "load": self.loads, "bolt": self.bolts, "stage": self.stages}
+        parts = [counted(len(things), noun) for noun, things in counts.items() if things]
+        parts += [name for name in ("in_situ", "water", "flow") if getattr(self, name) is not None]
+        title = f"Model {self.title!r}" if self.title else "Model"
+        return f"{title}: {', '.join(parts) or 'no supports and no loads'}\n{self.blocks!r}"
 
     def __eq__(self, other: object) -> bool:
         """Return whether the two models have the same content, title, histories and options aside."""

@@ -20,7 +20,7 @@ class BoltStatus(IntEnum):
     ABSENT = 4
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class BoltForces(Portable):
     """Forces in the bolts, stored flat: element i of a bolt joins its nodes i and i + 1, from head to tip.
 

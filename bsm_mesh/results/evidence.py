@@ -25,7 +25,7 @@ KINDS = {
 LawTable = tuple[Mapping[str, Any], ...]
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Evidence(Portable):
     """Strength and stiffness of the contacts, what holds the blocks, and how fast they are; rows as in `StageResult`.
 
@@ -120,7 +120,7 @@ class Evidence(Portable):
         )
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Witness(Portable):
     """A mechanism that proves by virtual work that no forces within strength balance the loads where blocks were given.
 

@@ -13,6 +13,8 @@ class Fall:
     ----------
     block : int
         Number of the block.
+    origin : (x, y) [m]
+        Its centroid in the model as given: where the block came from.
     place : (x, y) [m]
         Its centroid when it was taken away.
     moved : float [m]
@@ -30,6 +32,7 @@ class Fall:
     """
 
     block: int
+    origin: tuple[float, float]
     place: tuple[float, float]
     moved: float
     area: float

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import FloatArray, IntArray, Portable, show_only
 BARED = "new faces"  # surfaces that stages have laid bare
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class FlowResult(Portable):
     """Steady flow at the end of a stage, per metre of thickness.
 

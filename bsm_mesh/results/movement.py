@@ -24,12 +24,14 @@ def moved_far(blocks: Blocks, stage: StageResult) -> IntArray:
 def verdict_in_words(blocks: Blocks, stage: StageResult) -> str:
     """Return the verdict on a stage as a person reads it, with how far blocks moved before they came to rest.
 
-    `stable, after moving 3.8 m (1.3 times the block's size)`: blocks have given way, and lie somewhere.
+    `stable, after moving 3.8 m (1.3 times the block's size)`: blocks have given way, and lie somewhere. Blocks that
+    are too small to count (``falls.ignore_below``) do not enter.
     """
     verdict = stage.status.value.replace("_", " ")
     if stage.status is Status.NO_VERDICT:
         return f"{verdict}: nothing can fail in this scheme"
     far = moved_far(blocks, stage)
+    far = far[stage.counts[far]]
     if not far.size:
         return verdict
     moved = np.hypot(*stage.stage_displacement[far, :2].T)

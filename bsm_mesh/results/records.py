@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Any
 
@@ -48,7 +48,7 @@ class ContactStatus(IntEnum):
     OPEN = 2
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class ContactForces(Portable):
     """Forces in the contacts, one row a contact.
 
@@ -122,7 +122,7 @@ class ContactForces(Portable):
         return force
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class SupportForces(Portable):
     """Forces with which the supports hold the blocks, one row a held point.
 
@@ -194,7 +194,7 @@ class StepRecord:
     recorded: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class StageResult(Portable):
     """A stage at its end.
 
@@ -250,6 +250,8 @@ class StageResult(Portable):
         What checking the verdict takes besides; every run gives it.
     proof : Proof or None
         What limit analysis says of the start, where it was asked: of a stage that is unstable.
+    small_blocks : (k,) int32
+        Blocks that are too small to count for the verdict (``falls.ignore_below``).
     """
 
     name: str
@@ -280,6 +282,7 @@ class StageResult(Portable):
     evidence: Evidence | None = None
     proof: Proof | None = None
     flow: FlowResult | None = None
+    small_blocks: IntArray = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def __post_init__(self) -> None:
         show_only(self)
@@ -337,14 +340,21 @@ class StageResult(Portable):
         return found
 
     @property
+    def counts(self) -> BoolArray:
+        """Which blocks are present and large enough to count for the verdict, (n,)."""
+        counts = self.present.copy()
+        counts[self.small_blocks] = False
+        return counts
+
+    @property
     def max_displacement(self) -> float:
-        """Greatest displacement of a centroid [m]."""
-        return _greatest(self.displacement)
+        """Greatest displacement of the centroid of a block that counts [m]."""
+        return _greatest(self.displacement[self.counts])
 
     @property
     def max_stage_displacement(self) -> float:
-        """Greatest displacement of a centroid since the stage's start [m]."""
-        return _greatest(self.stage_displacement)
+        """Greatest displacement since the stage's start of the centroid of a block that counts [m]."""
+        return _greatest(self.stage_displacement[self.counts])
 
 
 def _greatest(displacement: FloatArray) -> float:

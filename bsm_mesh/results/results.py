@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from bsm_mesh.arrays import IntArray
+from bsm_mesh.errors import counted, named_stage, numbered, shortened
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.reading import as_path
 from bsm_mesh.results.records import StageResult, Status
@@ -27,7 +28,7 @@ Source: TypeAlias = "str | os.PathLike[str] | Results"
 """What is set beside histories: a table (CSV), a results folder, or other results."""
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Results:
     """All stages of a run, or those finished so far.
 
@@ -93,6 +94,21 @@ class Results:
     model: Model | None = None
     options: Options | None = None
     spread: tuple[RouteEnd, ...] = ()
+
+    def __repr__(self) -> str:
+        stage = self.stages[-1]
+        title = f"Results {self.title!r}" if self.title else "Results"
+        earlier = shortened(", ".join(f"{each.name} {each.status.value}" for each in self.stages[:-1]))
+        down = f"; {numbered('block', stage.unstable_blocks)} unstable" if stage.unstable_blocks.size else ""
+        lines = [f"{title}: {self.status.value} ({stage.reason})"]
+        lines += [f"earlier stages: {earlier}"] if earlier else []
+        return "\n".join(
+            [
+                *lines,
+                f"{named_stage(stage.name)}: {counted(int(stage.present.sum()), 'block')}, "
+                f"greatest displacement {stage.max_displacement:.3g} m{down}",
+            ]
+        )
 
     @property
     def status(self) -> Status:

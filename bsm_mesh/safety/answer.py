@@ -47,7 +47,7 @@ class Settings:
         raise_faults(rules.faults)
 
 
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)
 class Safety:
     """A factor of safety, or the limit of another number.
 
@@ -98,6 +98,9 @@ class Safety:
     reference: float | None
     spread: tuple[tuple[str, Bracket], ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Safety: {self}"
 
     @property
     def factor(self) -> float | None:

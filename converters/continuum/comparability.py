@@ -51,7 +51,7 @@ def obstacle(model: Model, results: Results, stage: StageResult) -> str:
             Status.STABLE_AFTER_FALLS: "blocks came down and were taken away",
         }.get(stage.status, "the blocks' solution did not converge")
         return f"{what}: there is no state of rest to compare"
-    far = moved_far(model.blocks, stage.displacement + stage.origin, stage.present)
+    far = moved_far(model.blocks, stage.displacement + stage.origin, stage.counts)
     if far and results.scheme not in MAY_MOVE_FAR:
         return f"block {far}"
     return _new_contacts(model, stage.contacts)

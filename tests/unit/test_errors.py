@@ -2,7 +2,7 @@
 
 import pytest
 
-from bsm_mesh.errors import listing, place
+from bsm_mesh.errors import InputError, listing, place
 
 
 @pytest.mark.parametrize(
@@ -24,3 +24,22 @@ def test_places_are_given_to_six_digits_or_the_millimetre(point: tuple[float, fl
 def test_a_long_listing_is_cut() -> None:
     assert listing(range(3)) == "0, 1, 2"
     assert listing(range(100), 2) == "0, 1, ... (100 in all)"
+
+
+def test_faults_that_differ_in_numbers_are_one_line_with_a_count() -> None:
+    short = [f"block {k}: edge {k + 1} has length 1e-0{k} m; merge" for k in range(1, 9)]
+    message = str(InputError(["rock a: no weight", *short]))
+    assert message == (
+        "9 faults:\n  - rock a: no weight\n"
+        "  - block 1: edge 2 has length 1e-01 m; merge [7 more of this kind: block 2, block 3, block 4, ...]"
+    )
+
+
+def test_two_faults_of_a_kind_are_both_shown() -> None:
+    both = ["joint 'J1': friction = 95 is too large", "joint 'J2': friction = 99 is too large"]
+    assert str(InputError(both)) == "2 faults:\n  - " + "\n  - ".join(both)
+
+
+def test_many_kinds_are_cut_short() -> None:
+    kinds = [f"{'x' * k}: wrong" for k in range(1, 21)]
+    assert str(InputError(kinds)).endswith("and 8 more")

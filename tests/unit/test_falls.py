@@ -1,9 +1,15 @@
 """Blocks that come down while the others stay: too small to count, or taken away as a roof is scaled."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.app.cli import main
+from bsm_mesh.app.tables import fall_rows
+from bsm_mesh.app.verify import verify
+from bsm_mesh.results.movement import verdict_in_words
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
@@ -47,12 +53,30 @@ def test_what_comes_down_is_taken_away_and_stage_after_stage_goes_on(tmp_path):
     assert results.status == "stable"
     (fall,) = results.stages[0].falls
     assert (fall.block, fall.ignored, fall.reason) == (3, False, "a block has lost all contact and moves freely")
+    assert fall.origin == pytest.approx((0.25, -0.75))
+    assert np.hypot(*np.subtract(fall.place, fall.origin)) == pytest.approx(fall.moved)
+    assert fall_rows(results)[0][2] == "(0.25, -0.75) m"
     assert [list(np.flatnonzero(~stage.present)) for stage in results.stages] == [[3], [2, 3], [2, 3]]
     results.save(tmp_path / "out")
     again = bsm.Results.load(tmp_path / "out")
     assert again.stages[0].falls == results.stages[0].falls
     assert [stage.status for stage in again.stages] == [stage.status for stage in results.stages]
     assert bsm.run(tmp_path / "out" / "model.toml", output=tmp_path / "again").stages[0].falls[0].block == 3
+
+
+def test_results_are_read_after_a_block_was_removed_in_the_first_stage(tmp_path, drawn_here):
+    """The numbers of blocks are permanent; the last one keeps its own after block 1 was removed."""
+    polygons = [LEDGE, rectangle(0, -1, 0.5, -0.5), SHELF, rectangle(-2, 0, -1, 1)]
+    model = model_of(polygons, fixed=(0, 2))
+    results = bsm.run(model, bsm.Options(falls=bsm.Falls(on_fall="remove")))
+    assert [fall.block for fall in results.stages[0].falls] == [1]
+    again = bsm.Results.load(results.save(tmp_path / "out"))
+    np.testing.assert_array_equal(again.blocks.vertices, model.blocks.vertices)
+    np.testing.assert_array_equal(again.stages[0].displacement, results.stages[0].displacement)
+    assert list(again.stages[0].present) == [True, False, True, True]
+    for command in ("report", "view", "paraview"):
+        main([command, str(tmp_path / "out")])
+    assert verify(tmp_path / "out", as_json=False) == 0
 
 
 def test_blocks_slide_on_when_one_beside_them_is_taken_away():
@@ -65,6 +89,29 @@ def test_blocks_slide_on_when_one_beside_them_is_taken_away():
     assert [fall.block for fall in stage.falls] == [2]
     start = [step.max_displacement for step in stage.steps]
     assert min(np.diff(start)) > -1e-3, "what moved before moves on"
+
+
+def test_a_chip_that_slides_to_a_stop_is_in_a_note_and_in_no_headline(tmp_path):
+    """Beside a block at rest a chip slides .1 m down a plane to a wall: five times its own size."""
+    ramp = rectangle(-4, -1, 8, 0)
+    polygons = [ramp, rectangle(-3, 0, -2, 1), rectangle(3, 0, 4, 1), rectangle(4.1, 0, 4.12, 0.02)]
+    law = [bsm.MohrCoulomb(friction=friction) for friction in (60.0, 10.0)]
+    model = model_of([turned(polygon, 30.0) for polygon in polygons], fixed=(0, 2), law=law[0])
+    slippery = bsm.Joint("slippery", 1e9, 1e9, law=law[1])
+    joint = np.full(16, -1)
+    joint[12:] = 0
+    blocks = dataclasses.replace(model.blocks, edge_joint=joint, joint_names=("slippery",))
+    results = bsm.run(model.replace(blocks=blocks, joints=(*model.joints, slippery)))
+    (stage,) = results.stages
+    moved = np.hypot(*stage.stage_displacement[:, :2].T)
+    assert moved[3] == pytest.approx(0.1, rel=0.01)
+    assert (list(stage.small_blocks), verdict_in_words(results.blocks, stage)) == ([3], "stable")
+    assert stage.max_displacement == moved[1] < 1e-3
+    assert "1 block too small to count (falls.ignore_below) moved by up to 0.1 m: block 3" in stage.notes
+    again = bsm.Results.load(results.save(tmp_path / "out"))
+    assert again.stages[0].max_displacement == stage.max_displacement
+    everything = bsm.run(results.model, bsm.Options(falls=bsm.Falls(ignore_below=0.0)))
+    assert verdict_in_words(everything.blocks, everything.stages[0]).startswith("stable, after moving 0.1 m")
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,11 @@ def test_many_faults_are_cut_short_in_the_message_only():
     with pytest.raises(bsm.ModelError) as caught:
         model(loads=loads)
     assert len(caught.value.faults) == 20
-    assert str(caught.value).endswith("and 8 more")
+    message = str(caught.value)
+    assert message.count("\n") == 1
+    assert message.endswith(
+        "[19 more of this kind: load 2 (PointLoad), load 3 (PointLoad), load 4 (PointLoad), ...]"
+    ), message
 
 
 def test_unused_rocks_and_joints_are_welcome():
@@ -110,3 +114,14 @@ def test_equality_and_digest():
 def test_replace_checks_anew():
     with fault("default_joint: there is no joint 'J9'"):
         model().replace(default_joint="J9")
+
+
+def test_models_and_results_are_shown_in_five_lines_at_most():
+    results = bsm.run(model(supports=[bsm.Fixed(blocks=[0])]))
+    (stage,) = results.stages
+    for thing in (results.model, results.blocks, results, stage, stage.contacts, stage.evidence):
+        text = repr(thing)
+        assert text.count("\n") < 4
+        assert max(map(len, text.splitlines())) < 5 * 80
+    assert repr(results.blocks).startswith("Blocks: 2 blocks of 1 to 1 m2, (0, 0) to (2, 1) m")
+    assert repr(results).startswith(f"Results: {results.status.value}")

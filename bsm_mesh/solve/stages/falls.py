@@ -67,12 +67,14 @@ def falls_of(
 
     `small` (k,) are those that are too small to count, `moved` (n, 3) is the displacement since blocks were given.
     """
-    place = model.blocks.moments.centroid + moved[:, :2]
+    origin = model.blocks.moments.centroid
+    place = origin + moved[:, :2]
     area = model.blocks.moments.area
     weight = area * model.unit_weights
     return tuple(
         Fall(
             block=int(b),
+            origin=(float(origin[b, 0]), float(origin[b, 1])),
             place=(float(place[b, 0]), float(place[b, 1])),
             moved=float(np.hypot(*stage.stage_displacement[b, :2])),
             area=float(area[b]),

@@ -188,7 +188,8 @@ class StageSolution:
         if state.water is not None and state.water.table and not stage.water.any():
             dry = "no block lies below the water table: check its level and unit"
             stage = replace(stage, notes=(*stage.notes, dry))
-        found = (*_note_on_movement(run.model.blocks, stage), *notes_on_crushing(run.model, stage))
+        stage = replace(stage, small_blocks=self._small_blocks())
+        found = (*_notes_on_movement(run.model.blocks, stage), *notes_on_crushing(run.model, stage))
         stage = replace(stage, notes=(*stage.notes, *found))
         if stage.status is Status.UNSTABLE:
             stage = replace(stage, proof=self._proof(stage.unstable_blocks))
@@ -214,6 +215,13 @@ class StageSolution:
         if run.flow is not None:
             state.flow = run.flow.begin(self._number, state.present, state.flow)
         return None
+
+    def _small_blocks(self) -> IntArray:
+        """Return the blocks that are there and too small to count, (k,)."""
+        blocks = self._run.model.blocks
+        free = self._state.present & ~self._state.bars.held_blocks(blocks)
+        small: IntArray = np.flatnonzero(self._run.falls.small(blocks, free) & free).astype(np.int32)
+        return small
 
     def _submodel(self) -> SubModel:
         """Return the blocks that are there, under what acts on them."""
@@ -312,17 +320,24 @@ class StageSolution:
         )
 
 
-def _note_on_movement(blocks: Blocks, stage: StageResult) -> tuple[str, ...]:
-    """Say which blocks at rest lie far from where the stage found them: they gave way first, and lie somewhere."""
+def _notes_on_movement(blocks: Blocks, stage: StageResult) -> list[str]:
+    """Report blocks at rest far from their place at the stage's start, large blocks and those too small to count."""
     far = moved_far(blocks, stage)
-    if not far.size:
-        return ()
     moved = np.hypot(*stage.stage_displacement[:, :2].T)
-    return (
-        f"before it came to rest, {counted(far.size, 'block')} moved by more than a tenth of its size, up to "
-        f"{moved[far].max():.3g} m: {numbered('block', far)}; where that is a failure, give a smaller "
-        "displacement_limit",
-    )
+    large, small = far[stage.counts[far]], far[~stage.counts[far]]
+    notes = []
+    if large.size:
+        notes.append(
+            f"before it came to rest, {counted(large.size, 'block')} moved by more than a tenth of its size, up to "
+            f"{moved[large].max():.3g} m: {numbered('block', large)}; where that is a failure, give a smaller "
+            "displacement_limit"
+        )
+    if small.size:
+        notes.append(
+            f"{counted(small.size, 'block')} too small to count (falls.ignore_below) moved by up to "
+            f"{moved[small].max():.3g} m: {numbered('block', small)}"
+        )
+    return notes
 
 
 def _confirmed(stage: StageResult, check: Checker) -> StageResult:
