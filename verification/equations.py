@@ -51,7 +51,7 @@ def _k(name: str) -> str:
     return f"bsm_mesh.contact.kernels:{name}"
 
 
-MODEL, BOLTS, WATER = "bsm_mesh.model.model:Model", "bsm_mesh.solve.bolts", "bsm_mesh.model.water_pressure"
+MODEL, BOLTS, WATER = "bsm_mesh.model.model:Model", "bsm_mesh.solve.bolts", "bsm_mesh.model.water_kernels"
 DERIVATION = "a step of the derivation of B.18: nothing to compute"
 
 EQUATIONS: tuple[Equation, ...] = (
@@ -171,7 +171,7 @@ EQUATIONS: tuple[Equation, ...] = (
              holds=(f"{BOLTS}.installed:InstalledBolts.commit", f"{BOLTS}.installed:InstalledBolts.install"),
              tests=("verification/test_bolts.py::test_pretension_compresses_the_joints_between_its_ends",)),
     Equation(numbers="6.1", what="pressure by vertical depth",
-             holds=(f"{WATER}:end_forces", f"{WATER}:WaterLoad.pressure"),
+             holds=(f"{WATER}:end_forces", "bsm_mesh.model.water_pressure:WaterLoad.pressure"),
              note='`head = "parallel"` takes seepage along the table instead'),
     Equation(numbers="6.2", what="forces at the ends of a submerged face", holds=(f"{WATER}:end_forces",),
              tests=("verification/test_groundwater.py::test_the_two_forces_of_a_face",)),

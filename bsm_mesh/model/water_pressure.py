@@ -8,89 +8,10 @@ from typing import Any
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.compiled import njit
 from bsm_mesh.model.face_water import FaceWater
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water import Water
-
-
-@njit()
-def end_forces(
-    start: FloatArray,
-    end: FloatArray,
-    breaks: FloatArray,
-    level: FloatArray,
-    slope: FloatArray,
-    factor: FloatArray,
-    unit_weight: float,
-) -> FloatArray:  # pragma: no cover - compiled
-    """Return the two forces at the ends of every face with resultant and moment of its water pressure, (k, 2) [N/m].
-
-    With t running from 0 to 1 along a face of length l, they are ``l * integral of q (1 - t)`` and ``l * integral of
-    q t``. For q linear from q1 to q2 these are Wang's Eq. 6.2; where one end is dry, his Eqs. 6.3-6.5.
-
-    Parameters
-    ----------
-    start, end : (k, 2) float64 [m]
-        Ends of the faces.
-    breaks, level, slope, factor : float64
-        As in `WaterSurface`.
-    unit_weight : float [N/m3]
-        Of the water.
-    """
-    forces = np.zeros((start.shape[0], 2))
-    for k in range(start.shape[0]):
-        x0, y0 = start[k, 0], start[k, 1]
-        dx, dy = end[k, 0] - x0, end[k, 1] - y0
-        length = np.hypot(dx, dy)
-        low, high = min(x0, x0 + dx), max(x0, x0 + dx)
-        first = np.searchsorted(breaks, low, side="right")
-        last = max(first, np.searchsorted(breaks, high, side="left"))
-        for piece in range(first, last + 1):
-            if level[piece] == -np.inf:
-                continue
-            t0, t1 = 0.0, 1.0
-            if first < last:
-                if piece > first:
-                    t = (breaks[piece - 1] - x0) / dx
-                    t0, t1 = (t, t1) if dx > 0 else (t0, t)
-                if piece < last:
-                    t = (breaks[piece] - x0) / dx
-                    t0, t1 = (t0, t) if dx > 0 else (t, t1)
-            head = level[piece] + slope[piece] * x0 - y0  # head at t: head + rise * t
-            rise = slope[piece] * dx - dy
-            h0, h1 = head + rise * t0, head + rise * t1
-            if h0 <= 0.0 and h1 <= 0.0:
-                continue
-            if h0 < 0.0 or h1 < 0.0:  # one end is dry: only the wet length counts (Wang Eq. 6.5)
-                t = t0 + (t1 - t0) * h0 / (h0 - h1)
-                t0, t1, h0, h1 = (t, t1, 0.0, h1) if h0 < 0.0 else (t0, t, h0, 0.0)
-            scale = unit_weight * factor[piece] * length * (t1 - t0)
-            total = scale * (h0 + h1) / 2
-            moment = t0 * total + scale * (t1 - t0) * (h0 + 2 * h1) / 6
-            forces[k, 0] += total - moment
-            forces[k, 1] += moment
-    return forces
-
-
-@njit()
-def add_face_forces(
-    block: IntArray, start: FloatArray, end: FloatArray, centroid: FloatArray, ends: FloatArray, total: FloatArray
-) -> None:  # pragma: no cover - compiled
-    """Add force and moment of pressures on faces of blocks, from their `end_forces`, to `total` (n, 3).
-
-    The block lies to the left of each face; the pressure acts into it (Wang Eqs. 6.6, 6.7).
-    """
-    for k in range(block.size):
-        b = block[k]
-        dx, dy = end[k, 0] - start[k, 0], end[k, 1] - start[k, 1]
-        length = np.hypot(dx, dy)
-        for side in range(2):
-            x, y = (end[k, 0], end[k, 1]) if side else (start[k, 0], start[k, 1])
-            fx, fy = -ends[k, side] * dy / length, ends[k, side] * dx / length
-            total[b, 0] += fx
-            total[b, 1] += fy
-            total[b, 2] += (x - centroid[b, 0]) * fy - (y - centroid[b, 1]) * fx
+from bsm_mesh.model.water_kernels import add_face_forces, add_field_change, end_forces
 
 
 class WaterLoad:
@@ -138,6 +59,25 @@ class WaterLoad:
             for block, start, end, ends in self._pressed(vertices):
                 add_face_forces(block, start, end, centroid, ends, total)
         return total
+
+    def stiffness(self, vertices: FloatArray, centroid: FloatArray) -> FloatArray:
+        """Return the derivatives of minus `on_blocks` by the movement of every block about its centroid, (n, 3, 3).
+
+        Symmetric under tables, whose pressure is a field in space; not where a face takes its pressure with it.
+        """
+        change = np.zeros((self.blocks.count, 3, 3))
+        if not self.acts:
+            return change
+        s, following = self.surface, vertices[self.blocks.following]
+        table = s.breaks, s.level, s.slope, s.factor, self.water.unit_weight
+        add_field_change(self.blocks.owner, vertices, following, centroid, *table, 1.0, change)
+        if self.patches is not None:
+            start, end = self.patches.points(vertices, self.blocks.following)
+            add_field_change(self.blocks.owner[self.patches.edge], start, end, centroid, *table, -1.0, change)
+        force = self.on_blocks(vertices, centroid)
+        change[:, 0, 2] -= force[:, 1]  # all pressures turn with the faces
+        change[:, 1, 2] += force[:, 0]
+        return -change
 
     def recorded(self) -> dict[str, Any]:
         """Return what is kept of the water with a stage's result: fields of `StageResult` by their names."""

@@ -32,9 +32,9 @@ def still(count: int, **moving: Sequence[float]) -> np.ndarray:
     return velocity
 
 
-def wall_at_rest(tolerance: float) -> tuple[StepEquations, np.ndarray]:
+def wall_at_rest(tolerance: float, water: bsm.Water | None = None) -> tuple[StepEquations, np.ndarray]:
     """Return the step of a tilted wall and where it is at rest (n, 3), with factors of its tangent there."""
-    step = begun(tilted_courses(COURSES, BRICKS).model())
+    step = begun(tilted_courses(COURSES, BRICKS).model().replace(water=water))
     found = NearbyEquilibrium().solve(step, Iterate(residual=1.0), Goal(max_residual=tolerance, rest=tolerance))
     assert found.outcome is Outcome.SOLVED
     step = found.equations

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import bsr_array
 
+import bsm_mesh as bsm
 from bsm_mesh.solve.contacts.history import History
 from bsm_mesh.solve.contacts.tangents import tangent_stiffness
 from bsm_mesh.solve.continuation.stability import falling_mode
@@ -63,8 +64,9 @@ def test_the_equations_are_unchanged_by_what_is_solved_with_them(rest):
     assert_array_equal(step.start, start)
 
 
-def test_a_subproblem_has_the_equations_of_all_with_the_others_fixed(rest):
-    step, position = rest
+@pytest.mark.parametrize("water", [None, bsm.Water(table=[(0, 6.0), (40, 1.0)])], ids=["dry", "wet"])
+def test_a_subproblem_has_the_equations_of_all_with_the_others_fixed(water):
+    step, position = wall_at_rest(TOLERANCE, water=water)
     moves = np.zeros(len(position), dtype=bool)
     moves[100:160] = moves[420:425] = True
     pushed = position + np.where(moves[:, None], 1e-6, 0.0)

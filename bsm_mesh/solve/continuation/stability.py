@@ -23,13 +23,13 @@ def falling_mode(step: StepEquations, position: FloatArray, at: Evaluation, tole
     equilibrium is taken for unstable. The mode points where the forces at the start of the step led.
     """
     system, size = step.system, step.system.outlines.size
-    static = step.static_problem_at(position, NEUTRAL / size)
+    static = step.static_problem_at(position, NEUTRAL / size, is_symmetric=True)
     max_norm, _ = static.residual_norms(static.residual(position, at.forces), system.weight(at))
     if system.mean_weight == 0 or max_norm >= tolerance:
         return None
     if step.factors.is_positive_definite(static.complete(_stiffest(static, at), position)):
         return None
-    shifted = step.static_problem_at(position, SHIFT / size)
+    shifted = step.static_problem_at(position, SHIFT / size, is_symmetric=True)
     if not shifted.factorize(_stiffest(shifted, at), position):
         return None
     lowest, mode = _lowest_mode(shifted)

@@ -124,6 +124,16 @@ class BlockSystem:
         np.add.at(loads[:, 2], self.applied.block, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
         return loads
 
+    def load_stiffness(self, position: FloatArray) -> FloatArray | None:
+        """Return the derivatives of minus `loads_at` by the movement of every block, (n, 3, 3); None: all are zero."""
+        if not len(self.applied.block) and not self.water.acts:
+            return None
+        placed = self.outlines.placed(position)
+        stiffness = self.water.stiffness(corner_positions(self.outlines, placed), placed[:, :2])
+        arm = turned(self.applied_arm, position[self.applied.block, 2])
+        np.add.at(stiffness[:, 2, 2], self.applied.block, (arm * self.applied.force).sum(axis=1))
+        return stiffness
+
     def acting_at(self, position: FloatArray) -> FloatArray:
         """Return weights, loads, water and bolt forces, (n, 3)."""
         if not len(self.bolts.alive):

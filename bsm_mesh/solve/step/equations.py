@@ -89,6 +89,8 @@ class StepEquations:
         As in `BlockSystem`.
     settlement_allowance : float [m]
         Movement that this step allows beyond `MAX_MOVEMENT`, for settlement of all blocks together.
+    is_symmetric : bool
+        Whether the tangent has but the symmetric part of the loads' stiffness.
     regularization_reference : (n, 3) float64
         Position at which the regularisation is zero: the accepted one, unless contacts were updated within the step.
     """
@@ -99,6 +101,7 @@ class StepEquations:
         self.system, self.factors, self.contacts, self.anchor, self.lam = system, factors, contacts, anchor, lam
         self.regularization_reference = anchor
         self.settlement_allowance, self.mass, self.scale = 0.0, system.mass, system.scale
+        self.is_symmetric = False
         self.supports = system.constraints_at(anchor)
         increment = system.prescribed_increment(self.supports)
         self.supports_move = bool(increment.any())
@@ -122,12 +125,17 @@ class StepEquations:
         pattern = self.factors.pattern_of(contacts)
         return self._changed(contacts=contacts, regularization_reference=position, pattern=pattern)
 
-    def static_problem_at(self, position: FloatArray, lam: float) -> StepEquations:
+    def static_problem_at(self, position: FloatArray, lam: float, *, is_symmetric: bool = False) -> StepEquations:
         """Return the static equations at another position, with another regularisation."""
         supports = self.system.constraints_at(position)
         pattern = self.factors.pattern_of(self.contacts)  # a later step may have had another
         return self._changed(
-            anchor=position, regularization_reference=position, lam=lam, supports=supports, pattern=pattern
+            anchor=position,
+            regularization_reference=position,
+            lam=lam,
+            supports=supports,
+            pattern=pattern,
+            is_symmetric=is_symmetric,
         )
 
     def allowing_settlement(self, elastic: FloatArray) -> StepEquations:
@@ -206,6 +214,14 @@ class StepEquations:
         """Return weights, loads, water and bolt forces at a position, (n, 3)."""
         return self.system.acting_at(position)
 
+    def load_stiffness(self, position: FloatArray) -> FloatArray | None:
+        """Return the derivatives of minus weights, loads and water at a position, (n, 3, 3); None: all are zero.
+
+        Their symmetric part, of which the work of second order comes, if the equations are to be symmetric.
+        """
+        found = self.system.load_stiffness(position)
+        return (found + found.transpose(0, 2, 1)) / 2 if self.is_symmetric and found is not None else found
+
     def project(self, forces: FloatArray) -> FloatArray:
         """Project forces (n, 3) onto the free degrees of freedom, moments over radii of gyration."""
         return self.supports.scaled(forces, self.scale)
@@ -230,11 +246,13 @@ class StepEquations:
         return float(np.abs(step / self.scale).max(initial=0.0))
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
-        """Return the tangent of contacts, bolts and regularisation at a position, constrained axes eliminated."""
-        bolts = self.system.bolts
+        """Return the tangent of contacts, bolts, loads and regularisation, constrained axes eliminated."""
+        bolts, pattern, support = self.system.bolts, self.pattern, self.supports
         if len(bolts.alive):
             bolts.add_tangent(bolts.evaluate(position), self.factors.bolt_places, data)
-        pattern, support = self.pattern, self.supports
+        loads = self.load_stiffness(position)
+        if loads is not None:
+            data[pattern.diagonal] += loads
         axes = support.number, support.basis, support.constrained
         data[pattern.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.mass.T
         constrain(pattern.row_start, pattern.column, pattern.diagonal, data, *axes)

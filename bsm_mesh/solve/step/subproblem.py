@@ -97,10 +97,13 @@ class SubdomainEquations(StepEquations):
         return super().project(forces)[self.block]
 
     def complete(self, data: FloatArray, position: FloatArray) -> FloatArray:
-        """Return the tangent of contacts, bolts and regularisation at a position, constrained axes eliminated."""
-        bolts, own, support = self.system.bolts, self._solved, self.supports
+        """Return the tangent of contacts, bolts, loads and regularisation, constrained axes eliminated."""
+        bolts, own, support, whole = self.system.bolts, self._solved, self.supports, self.whole(position)
         if len(bolts.alive):
-            bolts.add_tangent(bolts.evaluate(self.whole(position)), self._bolt_places, data)
+            bolts.add_tangent(bolts.evaluate(whole), self._bolt_places, data)
+        loads = self.system.load_stiffness(whole)
+        if loads is not None:
+            data[own.diagonal] += loads[self.blocks[self.block]]
         data[own.diagonal, [[0], [1], [2]], [[0], [1], [2]]] += self.lam * self.mass[self.block].T
         number = support.number[self.block]
         constrain(own.row_start, own.column, own.diagonal, data, number, support.basis, support.constrained)
