@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -57,16 +58,24 @@ def plot(
 
 @click.command()
 @click.argument("out", type=PATH)
-@click.option("--no-pictures", is_flag=True, help="Draw none; those that are there are shown.")
-def report(out: Path, no_pictures: bool) -> None:
-    """Write the results in OUT as one page, OUT/report.html, to be filed or printed.
+@click.option("--no-pictures", is_flag=True, help="Draw none; existing pictures are shown.")
+@click.option("--project", default="", help="Name of the project; by default that of [report] in the model file.")
+@click.option("--author", default="", help="Author; by default that of [report] in the model file.")
+@click.option("--date", default="", help="Date; by default that of [report] in the model file.")
+@click.option("--picture", type=PATH, metavar="PNG", help="Overview on the first page; by default the model's picture.")
+@click.option(
+    "--safety", type=PATH, metavar="FOLDER", help="Factor of safety on the first page; by default OUT-safety."
+)
+def report(out: Path, no_pictures: bool, safety: Path | None, **fields: Any) -> None:
+    """Write OUT as one page, OUT/report.html, to be filed or printed: a run, a factor of safety or a study.
 
-    What was run, on what every verdict rests, what moved and slipped, pictures, quality of the blocks, versions and
-    checksums. The page needs no other file. Of stages before the last it shows displacement, joints and bolts.
+    The page of a run shows verdicts with their grounds, displacement and slip, pictures, input, quality of the blocks,
+    versions and checksums. Of earlier stages it shows displacement, joints and bolts. A factor of safety of the same
+    model in OUT-safety stands on the first page. The page needs no other file.
     """
-    from bsm_mesh.app.report import write_report
+    from bsm_mesh.app.report import ReportFields, write_report
 
-    write_report(out, pictures=not no_pictures)
+    write_report(out, pictures=not no_pictures, fields=ReportFields(**fields), safety=safety)
 
 
 @click.command()

@@ -31,7 +31,7 @@ from bsm_mesh.app.tables import (
     stage_rows,
 )
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.errors import ModelError, named_stage
+from bsm_mesh.errors import ModelError, counted, named_stage
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.joint_sets import joint_sets
 from bsm_mesh.results.records import Status
@@ -129,8 +129,8 @@ def _print_results(results: Results, notes: tuple[str, ...], folder: Path, drawn
     series += "".join(f", {history_file(name)}" for name in results.histories)
     say(f"written to {folder}: {series}, history.csv, certificate.json, summary.json, model.toml")
     say("open blocks.pvd in ParaView" if drawn else f"next: bsm-mesh plot {folder}, or open blocks.pvd in ParaView")
-    for picture in drawn:
-        say(picture)
+    if drawn:
+        say(f"pictures: {counted(len(drawn), 'file')} in {drawn[0].parent}")
 
 
 def build_mesh(case: str, output: Path | None, settings: tuple[str, ...]) -> None:

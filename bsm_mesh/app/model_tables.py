@@ -244,6 +244,14 @@ class OutputTable(Table):
     )
 
 
+class ReportTable(Table):
+    """The head of reports."""
+
+    project: str = ""
+    author: str = ""
+    date: str = Field(default="", description="as it is to stand there")
+
+
 class ModelFile(Table):
     """A bsm-mesh model file. Numbers are SI, angles in degrees; a text bears its unit: "6.89 GPa"."""
 
@@ -266,3 +274,4 @@ class ModelFile(Table):
     solver: SolverTable = Field(default_factory=SolverTable)
     falls: FallsTable = Field(default_factory=FallsTable)
     output: OutputTable = Field(default_factory=OutputTable)
+    report: ReportTable = Field(default_factory=ReportTable)

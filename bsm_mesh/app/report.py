@@ -1,244 +1,115 @@
-"""The command ``report``: a results folder as one page to be filed or printed; every number is of the results."""
+"""The command ``report``: results, a factor of safety or a study as one page to be filed or printed."""
 
 from __future__ import annotations
 
-import base64
-import re
-import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bsm_mesh.app.added_files import AddedFiles
-from bsm_mesh.app.beside_tables import HEADER as BESIDE_HEADER
-from bsm_mesh.app.beside_tables import beside_rows
-from bsm_mesh.app.flow_text import flow_rows, how_solved
-from bsm_mesh.app.headings import PICTURES_FOLDER, heading
-from bsm_mesh.app.model_text import MODEL
+from bsm_mesh.app.headings import PICTURES_FOLDER
+from bsm_mesh.app.own_files import SUMMARY
 from bsm_mesh.app.plot import draw_in_subprocess
-from bsm_mesh.app.quality import Thresholds, poor_blocks
-from bsm_mesh.app.storage import SavedResults, load_results
-from bsm_mesh.app.tables import FALL_HEADER, bolt_rows, engineering, fall_rows, falling, vector
+from bsm_mesh.app.report_answers import is_study, safety_beside, safety_content, study_content
+from bsm_mesh.app.report_results import content_of, picture_data
+from bsm_mesh.app.safety_files import ANSWER
 from bsm_mesh.app.terminal import say
-from bsm_mesh.app.verify import grounds_in
-from bsm_mesh.errors import counted, named_stage, numbered, place
+from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
-from bsm_mesh.model.bolts import Bolt
-from bsm_mesh.model.in_situ import InSitu
-from bsm_mesh.model.joint_laws import LAWS
-from bsm_mesh.model.materials import Joint, Rock
-from bsm_mesh.model.quantities import quantities_of
-from bsm_mesh.model.water import Water
-from bsm_mesh.results.joint_sets import joint_sets
-from bsm_mesh.results.records import StageResult
-from bsm_mesh.results.results import Results
 
 REPORT, TEMPLATE = "report.html", "report.html.j2"
-ASSUMPTIONS = (
-    "Plane problem, one metre thick; forces are per metre, those of bolts for one bolt.",
-    "Blocks are rigid; rock and joints deform in the springs of their contacts (Wang 1992).",
-    "Joints slip and open by their laws, and bear no tension beyond the strength that is given.",
-    "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
-)
-EARLIER = ("displacement", "joints_state", "bolts")  # what the page shows of stages before the last
-QUANTITIES_OF: dict[str, tuple[type, ...]] = {
-    "rock": (Rock,),
-    "joint": (Joint, *LAWS.values()),
-    "bolt": (Bolt,),
-    "in situ": (InSitu,),
-    "water": (Water,),
-}
-OF_STAGE = re.compile(r"(.+)_stage_(\d+)")  # a picture of such a stage
-Rows = list[tuple[str, ...]]
 
 
-def write_report(out: Path, *, pictures: bool = True) -> Path:
-    """Write the report of a results folder into it and return its path.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportFields:
+    """The head of a report. Empty fields take the values of ``[report]`` in the model or study file.
+
+    Attributes
+    ----------
+    project, author, date : str
+        As they are to stand there.
+    picture : Path or None
+        An overview of one's own, PNG; by default the picture of the model.
+    """
+
+    project: str = ""
+    author: str = ""
+    date: str = ""
+    picture: Path | None = None
+
+
+def write_report(
+    out: Path, *, pictures: bool = True, fields: ReportFields | None = None, safety: Path | None = None
+) -> Path:
+    """Write the report of a folder into it and return its path.
 
     Parameters
     ----------
     out : Path
-        The results folder.
+        The folder of a run, of a factor of safety or of a study.
     pictures : bool
         Whether its pictures are drawn where they are missing.
+    fields : ReportFields, optional
+        Project, author, date and overview picture.
+    safety : Path, optional
+        The folder of the factor of safety for the first page of a run's report; by default ``OUT-safety`` if it
+        belongs to the same model.
 
     Raises
     ------
     ModelError
-        If the folder holds no results, or they are damaged, or the pictures cannot be drawn.
+        If the folder holds nothing to report, or it is damaged, or the pictures cannot be drawn.
     """
     from jinja2 import Environment
 
-    added = AddedFiles(out)
-    if pictures and not list((out / PICTURES_FOLDER).glob("*.png")):
-        draw_in_subprocess(out)
+    chosen = fields or ReportFields()
+    added = AddedFiles(out) if not is_study(out) else None
+    content = _content(out, pictures=pictures, safety=safety)
+    content["fields"] = _fields(chosen, content["fields"])
+    if chosen.picture is not None:
+        content["overview"] = _overview(chosen.picture)
     template = resources.files("bsm_mesh.app").joinpath(TEMPLATE).read_text(encoding="utf-8")
-    page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(template)
-    with added.file(REPORT) as draft:
-        write_text(draft, page.render(**content_of(out)))
+    page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(template).render(**content)
+    if added is None:
+        write_text(out / REPORT, page)
+    else:
+        with added.file(REPORT) as draft:
+            write_text(draft, page)
     say(out / REPORT)
     return out / REPORT
 
 
-def content_of(out: Path) -> dict[str, Any]:
-    """Return what the page tells of a results folder."""
-    saved, results = SavedResults(out), load_results(out)
-    told = saved.told
-    grounds = {ground.stage: ground for ground in grounds_in(out)}
-    model = saved.content(MODEL).decode("utf-8") if MODEL in saved else ""
-    return {
-        "title": told["title"] or out.name,
-        "heading": heading(told),
-        "stages": [_stage(results, stage, grounds.get(stage.name)) for stage in results.stages],
-        "fall_header": FALL_HEADER,
-        "falls": fall_rows(results),
-        "beside_header": BESIDE_HEADER,
-        "beside": beside_rows(results),
-        "facts": _facts(results),
-        "assumptions": ASSUMPTIONS,
-        "input": _input(model),
-        "model": model,
-        "quality": _quality(results),
-        **_pictures(out, [stage.name for stage in results.stages]),
-        "versions": {**told["versions"], "linear solver": told["linear_solver"]},
-        "model_hash": told["model_hash"],
-        "files": [(name, f"{listed['bytes']}", listed["sha256"]) for name, listed in told["files"].items()],
-    }
+def _content(out: Path, *, pictures: bool, safety: Path | None) -> dict[str, Any]:
+    """Return what the page shows: the answer first, then the results on which it rests."""
+    if is_study(out):
+        return study_content(out)
+    if (out / ANSWER).is_file():
+        answer = safety_content(out)
+        state = next((out / name for name in answer["states"] if (out / name / SUMMARY).is_file()), None)
+        results = {} if state is None else _results(state, pictures=pictures)
+        heading = f"{answer['answer']} ({answer['state_shown']})" if state is not None else answer["answer"]
+        return {**results, "title": answer["title"], "heading": heading, "fields": answer["fields"], "safety": answer}
+    content = _results(out, pictures=pictures)
+    beside = safety_beside(out, content["model_hash"]) if safety is None else safety
+    return content if beside is None else {**content, "safety": safety_content(beside)}
 
 
-def _stage(results: Results, stage: StageResult, ground: Any) -> dict[str, Any]:
-    """Return what the page tells of a stage."""
-    from bsm_mesh.results.movement import verdict_in_words
-
-    blocks = results.blocks
-    moved = np.hypot(*stage.stage_displacement[:, :2].T) * stage.counts
-    most = int(moved.argmax())
-    at = place(blocks.moments.centroid[most].round(2))  # to the centimetre
-    rows: Rows = [
-        ("verdict", verdict_in_words(blocks, stage)),
-        ("why", stage.reason),
-        ("checked", "no ground was written" if ground is None else f"{ground.kind}: {ground.text}"),
-        ("blocks, contacts", f"{int(stage.present.sum())}, {len(stage.contacts.length)}"),
-        (
-            "moved most in this stage",
-            f"block {most} at {at} m, {engineering(float(moved[most]), 'm')}",
-        ),
-        ("greatest displacement in all", engineering(stage.max_displacement, "m")),
-        ("weights and loads (x, y)", vector(stage.total_load, "N/m")),
-        ("sum of reactions (x, y)", vector(stage.total_reaction, "N/m")),
-        ("greatest residual of a block", f"{stage.residual:.1e} of {engineering(stage.reference_weight, 'N/m')}"),
-    ]
-    if stage.unstable_blocks.size:
-        rows.insert(2, ("comes down", f"{falling(results, stage)}: {numbered('block', stage.unstable_blocks)}"))
-    if len(stage.water_table) or stage.water.any():
-        rows.append(("force of the water (x, y)", vector(stage.water[:, :2].sum(axis=0), "N/m")))
-    rows += [(f"water, out and in: {place}", f"{leaves}, {enters}") for place, leaves, enters in flow_rows(stage)]
-    if stage.flow is not None:
-        met = np.bincount(stage.flow.place[stage.flow.place >= 0], minlength=len(stage.flow.places)).tolist()
-        named = zip(stage.flow.places, met, strict=True)
-        rows += [
-            ("joints end at", "; ".join(f"{name}: {counted(number, 'point')}" for name, number in named)),
-            ("flow", how_solved(stage.flow)),
-        ]
-    if stage.bolts.count:
-        rows += bolt_rows(stage.bolts)
-    return {
-        "name": stage.name,
-        "holds": ground is None or ground.holds,
-        "rows": rows,
-        "joints": [
-            (
-                each.name,
-                f"{each.length:.4g}",
-                f"{100 * each.slipping:.3g}",
-                f"{100 * each.open:.3g}",
-                engineering(each.pressure, "Pa"),
-            )
-            for each in joint_sets(results, stage)
-        ],
-        "notes": stage.notes,
-    }
+def _results(out: Path, *, pictures: bool) -> dict[str, Any]:
+    if pictures and not list((out / PICTURES_FOLDER).glob("*.png")):
+        draw_in_subprocess(out)
+    return content_of(out)
 
 
-def _pictures(out: Path, stages: list[str]) -> dict[str, Any]:
-    """Return the pictures of the page, stage by stage, and how many more there are.
-
-    All of the last stage, and all parts of the model that were asked for; `EARLIER` of the stages before. Those of a
-    stage have the order in which they are drawn: the model first.
-    """
-    from bsm_mesh.app.pictures import NAMES
-
-    shown, more = [], 0
-    for path in sorted((out / PICTURES_FOLDER).glob("*.png")):
-        found = OF_STAGE.fullmatch(path.stem)
-        if found and int(found[2]) >= len(stages):
-            continue  # of a stage that these results do not have: nothing of theirs
-        if found and found[1] not in EARLIER:
-            more += 1
-            continue
-        name, number = (found[1], int(found[2])) if found else (path.stem, len(stages) - 1)
-        caption = name.replace("_", " ") + (f", {named_stage(stages[number])}" if found else "")
-        place_in_stage = NAMES.index(name) if name in NAMES else len(NAMES)  # parts of the model at the end
-        shown.append((number, place_in_stage, caption, base64.b64encode(path.read_bytes()).decode("ascii")))
-    shown.sort(key=lambda picture: picture[:2])
-    return {"pictures": [picture[2:] for picture in shown], "more_pictures": more}
+def _fields(given: ReportFields, known: Mapping[str, Any]) -> dict[str, str]:
+    """Return the fields that are not empty: as given, else as in the file."""
+    named = {name: value for name, value in asdict(given).items() if name != "picture"}
+    found = {name: str(value or known.get(name, "")) for name, value in named.items()}
+    return {name: value for name, value in found.items() if value}
 
 
-def _facts(results: Results) -> Rows:
-    blocks = results.blocks
-    low, high = blocks.vertices.min(axis=0), blocks.vertices.max(axis=0)
-    area = blocks.moments.area
-    return [
-        ("scheme", results.scheme),
-        ("tolerance", f"{results.tolerance:g} of the reference weight"),
-        ("stages", ", ".join(stage.name for stage in results.stages)),
-        ("extent", f"{place(low)} to {place(high)} m"),
-        (
-            "blocks",
-            f"{blocks.count}, of {float(area.min()):.3g} to {float(area.max()):.3g} m2",
-        ),
-    ]
-
-
-def _quality(results: Results) -> Rows:
-    """Return which blocks are poor, by the thresholds of `bsm-mesh check`."""
-    poor = poor_blocks(results.blocks, Thresholds())
-    return [
-        (name.replace("_", " "), counted(len(found), "block"), numbered("block", found) if len(found) else "")
-        for name, found in poor.items()
-    ]
-
-
-def _input(model: str) -> list[tuple[str, Rows]]:
-    """Return the tables of a model file as it was run, with units: rocks, joints and all else that is not empty."""
-    content = tomllib.loads(model) if model else {}
-    tables: list[tuple[str, dict[str, Any]]] = []
-    for kind in ("rock", "joint"):
-        tables += [(f"{kind} {name}", table) for name, table in content.get(kind, {}).items()]
-    for kind in ("gravity", "in_situ", "water", "flow", "falls", "solver"):
-        tables += [(kind.replace("_", " "), content[kind])] if kind in content else []
-    for kind in ("support", "load", "bolt", "stage"):
-        tables += [(f"{kind} {table.get('name', k)}", table) for k, table in enumerate(content.get(kind, []), 1)]
-    units = {kind: _units(*owners) for kind, owners in QUANTITIES_OF.items()}
-    found: list[tuple[str, Rows]] = []
-    for name, table in tables:
-        unit = units.get(name if name in units else name.split()[0], {})
-        found.append((name, [(k, _shown(v, unit.get(k, ""))) for k, v in table.items() if v not in ([], {}, "")]))
-    return found
-
-
-def _units(*owners: type) -> dict[str, str]:
-    """Return the unit of every number of some dataclasses by its name, which is its key in a model file."""
-    return {name: quantity.unit for owner in owners for name, (quantity, _) in quantities_of(owner).items()}
-
-
-def _shown(value: Any, unit: str = "") -> str:
-    """Return a value of a model file as a reader writes it; with a prefix where that loses no digit."""
-    if isinstance(value, float) and unit:
-        exact = float(f"{value:.4g}") == value and unit != "degrees"
-        return engineering(value, unit) if exact else f"{value:.10g} {unit}"
-    listed = isinstance(value, list) and not any(isinstance(each, list | dict) for each in value)
-    text = ", ".join(map(_shown, value)) if listed else f"{value:g}" if isinstance(value, float) else str(value)
-    return text if len(text) < 200 else f"{text[:197]}..."
+def _overview(picture: Path) -> str:
+    if picture.suffix.lower() != ".png" or not picture.is_file():
+        raise ModelError(f"report: --picture {picture}: give a PNG file")
+    return picture_data(picture)

@@ -62,7 +62,7 @@ def ask_safety(
         else:
             answer = limit_value(varied, *vary[1:], quantity=vary[0], **common)
         progress.report(f"writing {folder}")
-        files = write_safety(answer, failure, loaded.model.title or path.stem, added)
+        files = write_safety(answer, failure, loaded, added)
     if as_json:
         say_json({**told_of(answer), "notes": [*loaded.notes, *answer.notes], "folder": str(folder)})
     else:

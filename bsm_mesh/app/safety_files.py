@@ -9,8 +9,10 @@ import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from bsm_mesh.app.added_files import AddedFiles
+from bsm_mesh.app.build import LoadedModel
 from bsm_mesh.app.safety_text import told_of
 from bsm_mesh.app.storage import save_results
 from bsm_mesh.errors import ResultsWarning
@@ -18,12 +20,13 @@ from bsm_mesh.files import write_text
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.criterion import Failure
 
+ANSWER = "safety.json"
 STATES = {"stable": "last stable", "unstable": "first unstable"}
 TRIALS_HEADER = ("value", "verdict", "movement_over_size", "failed_blocks", "status", "seconds", "reason")
 
 
-def write_safety(answer: Safety, failure: Failure, title: str, added: AddedFiles) -> list[str]:
-    """Write an answer into a folder and return what was written: names relative to it.
+def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: AddedFiles) -> list[str]:
+    """Write an answer on a model into a folder and return what was written: names relative to it.
 
     Raises
     ------
@@ -32,9 +35,11 @@ def write_safety(answer: Safety, failure: Failure, title: str, added: AddedFiles
     """
     from bsm_mesh.app.safety_pictures import draw_mechanism, draw_movement
 
+    title = loaded.model.title or loaded.path.stem
+    head = {"title": title, "model_hash": loaded.model.digest, "report": loaded.file.report.model_dump()}
     names = []
     drawers: dict[str, Callable[[Path], None]] = {
-        "safety.json": partial(_write_json, answer),
+        ANSWER: partial(_write_json, {**head, **told_of(answer)}),
         "trials.csv": partial(_write_trials, answer),
         "movement.png": lambda draft: draw_movement(answer, failure.movement, f"{title}: {answer}", draft),
     }
@@ -54,8 +59,8 @@ def write_safety(answer: Safety, failure: Failure, title: str, added: AddedFiles
     return names
 
 
-def _write_json(answer: Safety, draft: Path) -> None:
-    write_text(draft, json.dumps(told_of(answer), indent=1) + "\n")
+def _write_json(told: dict[str, Any], draft: Path) -> None:
+    write_text(draft, json.dumps(told, indent=1) + "\n")
 
 
 def _write_trials(answer: Safety, draft: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from bsm_mesh.app.tables import engineering
@@ -16,28 +17,33 @@ def _value(value: float | None) -> str:
 
 def answer_rows(answer: Safety) -> list[tuple[str, str]]:
     """Return what the command prints."""
+    return rows_of(told_of(answer))
+
+
+def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return an answer as JSON holds it (`told_of`) in rows for a reader."""
     rows = [
-        (f"{answer.quantity}: last stable", _value(answer.stable)),
-        ("first unstable", _value(answer.unstable)),
-        ("undecided between", ", ".join(f"{value:.4g}" for value in answer.undecided) or "none"),
-        ("limit analysis", answer.limit.text),
+        (f"{told['quantity']}: last stable", _value(told["stable"])),
+        ("first unstable", _value(told["unstable"])),
+        ("undecided between", ", ".join(f"{value:.4g}" for value in told["undecided"]) or "none"),
+        ("limit analysis", told["limit_analysis"]["text"]),
     ]
-    fails = answer.mechanism
+    fails = told["mechanism"]
     if fails is not None:
-        at = place(round(x, 2) + 0.0 for x in fails.centre)  # to the centimetre
-        what = f"{numbered('block', fails.blocks, 6)}: {engineering(fails.area, 'm2')}, {100 * fails.part:.3g} % of all"
-        rows.append(("what fails", f"{what}, around {at} m"))
+        at = place(round(x, 2) + 0.0 for x in fails["centre"])  # to the centimetre
+        size = f"{engineering(fails['area'], 'm2')}, {100 * fails['part']:.3g} % of all"
+        rows.append(("what fails", f"{numbered('block', fails['blocks'], 6)}: {size}, around {at} m"))
         rows += [
-            (f"just before, of {each.name}", f"{100 * each.slipping:.3g} % slips, {100 * each.open:.3g} % open")
-            for each in fails.joints
+            (f"just before, of {name}", f"{100 * each['slipping']:.3g} % slips, {100 * each['open']:.3g} % open")
+            for name, each in fails["joints"].items()
         ]
-    failed = next((trial for trial in answer.trials if trial.value == answer.unstable), None)
+    failed = next((trial for trial in told["trials"] if trial["value"] == told["unstable"]), None)
     if failed is not None:
-        rows.append(("why it counts as failure", failed.reason))
+        rows.append(("why it counts as failure", failed["reason"]))
     rows += [
-        ("changed", answer.changed),
-        ("how", answer.start),
-        ("trials, processor time", f"{len(answer.trials)}, {answer.seconds:.3g} s"),
+        ("changed", told["changed"]),
+        ("how", told["start"]),
+        ("trials, processor time", f"{len(told['trials'])}, {told['seconds']:.3g} s"),
     ]
     return rows
 

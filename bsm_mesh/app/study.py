@@ -23,6 +23,7 @@ from bsm_mesh.app.study_work import failed, work_of
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
+from bsm_mesh.model.model import Model
 from bsm_mesh.studies.scatter import scatter_joint
 from bsm_mesh.studies.scheduler import Processes, Scheduler
 from bsm_mesh.studies.statistics import MOVEMENT_LIMIT, summary_of
@@ -87,7 +88,8 @@ def run_study(
     """
     at_work = _scheduler(processes, scheduler)
     study = load_study(path, scripts=scripts)
-    identity = _identity(study)
+    model = study.variation.model({}).model  # as in its file, built here so that its faults come first
+    identity = _identity(study, model)
     folder = StudyFolder(output or path.parent / "out" / path.stem)
     with folder.held(identity, study.text):
         rows = folder.journal.rows()
@@ -108,7 +110,7 @@ def run_study(
         summary = {"title": study.title, **identity, **summary_of(table, drawn=study.is_drawn)}
         table.write(folder.path / TABLE)
         write_text(folder.path / SUMMARY, f"{json.dumps(summary, indent=2)}\n")
-        pictures = draw_study(table, study.title, folder.path)
+        pictures = draw_study(table, model, study.title, folder.path)
     return StudyResults(table=table, summary=summary, folder=folder.path, pictures=tuple(pictures))
 
 
@@ -153,9 +155,8 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _identity(study: Study) -> dict[str, str]:
-    """Return what the runs are of; the model as it is in its file, built once here so that its faults come first."""
-    model = study.variation.model({}).model
+def _identity(study: Study, model: Model) -> dict[str, str]:
+    """Return the digests that identify the runs of a study."""
     for scatter in study.scatters:
         scatter_joint(model, scatter, (study.file.seed,))
     return {

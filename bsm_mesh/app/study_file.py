@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field, ValidationError
 
 from bsm_mesh.app.mesh_tables import PathText, Table
 from bsm_mesh.app.model_file import read_toml, sentences
+from bsm_mesh.app.model_tables import ReportTable
 from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.units import In, in_unit
 from bsm_mesh.app.variation import Variation, key_parts
@@ -86,6 +87,7 @@ class StudyFile(Table):
         default=None, description="a run that comes to rest farther away counts as one that fails"
     )
     safety: SafetyTable = Field(default_factory=SafetyTable)
+    report: ReportTable = Field(default_factory=ReportTable)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

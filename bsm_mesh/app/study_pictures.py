@@ -14,6 +14,7 @@ from bsm_mesh.app.figures import entitle, paper, save
 from bsm_mesh.app.headings import PICTURES_FOLDER
 from bsm_mesh.app.study_tables import NAMES, failure_in_words
 from bsm_mesh.arrays import BoolArray, FloatArray
+from bsm_mesh.model.model import Model
 from bsm_mesh.studies.statistics import answers_of, effects_on, fails, main_answer, stands
 from bsm_mesh.studies.table import StudyTable
 
@@ -23,12 +24,14 @@ WIDE = 100.0  # of greatest over least: a logarithmic axis
 CLASSES = 15  # of a key, in which the share that fails is drawn
 
 
-def draw_study(table: StudyTable, title: str, folder: Path) -> list[Path]:
-    """Draw the pictures of a study into ``pictures/`` and return their paths; none where no run has an answer."""
+def draw_study(table: StudyTable, model: Model, title: str, folder: Path) -> list[Path]:
+    """Draw the model and the answers of a study into ``pictures/`` and return their paths."""
+    from bsm_mesh.app.plotting import plot_model
+
+    drawn = [save(plot_model(model, None, None), folder / PICTURES_FOLDER / "model.png")]
     answer = main_answer(table)
     if answer is None:
-        return []
-    drawn = []
+        return drawn
     for name, draw in _drawers(table, answer).items():
         figure = paper((WIDTH / 140, 5.5))
         draw(figure, table, answer)

@@ -16,10 +16,24 @@ SHOWN_QUANTILES = ("5 %", "50 %", "95 %")
 NAMES = {"failure": "share that fails", "factor": "factor of safety", "max_displacement": "greatest displacement"}
 
 
+Rows = list[tuple[str, ...]]
+
+
 def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
     """Print the summary of a study."""
-    print_table(summary["title"], ("", ""), _failure_rows(summary["failure"]))
-    answers = [
+    for title, header, rows in study_rows(summary):
+        print_table(title, header, rows)
+    errors = Counter(error for error in table.columns["error"] if error)
+    for error, number in errors.most_common(MOST_ERRORS):
+        say(f"failed, {number} times: {error}")
+
+
+def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], Rows]]:
+    """Return the tables of a study's summary: title, header and rows of each."""
+    tables: list[tuple[str, tuple[str, ...], Rows]] = [
+        (summary["title"], ("", ""), [*_failure_rows(summary["failure"])]),
+    ]
+    answers: Rows = [
         (
             NAMES[told["answer"]],
             *(_shown(told[name], told["answer"]) for name in ("mean", "deviation")),
@@ -28,19 +42,17 @@ def print_study(table: StudyTable, summary: Mapping[str, Any]) -> None:
         for told in summary["answers"]
     ]
     if answers:
-        print_table("Answers", ("", "mean", "deviation", *SHOWN_QUANTILES), answers)
+        tables.append(("Answers", ("", "mean", "deviation", *SHOWN_QUANTILES), answers))
     for answer in dict.fromkeys(told["answer"] for told in summary["effects"]):
-        effects = [
+        effects: Rows = [
             (told["key"], f"{told['correlation']:+.2f}", *(_shown(told[end], answer) for end in ("low", "high")))
             for told in summary["effects"]
             if told["answer"] == answer and told["correlation"] is not None
         ]
         if effects:
             header = ("", "rank correlation", "low quarter", "high quarter")
-            print_table(f"Which key decides: {NAMES[answer]}", header, effects)
-    errors = Counter(error for error in table.columns["error"] if error)
-    for error, number in errors.most_common(MOST_ERRORS):
-        say(f"failed, {number} times: {error}")
+            tables.append((f"Which key decides: {NAMES[answer]}", header, effects))
+    return tables
 
 
 def _failure_rows(told: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ Model files of examples are run by test_examples; here their pages' lines are lo
 
 from __future__ import annotations
 
+import inspect
 import re
 import shlex
 import shutil
@@ -19,6 +20,7 @@ import click
 import pytest
 from pydantic import ValidationError
 
+from bsm_mesh import geometries
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.study_file import StudyFile, flat_keys
@@ -181,3 +183,30 @@ def said(module: str, *words: str) -> str:
     done = run_here(python_command(module, *words, "--help"), cwd=ROOT)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+CALL = re.compile(r"`((?:g\.)?([A-Za-z_]\w*)\((?:[^`]*)\))`")  # in a row of a table
+WITHOUT_FILES = ("read_traces", "read_fractures", "mesh_blocks", "quarter_blocks", "close_short_sides")
+
+
+def calls_in_tables() -> list[Any]:
+    """Return the calls of geometries in tables of the docs, with the page and the line of each."""
+    public = [name for name in dir(geometries) if not name.startswith("_")]
+    return [
+        pytest.param(call, name, id=f"{page.name}:{number}:{name}")
+        for page in sorted((ROOT / "docs").glob("*.md"))
+        for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1)
+        if line.startswith("|")
+        for call, name in CALL.findall(line)
+        if name in public and name != "abutting_sets"  # of a network by fractopo
+    ]
+
+
+@pytest.mark.parametrize(("call", "name"), calls_in_tables())
+def test_calls_in_tables_run(call: str, name: str) -> None:
+    """Of functions that read or write files the arguments are checked."""
+    known = {each: getattr(geometries, each) for each in dir(geometries)}
+    known |= dict.fromkeys(("cut", "outlines"))
+    if name in WITHOUT_FILES:
+        known[name] = inspect.signature(known[name]).bind
+    assert eval(call, {"g": geometries, **known}) is not None

@@ -1,6 +1,9 @@
 """The report of a results folder: one page that needs nothing else, whose numbers are those of the results."""
 
+import base64
+import json
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +14,13 @@ import bsm_mesh as bsm
 from bsm_mesh.app.cli import cli
 from bsm_mesh.app.own_files import own_files
 from bsm_mesh.app.pictures import NAMES
-from bsm_mesh.app.report import _shown
+from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.report_results import _shown
+from bsm_mesh.app.safety import ask_safety
 from bsm_mesh.results.joint_sets import joint_sets
 from tests.scenes.known_factors import incline, tutorial_slope
+from tests.scenes.small_case import LOAD, MODEL
+from tests.scenes.square_mesh import msh
 
 
 def report(folder, *options):
@@ -76,11 +83,11 @@ def test_pictures_are_in_the_page(slope):
     before = {name for name in ("displacement_stage_0", "joints_state_stage_0") if name in drawn}
     captions = re.findall(r"<figcaption>(.*?)</figcaption>", page)
     told = sorted(f"{name.removesuffix('_stage_0').replace('_', ' ')}, stage initial" for name in before)
-    assert captions == told + [name.replace("_", " ") for name in NAMES if name in last]
-    assert captions[len(told)] == "model"
-    assert page.count('src="data:image/png;base64,') == len(captions) > 3
+    assert captions == told + [name.replace("_", " ") for name in NAMES if name in last - {"model"}]
+    assert page.index('alt="overview"') < page.index("<h2>Verdicts</h2>")
+    assert page.count('src="data:image/png;base64,') == len(captions) + 1 > 3
     assert before
-    assert f"{len(drawn) - len(captions)} more pictures" in page
+    assert f"{len(drawn) - len(captions) - 1} more pictures" in page
 
 
 def test_a_picture_of_a_stage_that_there_is_none(slope, tmp_path):
@@ -125,3 +132,79 @@ def test_damaged_results_have_no_report(slope, tmp_path):
 def test_a_folder_without_results(tmp_path):
     outcome = CliRunner().invoke(cli, ["report", str(tmp_path)])
     assert isinstance(outcome.exception, bsm.ModelError)
+
+
+FIELDS = '[report]\nproject = "Road <7>"\nauthor = "A. Engineer"\n'
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory):
+    """Return the folders of a run and of its factor of safety."""
+    folder = tmp_path_factory.mktemp("answered")
+    (folder / "model.toml").write_text(MODEL.replace(LOAD, "") + FIELDS)
+    (folder / "mesh.msh").write_text(msh())
+    bsm.run(folder / "model.toml", output=folder / "out")
+    ask_safety(
+        folder / "model.toml",
+        folder / "out-safety",
+        Progress(quiet=True),
+        vary=None,
+        movement=0.05,
+        as_json=False,
+        scripts=True,
+        stage=None,
+        tolerance=0.02,
+        trials=12,
+        processes=1,
+        joints=None,
+        rocks=None,
+        bolts=False,
+        start="stage",
+        spread=False,
+    )
+    return folder / "out", folder / "out-safety"
+
+
+def test_the_factor_of_safety_of_the_model_is_on_the_first_page(answered):
+    _, safety = answered
+    told = json.loads((safety / "safety.json").read_text())
+    for folder in answered:
+        page = report(folder, "--no-pictures", "--author", "B. Other")[1]
+        first, _, _ = page.partition("<h2>Verdicts</h2>")
+        assert told["answer"] in first
+        assert told["limit_analysis"]["text"] in first
+        assert first.count("data:image/png") == 2
+        fields = dict(re.findall(r"<tr><td>(project|author|date)</td><td>(.*?)</td></tr>", first))
+        assert fields == {"project": "Road &lt;7&gt;", "author": "B. Other"}
+
+
+def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
+    shutil.copytree(answered[1], tmp_path / "out-safety")
+    bsm.run(incline(20.0, 30.0)).save(tmp_path / "out")
+    assert "Factor of safety" not in report(tmp_path / "out", "--no-pictures")[1]
+    forced = report(tmp_path / "out", "--no-pictures", "--safety", str(tmp_path / "out-safety"))[1]
+    assert "Factor of safety" in forced
+
+
+def test_an_overview_of_ones_own(answered, tmp_path):
+    (tmp_path / "site.png").write_bytes(b"a picture of the site")
+    page = report(answered[0], "--no-pictures", "--picture", str(tmp_path / "site.png"))[1]
+    assert base64.b64encode(b"a picture of the site").decode() in page
+    outcome, _ = report(answered[0], "--no-pictures", "--picture", str(tmp_path / "none.png"))
+    assert "give a PNG file" in str(outcome.exception)
+
+
+def test_a_study_has_a_report(tmp_path):
+    (tmp_path / "model.toml").write_text(MODEL.replace(LOAD, ""))
+    (tmp_path / "mesh.msh").write_text(msh())
+    values = "[vary.rock.gneiss.unit_weight]\nvalues = [24e3, 27e3]\n"
+    study = f'model = "model.toml"\ntitle = "Weights"\nsampling = "grid"\n{values}{FIELDS}'
+    (tmp_path / "study.toml").write_text(study)
+    done = bsm.study(tmp_path / "study.toml", processes=1)
+    page = report(done.folder)[1]
+    assert "<h1>Weights</h1>" in page
+    assert "Road &lt;7&gt;" in page
+    assert "<tr><td>runs</td><td>2</td></tr>" in page
+    assert page.count("data:image/png") == len(done.pictures)
+    (done.folder / "summary.json").write_text("{}")
+    assert "run bsm-mesh study again" in str(report(done.folder)[0].exception)

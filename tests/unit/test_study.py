@@ -122,13 +122,18 @@ def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -
     assert rows(Path("out/study")) == whole
     assert told["failure"]["unstable"] == whole["status"].count("unstable")
     assert told["failure"]["interval"][0] < told["failure"]["share"] < told["failure"]["interval"][1]
-    assert {Path(path).name for path in told["pictures"]} == {"histogram.png", "scatter.png", "tornado.png"}
+    assert {Path(path).name for path in told["pictures"]} == {
+        "histogram.png",
+        "model.png",
+        "scatter.png",
+        "tornado.png",
+    }
     assert said.new == sorted(
         [
             "out",
             "out/study",
             "out/study/pictures",
-            *(f"out/study/pictures/{name}.png" for name in ("histogram", "scatter", "tornado")),
+            *(f"out/study/pictures/{name}.png" for name in ("histogram", "model", "scatter", "tornado")),
             *(f"out/study/{name}" for name in (RUNS, "study.json", "study.parquet", "study.toml", "summary.json")),
         ]
     )
