@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bsm_mesh.model.model import Model
 
 DEEPEST = 1e4  # m of water over the model, as for water tables
+MAX_LIGHTER = 500.0  # water than rock: no two materials are so far apart, but a unit and its thousandth are
 
 
 def flow_in_stage(model: Model, number: int) -> Flow | None:
@@ -31,6 +32,16 @@ def flow_in_stage(model: Model, number: int) -> Flow | None:
     return flow
 
 
+def water_weight_faults(place: str, unit_weight: float, model: Model) -> Iterator[str]:
+    """Return a sentence where water is lighter than any beside rock: one of the two has another unit."""
+    rock = min((rock.unit_weight for rock in model.rocks if rock.unit_weight > 0), default=0.0)
+    if rock > MAX_LIGHTER * unit_weight:
+        yield (
+            f"{place}: unit_weight = {unit_weight:g} N/m^3 is {rock / unit_weight:.4g} times less than that of every "
+            f'rock ({rock:g} N/m^3 or more); give both in one unit, for example "9.81 kN/m^3" and "26 kN/m^3"'
+        )
+
+
 def flow_faults(model: Model) -> Iterator[str]:
     """Return a sentence on everything of the flow that does not fit the model."""
     changes: list[tuple[str, Flow | FlowChange]] = []
@@ -43,6 +54,7 @@ def flow_faults(model: Model) -> Iterator[str]:
         )
         return
     yield from _two_kinds_of_water(model)
+    yield from water_weight_faults("flow", model.flow.unit_weight, model)
     yield from _aperture_faults(model, model.flow)
     yield from (
         f"stage '{stage.name}': fill: apertures of joints that come later are not followed; give [flow] coupling = "

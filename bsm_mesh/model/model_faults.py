@@ -11,7 +11,7 @@ import numpy as np
 from bsm_mesh.errors import ModelError, listing, nearest
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.bolt_layout import label, pass_blocks
-from bsm_mesh.model.flow_faults import flow_faults
+from bsm_mesh.model.flow_faults import flow_faults, water_weight_faults
 from bsm_mesh.model.histories import history_faults
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.loads import InSituTraction, Load, PointLoad, point_forces_of
@@ -82,7 +82,7 @@ def _ground_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
     elif in_situ is not None and in_situ.surface is not None:
         yield from _surface_faults(in_situ, model.blocks)
     if model.water is not None:
-        yield from _water_faults("water", model.water, model.blocks, joint_names)
+        yield from _water_faults("water", model.water, model, joint_names)
 
 
 def _surface_faults(in_situ: InSitu, blocks: Blocks) -> Iterable[str]:
@@ -102,7 +102,9 @@ def _surface_faults(in_situ: InSitu, blocks: Blocks) -> Iterable[str]:
         )
 
 
-def _water_faults(place: str, water: Water, blocks: Blocks, joint_names: Sequence[str]) -> Iterable[str]:
+def _water_faults(place: str, water: Water, model: Model, joint_names: Sequence[str]) -> Iterable[str]:
+    blocks = model.blocks
+    yield from water_weight_faults(place, water.unit_weight, model)
     for name in water.joint_pressure:
         if name not in joint_names:
             yield f"{place}: joint_pressure: there is no joint '{name}'{nearest(name, joint_names)}"
@@ -136,7 +138,7 @@ def _stage_faults(model: Model, joint_names: Sequence[str]) -> Iterable[str]:
             for text in _load_faults(load, model):
                 yield f"stage '{stage.name}': load {number + 1} ({type(load).__name__}): {text}"
         if stage.water is not None:
-            yield from _water_faults(f"stage '{stage.name}': water", stage.water, model.blocks, joint_names)
+            yield from _water_faults(f"stage '{stage.name}': water", stage.water, model, joint_names)
         yield from (f"stage '{stage.name}': {text}" for text in strength_faults(model, stage.strength))
 
 

@@ -176,7 +176,7 @@ RELAXATION = Quantity(least=0, most=1, example="0.5")
 STRESS_RATIO = Quantity(least=0, most=20, usual=(0, 5), example="0.5", why="it is horizontal over vertical stress")
 RATIO_BY_DEPTH = Quantity(unit="m", least=0, most=1e4, example="267")
 RATIO_PER_DEPTH = Quantity(unit="1/m", least=-0.1, most=0.1, example="0.001")
-WATER_WEIGHT = Quantity(unit="N/m^3", least=100, most=1e6, usual=(9e3, 1.4e4), example='"9.81 kN/m^3"')
+WATER_WEIGHT = Quantity(unit="N/m^3", least=1e-9, most=1e6, usual=(9e3, 1.4e4), example='"9.81 kN/m^3"')
 
 # Flow in joints.
 APERTURE = Quantity(unit="m", least=0, most=0.1, usual=(0, 5e-3), example='"0.2 mm"', why="0 is a sealed joint")

@@ -189,7 +189,11 @@ SILLY = [  # old, new, words: what was once taken without a word
             ("[in_situ]\nsurface = 2\nk0 = {b = 0.1, c = -0.1}", "a tension at the depth 2 m"),
             ('[in_situ]\nmethod = "gravity"\nk0 = 0.5', "in_situ: k0 belongs to a surface; give the surface"),
             ('[in_situ]\nstress = {yy = "-1 MPa"}\nk0 = 0.5', "k0 belongs to a surface; a given stress has it"),
-            ("[water]\ntable = [[0, 1]]\nunit_weight = 9.81", "[water] unit_weight = 9.81: must be 100 to 1e6"),
+            ("[water]\ntable = [[0, 1]]\nunit_weight = 0", "[water] unit_weight = 0: must be 1e-9 to 1e6"),
+            (
+                "[water]\ntable = [[0, 1]]\nunit_weight = 9.81",
+                "water: unit_weight = 9.81 N/m^3 is 2650 times less than",
+            ),
             ("[solver]\ntolerance = 0.05", "[solver] tolerance = 0.05: must be 1e-12 to 1e-4"),
             ("[solver]\ntolerance = 1e-300", "lost in rounding"),
             ("[solver]\nmax_steps = 0", "[solver] max_steps = 0: must be a whole number, 1 to"),

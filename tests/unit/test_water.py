@@ -23,7 +23,7 @@ CONTINUATION = bsm.Options(scheme="continuation")
         ({"table": [(0, 1), (1, np.nan)]}, ["table point 2", "nan"]),
         ({"table": [[(0, 1)], [(1, 1), (2, 1)]]}, ["one point is level everywhere"]),
         ({"table": ["level"]}, ["table point 1"]),
-        ({"unit_weight": 0}, ["unit_weight = 0 N/m^3 must be 100 to 1e6"]),
+        ({"unit_weight": 0}, ["unit_weight = 0 N/m^3 must be 1e-9 to 1e6"]),
         ({"head": "slanted"}, ["'slanted' is unknown"]),
         ({"joint_pressure": {"J": -1.0}}, ["joint_pressure of 'J' = -1 Pa must be 0 to 1e10 Pa"]),
     ],
@@ -137,3 +137,40 @@ def test_weightless_blocks_left_alone_are_idle():
     stage = bsm.run(model.replace(blocks=blocks, rocks=light), LINEAR).stages[-1]
     assert (stage.status, stage.name) == ("no_verdict", "apart")
     assert not stage.stage_displacement[3].any()
+
+
+def test_water_in_newtons_and_millimetres_is_that_in_metres():
+    """A column on water, in both systems of units: the same verdict, and a thousand times the numbers of movements."""
+
+    def column(metre, pascal):
+        weight = pascal / metre
+        return bsm.Model(
+            blocks=bsm.Blocks.from_polygons(
+                [metre * rectangle(-4, -1, 6, 0), metre * rectangle(0, 0, 2, 8)], rock="rock"
+            ),
+            rocks=[bsm.Rock("rock", unit_weight=25e3 * weight)],
+            joints=[bsm.Joint("J", 1e10 * weight, 1e10 * weight, law=bsm.MohrCoulomb(friction=75))],
+            default_joint="J",
+            supports=[bsm.Fixed(blocks=[0])],
+            water=bsm.Water(
+                table=[(metre * x, metre * y) for x, y in ((-4, 5.85), (0, 5.85), (2, 0), (6, 0))],
+                unit_weight=9810 * weight,
+            ),
+        )
+
+    metres, millimetres = (bsm.run(column(*units)).stages[-1] for units in ((1.0, 1.0), (1e3, 1e-6)))
+    assert metres.status == millimetres.status == "stable"
+    assert_allclose(millimetres.displacement, metres.displacement * (1e3, 1e3, 1), rtol=1e-6)
+
+
+@pytest.mark.parametrize("place", ["water", "flow", "stage 'wet': water"])
+def test_water_a_thousand_times_too_light_is_refused(place):
+    light = bsm.Water(table=[(0, 1.0)], unit_weight=9.81)
+    given = {
+        "water": {"water": light},
+        "flow": {"flow": bsm.Flow(head={"left": 1.0}, unit_weight=9.81)},
+        "stage 'wet': water": {"stages": [bsm.Stage(name="wet", water=light)]},
+    }
+    with pytest.raises(bsm.ModelError) as caught:
+        two_blocks(**given[place])
+    assert f"{place}: unit_weight = 9.81 N/m^3 is 2650 times less than that of every rock" in str(caught.value)
