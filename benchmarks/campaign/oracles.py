@@ -32,6 +32,7 @@ TOUCHING = 1e-6, 2e-3  # of a block's size: at the start, and at the end beside 
 MOST_REACH = 0.05  # of a block's size
 FELL = 0.05  # of its own size: an unstable block has moved more
 RESTED = 0.3  # of a block's size: what rests by a closed form moves less
+MOVED = 0.05  # of how far blocks move to a rest that is known
 SHARE_OF_TWINS, SHARE_OF_STRONGER = 0.25, 0.12  # of the models
 NOTHING = 1e-9  # of a block's weight: no lack
 
@@ -83,6 +84,8 @@ def _start(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
         lack = facts["lack_at_start"] = outcome.rounded(_lack_at_start(scene))
     ran_through = record["stage"].split("/")[0] == record["stage"].split("/")[1]
     stands = record["status"] == "stable" and ran_through and record["moved"] < noticeable(record)
+    if case.trial.expected is not None and case.trial.expected.moved:  # a little movement is enough, and is judged
+        stands = False
     if stands and (not facts["admissible"] if lack is None else lack > LACK):
         yield "start", f"stands after {record['moved']:.1e} of a block where limit analysis says that it must move"
     # of cohesion ours takes more than there is
@@ -152,6 +155,11 @@ def _closed_form(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
         yield "closed form", f"{record['status']} after {far:.2g} of a block, but rests: {limit} below the limit"
     elif not expected.rests and stable and far < noticeable(record):
         yield "closed form", f"stable after {far:.1e} of a block, but must move: {limit} beyond the limit"
+    wanted = expected.moved
+    if not (expected.rests and stable) or wanted is None:
+        return
+    if abs(far - wanted) > expected.moved_within + MOVED * wanted + noticeable(record):
+        yield "closed form", f"at rest after {far:.3g} of a block, but the form says {wanted:.3g}"
 
 
 def _symmetry(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:

@@ -26,11 +26,17 @@ class Expected:
         Distance to the exact limit, over the limit; positive where the blocks rest, negative where they must move.
     tolerance : float
         Margins below it are not judged: there the springs, which the form leaves out, decide.
+    moved : float or None
+        How far the blocks move to their rest, over the size of a block; None: the form does not say.
+    moved_within : float
+        By how much of a block's size, beside a twentieth of the movement, the springs may make it another.
     """
 
     form: str
     margin: float
     tolerance: float
+    moved: float | None = None
+    moved_within: float = 0.0
 
     @property
     def rests(self) -> bool | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.campaign.families import arches, closed, layers, slopes, tunnels, walls
+from benchmarks.campaign.families import arches, closed, layers, rocking, slopes, tunnels, walls
 from benchmarks.campaign.families.variants import bolted, staged, watered
 from benchmarks.campaign.trial import Draw, Family
 
@@ -18,6 +18,7 @@ BASE: dict[str, tuple[str, Draw, int]] = {
     "arch": ("semicircular arches", arches.draw_arch, 110),
     "beam": ("flat arches of two stones", arches.draw_beam, 80),
     "layers": ("layers above a toe", layers.draw_layers, 90),
+    "rocking": ("columns, dams and stacks that rock on water", rocking.draw_rocking, 60),
     "tunnel": ("openings between two joint sets", tunnels.draw_tunnel, 110),
     "cavern": ("openings in Voronoi rock", tunnels.draw_cavern, 90),
 }

@@ -7,6 +7,8 @@ import pytest
 
 import bsm_mesh as bsm
 from benchmarks.campaign.families import FAMILIES
+from benchmarks.campaign.families.rocking import level_limits, tilt_at_rest
+from benchmarks.campaign.scene import box
 from benchmarks.campaign.sizes import SIZES, families_of, scene_of
 from benchmarks.campaign.trial import trial_of
 
@@ -77,3 +79,14 @@ def test_a_scene_of_the_benchmark_suite_stays_what_it_is(number):
     if given.stages:
         ours, theirs = (bsm.run(model, bsm.Options(scheme="linear")).stages[-1].present for model in (made, given))
         assert (ours == theirs).all()
+
+
+def test_a_column_on_water_leaves_its_heel_where_the_moments_balance():
+    """By hand: b/2 of the weight against a triangle of pressure at a third, and an uplift at two thirds of the base."""
+    b, h, tail = 2.0, 8.0, 0.0
+    column = [box(-b, 0, 0, h)]
+    leaves, falls = level_limits(column, tail)
+    assert 9810 * (leaves**3 / 6 + leaves * b / 2 * 2 * b / 3) == pytest.approx(25e3 * b * h * b / 2)
+    assert tilt_at_rest(column, leaves - 1e-6, tail) == 0.0
+    assert 0 < tilt_at_rest(column, (leaves + falls) / 2, tail) < tilt_at_rest(column, falls - 1e-3, tail)
+    assert tilt_at_rest(column, falls + 1e-3, tail) is None

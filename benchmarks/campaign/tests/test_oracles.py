@@ -10,7 +10,9 @@ import bsm_mesh as bsm
 from benchmarks.campaign import outcome
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
-from benchmarks.campaign.trial import trial_of
+from benchmarks.campaign.trial import Expected, trial_of
+
+NONE = Expected(form="", margin=0.0, tolerance=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +88,12 @@ def test_a_twin_with_another_verdict_is_found():
             break
     assert "symmetry" not in names(case)
     assert "symmetry" in names(claim(case, status="unstable", fallen=1, fell=1.0))
+
+
+def test_a_rest_elsewhere_than_the_form_says_is_found():
+    seed = next(s for s in range(60) if (trial_of(FAMILIES["rocking"], s).expected or NONE).moved)
+    trial = trial_of(FAMILIES["rocking"], seed)
+    results, seconds = outcome.run(trial.scene)
+    case = Case(trial=trial, record=outcome.record_of(trial.scene, results, seconds), results=results)
+    assert names(case) == []
+    assert names(claim(case, moved=case.record["moved"] + 0.1)) == ["closed form"]
