@@ -18,7 +18,7 @@ from bsm_mesh.results.records import ContactForces, StageResult, Status, Support
 from bsm_mesh.results.results import Results
 
 CERTIFICATE = "certificate.json"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 GRAVITY = 9.81  # m/s2: speeds are kept as heights of fall
 OF_PROOF = "proof_"
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.app.certificate import CERTIFICATE, certificate, certificate_arrays
+from bsm_mesh.app.certificate import CERTIFICATE, SCHEMA_VERSION, certificate, certificate_arrays
 from bsm_mesh.app.older_results import WRITTEN
 from bsm_mesh.app.storage import SavedResults
 from bsm_mesh.app.terminal import say, say_json
@@ -78,6 +78,11 @@ def grounds_in(out: Path) -> tuple[Ground, ...]:
             "that wrote it, or run the model.toml beside it again"
         )
     told = json.loads(saved.content(CERTIFICATE))
+    if told.get("schema_version") != SCHEMA_VERSION:
+        raise ModelError(
+            f"{CERTIFICATE} in {out} has schema version {told.get('schema_version')}, and {SCHEMA_VERSION} is checked; "
+            "run the model.toml beside it again"
+        )
     arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]
     return tuple(grounds_of(results, told, arrays))
 

@@ -63,6 +63,20 @@ class Evidence(Portable):
         Row and column of the blocks of the bolts' tangent.
     bolt_tangent : (l, 3, 3) float64
         The blocks: derivatives of minus the bolts' forces by the movements.
+    unit_weight : (n,) float64 or None [N/m3]
+        Of the rock of every block; None in results of a former version.
+    gravity : (2,) float64 or None
+        Force over weight: gravity's direction, and what an earthquake adds.
+    load_block : (q,) int32 or None
+        Block of every force that a load stands for; None in results of a former version.
+    load_point, load_force : (q, 2) float64 or None [m, N/m]
+        Where it acts now, and the force.
+    water_breaks : (k,) float64 or None [m]
+        Where the straight pieces of the water table end; None: water presses otherwise than by a table alone.
+    water_pieces : (k + 1, 3) float64 or None [m, -, Pa/m]
+        Level at x = 0, slope, and pressure by depth of every piece; a level of -inf: no water.
+    load_stiffness : (n, 3, 3) float64 or None
+        Derivatives of minus loads and water by the movement of each block, symmetric part; None: all are zero.
     velocity : (n, 3) float64 or None [sqrt(m), sqrt(m), rad / sqrt(m)]
         Of blocks that are followed: its square is twice the height of a free fall to it.
     """
@@ -82,6 +96,14 @@ class Evidence(Portable):
     weight: FloatArray
     bolt_pair: IntArray
     bolt_tangent: FloatArray
+    unit_weight: FloatArray | None = None
+    gravity: FloatArray | None = None
+    load_block: IntArray | None = None
+    load_point: FloatArray | None = None
+    load_force: FloatArray | None = None
+    water_breaks: FloatArray | None = None
+    water_pieces: FloatArray | None = None
+    load_stiffness: FloatArray | None = None
     velocity: FloatArray | None = None
     residual_tension: FloatArray | None = None
     closed_at: FloatArray | None = None
@@ -111,13 +133,13 @@ class Evidence(Portable):
 
     def in_whole(self, part: SubModel) -> Evidence:
         """Return a part's evidence in the numbers of the whole."""
-        return replace(
-            self,
-            bar_block=part.block[self.bar_block],
-            bolt_pair=part.block[self.bolt_pair],
-            weight=part.in_whole(self.weight),
-            velocity=None if self.velocity is None else part.in_whole(self.velocity),
-        )
+        by_block = ("weight", "velocity", "unit_weight", "load_stiffness")
+        numbered = ("bar_block", "bolt_pair", "load_block")
+        given = {name: getattr(self, name) for name in (*by_block, *numbered)}
+        there = {name: values for name, values in given.items() if values is not None}
+        changed: dict[str, Any] = {name: part.in_whole(there[name]) for name in by_block if name in there}
+        changed |= {name: part.block[there[name]] for name in numbered if name in there}
+        return replace(self, **changed)
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True, kw_only=True)

@@ -13,8 +13,13 @@ from scipy.optimize import linprog
 
 import bsm_mesh as bsm
 from bsm_mesh.app.verify_certificate import proved
+from bsm_mesh.app.verify_certificate.geometry import moments
+from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.strength import with_strength
-from bsm_mesh.solve.algebra.loads import external_loads
+from bsm_mesh.model.supports import bars_of
+from bsm_mesh.model.water_pressure import WaterLoad
+from bsm_mesh.results.evidence import bar_rows
+from bsm_mesh.solve.algebra.loads import external_loads, given_of
 from bsm_mesh.solve.limit.program import LimitProgram
 from bsm_mesh.solve.limit_analysis import strength_limit
 from tests.scenes.arch import arch
@@ -37,11 +42,15 @@ def on_incline(*blocks, friction=40.0, **given):
 
 def faults_of(model, found):
     """Return what the independent check of certificates has against the proof."""
-    witness, none = found.proof.witness, np.zeros((model.blocks.count, 3))
+    witness, blocks, water = found.proof.witness, model.blocks, WaterLoad(model)
     arrays = {f"proof_{field.name}": getattr(witness, field.name) for field in fields(witness)}
-    loads = external_loads(model.replace(water=None))
-    arrays |= {"weight": loads[:, :2], "applied": none, "water": external_loads(model) - loads}
-    arrays |= {"centroid": model.blocks.moments.centroid, "gyration": model.blocks.moments.gyration}
+    arrays |= moments(blocks.vertices, blocks.offsets) | {"vertices": blocks.vertices, "offsets": blocks.offsets}
+    arrays |= {"position": np.zeros((blocks.count, 3)), "present": np.ones(blocks.count, bool)}
+    bars = bars_of(model.supports, blocks)
+    arrays |= bar_rows(bars, bars.point) | {"at": arrays["centroid"], "bolt_block": np.zeros(0, int)}
+    arrays |= {"water": water.on_blocks(blocks.vertices, arrays["centroid"])}
+    given = given_of(model, water, point_forces_of(model.acting_loads, blocks))
+    arrays |= {name: values for name, values in given.items() if values is not None}
     return proved({"laws": list(witness.laws), "proof": {"laws": witness.laws}}, arrays, linear=False)[1]
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray
-from bsm_mesh.model.loads import point_forces_of
+from bsm_mesh.model.loads import PointForces, point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.water_pressure import WaterLoad
 
@@ -20,6 +22,23 @@ def external_loads(model: Model) -> FloatArray:
     moment = arm[:, 0] * forces.force[:, 1] - arm[:, 1] * forces.force[:, 0]
     np.add.at(total, forces.block, np.column_stack([forces.force, moment]))
     return total
+
+
+def given_of(model: Model, water: WaterLoad, loads: PointForces) -> dict[str, Any]:
+    """Return the fields of `Evidence` that tell what acts on the blocks, from loads worked out to forces."""
+    surface = water.surface
+    gradient = water.water.unit_weight * surface.factor
+    pieces = np.column_stack([surface.level, surface.slope, gradient])
+    return {
+        "weight": model.gravity_forces,
+        "unit_weight": model.unit_weights,
+        "gravity": model.gravity_vector,
+        "load_block": loads.block,
+        "load_point": loads.point,
+        "load_force": loads.force,
+        "water_breaks": surface.breaks if water.patches is None else None,
+        "water_pieces": pieces if water.patches is None else None,
+    }
 
 
 def reference_weight(model: Model, loads: FloatArray, bolt_forces: FloatArray, among: BoolArray | None = None) -> float:

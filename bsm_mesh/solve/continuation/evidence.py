@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.model.loads import PointForces
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
+from bsm_mesh.solve.algebra.loads import given_of
 from bsm_mesh.solve.bolts.tangent import bolt_tangent
 from bsm_mesh.solve.contacts.forces import ContactSet
 from bsm_mesh.solve.contacts.tangents import elastic_contacts
@@ -20,6 +22,8 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
     bars = motion.constraints.bars
     closed_at, dilation = _dilation_of(table)
     placed = system.outlines.placed(motion.position)
+    block, point, force = system.point_forces_at(motion.position)
+    turning = system.load_stiffness(motion.position)
     return Evidence(
         laws=law_table(system.catalogue.laws),
         law=table.law[kept],
@@ -32,7 +36,8 @@ def evidence_of(system: BlockSystem, motion: Motion, kept: IntArray) -> Evidence
         normal_stiffness=at.normal_stiffness[kept],
         shear_stiffness=np.where(at.closed, at.springs.stiffness, table.shear_stiffness)[kept],
         near=(elastic_contacts(table, at, system.outlines.size) & ~at.closed)[kept],
-        weight=system.model.gravity_forces,
+        **given_of(system.model, system.water, PointForces(block=block, point=point, force=force)),
+        load_stiffness=None if turning is None else (turning + turning.transpose(0, 2, 1)) / 2,
         bolt_pair=pair,
         bolt_tangent=tangent,
         velocity=motion.velocity,

@@ -22,7 +22,7 @@ from bsm_mesh.results.bolts import BoltForces
 from bsm_mesh.results.evidence import Evidence, bar_rows, law_table
 from bsm_mesh.results.records import ContactForces, StageResult, Status, StepRecord
 from bsm_mesh.results.stress import total_and_effective_stress
-from bsm_mesh.solve.algebra.loads import relative_residual
+from bsm_mesh.solve.algebra.loads import given_of, relative_residual
 from bsm_mesh.solve.algebra.mechanisms import FreePart
 from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
@@ -286,7 +286,7 @@ def _outcome(
 
 def _evidence(system: LinearSystem, solution: Solution) -> Evidence:
     """Return the evidence: in this scheme no contact can fail or open."""
-    contacts, bars = system.contacts, system.constraints.bars
+    contacts, bars, model = system.contacts, system.constraints.bars, system.model
     m, nothing = contacts.count, np.zeros(contacts.count, dtype=bool)
     pair, tangent = bolt_tangent(system.bolts, solution.bolts, turning=False)
     return Evidence(
@@ -298,7 +298,7 @@ def _evidence(system: LinearSystem, solution: Solution) -> Evidence:
         normal_stiffness=contacts.normal_stiffness,
         shear_stiffness=contacts.shear_stiffness,
         near=nothing,
-        weight=system.model.gravity_forces,
+        **given_of(model, WaterLoad(model), point_forces_of(model.acting_loads, model.blocks)),
         bolt_pair=pair,
         bolt_tangent=tangent,
         **bar_rows(bars, bars.point),

@@ -1,0 +1,13 @@
+"""Check the certificates of a results folder from its files alone: ``python verify_certificate OUT``.
+
+This folder stands alone: of the package it imports nothing, only NumPy. Copy it anywhere. What each ground proves is in
+docs/theory.md, section 9; what the arrays are in docs/user_guide.md. Exit code 0: every verdict bears out; 1: one does
+not.
+"""
+
+from .folder import main
+from .mechanism import proved
+from .stage import check_stage
+from .strength import strength_of
+
+__all__ = ["check_stage", "main", "proved", "strength_of"]

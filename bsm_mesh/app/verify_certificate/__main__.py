@@ -1,0 +1,13 @@
+"""``python verify_certificate OUT``: this folder as a script, wherever it lies."""
+
+import sys
+from pathlib import Path
+
+if not __package__:  # run as a folder: its modules import each other as those of a package
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    __package__ = Path(__file__).resolve().parent.name
+    __import__(__package__)
+
+from .folder import main
+
+sys.exit(main(Path(sys.argv[1])))

@@ -1,0 +1,162 @@
+"""What a certificate takes as given, beside the model file and the mesh in the folder: outlines, weights, strength."""
+
+from __future__ import annotations
+
+import base64
+import re
+import tomllib
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .geometry import Arrays, size_of
+
+MODEL, MESH = "model.toml", "mesh.vtu"
+FALLEN = 0.04  # of its size: a block that comes down has moved by more
+SAME = 1e-9  # relative: numbers of two files of the same model
+TYPES = {"Float64": np.float64, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}
+
+
+class GivenFiles:
+    """The model file and the mesh of a results folder, as far as numbers of a certificate can be compared with them.
+
+    Parameters
+    ----------
+    folder : Path
+        The results.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        model, mesh = folder / MODEL, folder / MESH
+        self.model: dict[str, Any] = tomllib.loads(model.read_text("utf-8")) if model.exists() else {}
+        self.arrays = mesh_arrays(mesh.read_bytes()) if mesh.exists() else {}
+
+    @property
+    def text(self) -> str:
+        """What there is to compare with, in words."""
+        there = [name for name, has in ((MODEL, self.model), (MESH, self.arrays)) if has]
+        return f"as {' and '.join(there)} give it" if there else "no model file beside it to compare with"
+
+    def faults(self, stage: dict[str, Any], a: Arrays) -> list[str]:
+        """Return what of a stage is otherwise than in the files."""
+        found = [*self._outlines(a), *self._weights(a), *self._gravity(stage, a), *self._supports(a)]
+        found += self._movement(stage, a)
+        laws = [*stage["laws"], *stage.get("proof", {}).get("laws", [])]
+        return found + [fault for law in laws for fault in self._strength(law)]
+
+    def _outlines(self, a: Arrays) -> list[str]:
+        if not self.arrays:
+            return []
+        points, blocks = polygons(self.arrays)
+        same = len(points) == len(a["vertices"]) and np.array_equal(blocks, a["offsets"])
+        if same:
+            same = bool(np.abs(points - a["vertices"]).max() <= SAME * size_of(a))
+        return [] if same else [f"the outlines of the blocks are not those of {MESH}"]
+
+    def _weights(self, a: Arrays) -> list[str]:
+        rocks = {name: rock.get("unit_weight") for name, rock in self.model.get("rock", {}).items()}
+        numbers = [weight for weight in rocks.values() if isinstance(weight, (int, float))]
+        if "unit_weight" not in a or not numbers or len(numbers) < len(rocks):
+            return []
+        known = np.array(numbers)
+        if self.arrays and "rock" in self.arrays:
+            names = {int(v[0]): k.removeprefix("rock:") for k, v in self.arrays.items() if k.startswith("rock:")}
+            cells = self.arrays["rock"][: len(a["present"])]
+            wanted = np.array([rocks.get(names.get(int(number), ""), np.nan) for number in cells])
+            off = np.abs(a["unit_weight"] - wanted)
+            off = np.where(np.isnan(wanted), np.abs(a["unit_weight"][:, None] - known).min(axis=1), off)
+        else:
+            off = np.abs(a["unit_weight"][:, None] - known).min(axis=1)
+        bad = np.flatnonzero((off > SAME * np.abs(known).max()) & a["present"])
+        return [f"block {int(bad[0])} has another unit weight than its rock in {MODEL}"] if len(bad) else []
+
+    def _gravity(self, stage: dict[str, Any], a: Arrays) -> list[str]:
+        given = self.model.get("gravity", {})
+        if "gravity" not in a or not self.model or any("gravity" in one for one in self.model.get("stage", [])):
+            return []
+        angle = np.radians(given.get("direction", -90.0))
+        wanted = np.array([np.cos(angle) + given.get("horizontal", 0), np.sin(angle) + given.get("vertical", 0)])
+        off = np.abs(a["gravity"] - wanted).max()
+        return [] if off <= SAME else [f"gravity of stage '{stage['name']}' is not that of {MODEL}"]
+
+    def _supports(self, a: Arrays) -> list[str]:
+        supports = self.model.get("support", [])
+        if not supports or not all(isinstance(one.get("blocks"), list) for one in supports):
+            return []
+        allowed = {block for one in supports for block in one["blocks"]}
+        invented = sorted(set(a["bar_block"].tolist()) - allowed)
+        lost = sorted(allowed & set(np.flatnonzero(a["present"]).tolist()) - set(a["bar_block"].tolist()))
+        faults = [f"block {invented[0]} is held by no support of {MODEL}"] if invented else []
+        return faults + ([f"the support of block {lost[0]} in {MODEL} is left out"] if lost else [])
+
+    def _movement(self, stage: dict[str, Any], a: Arrays) -> list[str]:
+        solver = self.model.get("solver", {})
+        if stage["verdict"] != "unstable" or not solver or solver.get("scheme") == "linear":
+            return []
+        blocks = stage["unstable_blocks"]
+        u, v, turn = a["displacement"][blocks].T
+        size = np.sqrt(a["area"][blocks])
+        far = float((np.maximum(np.hypot(u, v), size / 2 * np.abs(turn)) / size).max(initial=0.0))
+        if far >= FALLEN or "displacement_limit" in solver:
+            return []
+        return [f"the blocks that come down have moved by {far:.1e} of their size only"]
+
+    def _strength(self, law: dict[str, Any]) -> list[str]:
+        if law["kind"] in ("elastic", "own"):
+            return []
+        if law["kind"] in ("weaker", "reduced"):
+            inner = law["laws"] if law["kind"] == "weaker" else [law["law"]]
+            return [fault for one in inner for fault in self._strength(one)]
+        tables = [*self.model.get("joint", {}).values(), *self.model.get("rock", {}).values()]
+        of_kind = [table for table in tables if table.get("friction") is not None or table.get("law") == law["kind"]]
+        if not of_kind or any(agrees(law, table) for table in of_kind):
+            return []
+        shown = ", ".join(f"{key} {law[key]:g}" for key in law if isinstance(law[key], float))
+        return [f"no joint or rock of {MODEL} has the strength {law['kind']} ({shown})"]
+
+
+def agrees(law: dict[str, Any], table: dict[str, Any]) -> bool:
+    """Return whether a law's numbers are those of a table of the model file, where both give a number."""
+    if table.get("law", law["kind"]) != law["kind"]:
+        return False
+    both = [key for key in law if all(isinstance(one.get(key), (int, float)) for one in (law, table))]
+    return all(abs(law[key] - table[key]) <= SAME * max(abs(table[key]), 1.0) for key in both)
+
+
+def polygons(arrays: Arrays) -> tuple[Any, Any]:
+    """Return corners and offsets of the polygons among the cells of a mesh."""
+    ends = arrays["offsets"]
+    begins = np.concatenate([[0], ends[:-1]])
+    cells = np.flatnonzero((arrays["types"] == 7) | (arrays["types"] == 5) | (arrays["types"] == 9))
+    corners = [arrays["connectivity"][begins[cell] : ends[cell]] for cell in cells]
+    points = arrays["Points"].reshape(-1, 3)[:, :2]
+    return points[np.concatenate(corners)], np.cumsum([0, *(len(corner) for corner in corners)])
+
+
+def mesh_arrays(content: bytes) -> Arrays:
+    """Return the arrays of a VTU file whose data are appended, in base64 and compressed by zlib; none of another."""
+    head, _, tail = content.partition(b'<AppendedData encoding="base64">')
+    if not tail or b"vtkZLibDataCompressor" not in head or b'header_type="UInt32"' not in head:
+        return {}
+    data = tail[tail.index(b"_") + 1 :]
+    found = {}
+    for tag in re.findall(rb"<DataArray[^>]*>", head):
+        told = dict(re.findall(r'(\w+)="([^"]*)"', tag.decode()))
+        if told.get("format") == "appended" and told["type"] in TYPES:
+            found[told["Name"]] = np.frombuffer(blocks_at(data, int(told["offset"])), TYPES[told["type"]])
+    return found
+
+
+def blocks_at(data: bytes, offset: int) -> bytes:
+    """Return one array's bytes: a header of block sizes, in base64 on its own, and the compressed blocks."""
+    count = int(np.frombuffer(base64.b64decode(data[offset : offset + 8])[:4], "<u4")[0])
+    bytes_of_header = 4 * (3 + count)
+    coded = 4 * -(-bytes_of_header // 3)
+    header = np.frombuffer(base64.b64decode(data[offset : offset + coded])[:bytes_of_header], "<u4")
+    sizes = header[3:].astype(int)
+    begin = offset + coded
+    packed = base64.b64decode(data[begin : begin + 4 * -(-int(sizes.sum()) // 3)])
+    ends = np.cumsum(sizes)
+    return b"".join(zlib.decompress(packed[end - size : end]) for size, end in zip(sizes, ends, strict=True))

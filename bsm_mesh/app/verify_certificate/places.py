@@ -1,0 +1,81 @@
+"""Contacts lie where two blocks touch; supports push where blocks are held."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .geometry import AGREES, Arrays, cross, edges_of, placed, size_of
+
+TOUCHING = 1e-3  # of a block's size, beyond the opening: contacts that act across less
+TURNED = 1e-6  # of a normal from its edge's
+LONGER = 2e-2  # by how much a contact may stand for more than its edge
+
+
+def distances(a: Arrays, corner: Any, block: Any, point: Any) -> tuple[Any, Any, Any]:
+    """Return distances of points (k, 2) from all edges of their blocks (k,), the edges, and the points' rows."""
+    edge, row = edges_of(a, block)
+    start = corner[edge]
+    along = corner[a["following"][edge]] - start
+    part = np.clip(((point[row] - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+    return np.hypot(*(point[row] - start - part[:, None] * along).T), edge, row
+
+
+def normals(a: Arrays, corner: Any, edge: Any) -> Any:
+    """Return the outward unit normals of edges (k,), (k, 2)."""
+    along = corner[a["following"][edge]] - corner[edge]
+    return np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
+
+
+def place_faults(a: Arrays) -> list[str]:
+    """Return which contacts that bear something lie on no corner and edge of their blocks, or along another normal."""
+    bears = np.flatnonzero((a["contact_normal_force"] != 0) | (a["contact_shear_force"] != 0))
+    if not len(bears):
+        return []
+    corner = placed(a, a["position"])
+    point, normal = a["contact_point"][bears], a["contact_normal"][bears]
+    reach = TOUCHING * size_of(a) + np.abs(a["contact_opening"][bears])
+    away, _, row = distances(a, corner, a["contact_block_a"][bears], point)
+    off_a = np.ones(len(bears), dtype=bool)
+    off_a[row[away <= reach[row]]] = False
+    away, edge, row = distances(a, corner, a["contact_block_b"][bears], point)
+    near = away <= reach[row]
+    off_b = np.ones(len(bears), dtype=bool)
+    off_b[row[near]] = False
+    along = near & (np.hypot(*(normals(a, corner, edge) - normal[row]).T) <= TURNED)
+    turned, short = np.ones(len(bears), dtype=bool), np.ones(len(bears), dtype=bool)
+    turned[row[along]] = False
+    length = np.hypot(*(corner[a["following"][edge]] - corner[edge]).T)
+    short[row[along & (a["contact_length"][bears][row] <= (1 + LONGER) * length)]] = False
+    same = a["contact_block_a"][bears] == a["contact_block_b"][bears]
+    gone = ~(a["present"][a["contact_block_a"][bears]] & a["present"][a["contact_block_b"][bears]])
+    tests = (
+        (same | gone, "is between no two blocks that are there"),
+        (off_a | off_b, "does not lie where its blocks touch"),
+        (turned, "has another normal than the edge"),
+        (short, "stands for more than its edge"),
+    )
+    return [f"contact {bears[int(bad.argmax())]} {text}" for bad, text in tests if bad.any()]
+
+
+def support_faults(a: Arrays, reference: float) -> list[str]:
+    """Return which blocks the supports push where, or in a direction in which, no support holds them."""
+    push = np.abs(a["reactions"]) / np.column_stack([np.ones((len(a["reactions"]), 2)), a["gyration"]])
+    allowed = AGREES * (reference + push.max(initial=0.0))
+    pushed = np.flatnonzero((push > allowed).any(axis=1))
+    loose = pushed[~np.isin(pushed, a["bar_block"])]
+    if len(loose):
+        return [f"supports push block {int(loose[0])}, which none holds"]
+    order = np.argsort(a["bar_block"], kind="stable")
+    held = a["bar_block"][order]
+    for block in pushed:
+        bars = order[np.searchsorted(held, block) : np.searchsorted(held, block, side="right")]
+        arm, along = a["bar_point"][bars] - a["at"][block], a["bar_direction"][bars]
+        turn = np.where(a["bar_turns"][bars], 1.0, cross(arm, along) / a["gyration"][block])
+        columns = np.column_stack([along, turn]).T
+        wanted = a["reactions"][block] / (1.0, 1.0, a["gyration"][block])
+        left = wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=None)[0]
+        if np.abs(left).max() > allowed:
+            return [f"supports push block {int(block)} in a direction in which none holds it"]
+    return []

@@ -1,0 +1,94 @@
+"""The check of a stage: its verdict, its ground, and what speaks against it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .balance import reaction_faults, residuals
+from .geometry import AGREES, Arrays, moments
+from .given import given_faults, given_text
+from .mechanism import proved
+from .model_file import GivenFiles
+from .overlap import overlap
+from .places import place_faults, support_faults
+from .stability import falling
+from .strength import own_laws, strength_faults
+from .water import stiffness_faults
+
+GROUNDS = {
+    "stable": ("equilibrium",),
+    "stable_after_falls": ("equilibrium",),
+    "unstable": ("proved", "followed"),
+    "not_converged": ("best state",),
+    "no_verdict": ("equilibrium",),
+}
+LINEAR = 1e-9  # tolerance of the linear scheme: rounding
+
+
+def check_stage(
+    told: dict[str, Any], stage: dict[str, Any], arrays: Arrays, files: GivenFiles | None = None
+) -> tuple[str, list[str]]:
+    """Return what bears the verdict of a stage, in words, and what speaks against it; `files`: what to compare with."""
+    try:
+        text, faults = _checked(told, stage, arrays)
+        if files is None:
+            return text, faults
+        there = {**arrays, **moments(arrays["vertices"], arrays["offsets"])}
+        return f"{text}; {given_text(there)}, {files.text}", faults + files.faults(stage, there)
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        return "", [f"the numbers do not fit together ({type(error).__name__}: {error})"]
+
+
+def _checked(told: dict[str, Any], stage: dict[str, Any], a: Arrays) -> tuple[str, list[str]]:
+    a = {**a, **moments(a["vertices"], a["offsets"])}
+    a["at"] = a["centroid"] + a["position"][:, :2]
+    if stage["ground"] not in GROUNDS.get(stage["verdict"], ()):
+        return "", [f"the ground '{stage['ground']}' is none for '{stage['verdict']}'"]
+    linear = told["scheme"] == "linear"
+    if stage["ground"] == "equilibrium" and linear != (stage["verdict"] == "no_verdict"):
+        return "", [f"an equilibrium of scheme '{told['scheme']}' is none for '{stage['verdict']}'"]
+    residual, rounding = residuals(a, stage["reference_weight"])
+    reference = stage["reference_weight"]
+    faults = reaction_faults(a, reference) + given_faults(a, reference) + support_faults(a, reference)
+    faults += place_faults(a) if stage["ground"] == "equilibrium" else []
+    faults += [] if linear else strength_faults(stage, a) + stiffness_faults(a)
+    if stage["ground"] == "best state":
+        worst = int(residual.argmax())
+        text = f"block {worst} lacks {residual[worst]:.1e} of the reference weight ({told['tolerance']:.0e} is allowed)"
+        return f"{text}; {stage['reason']}", faults
+    if stage["verdict"] == "unstable":
+        text, found = movement(stage, a, residual - rounding > told["tolerance"])
+        if stage["ground"] == "proved":
+            proof, more = proved(stage, a, linear=linear)
+            return f"{proof}; {text}", faults + found + more
+        return text, faults + found
+    allowed = min(told["tolerance"], LINEAR) if linear else told["tolerance"]
+    worst = int((residual - rounding).argmax())
+    if not residual[worst] - rounding[worst] <= allowed:
+        faults.append(f"block {worst} is out of balance by {residual[worst]:.1e} of the reference weight")
+    text = f"every block is in balance to {residual.max():.1e} of the reference weight ({allowed:.0e} is allowed)"
+    for told_more, found in ("", []) if linear else overlap(a), falling(a, linear=linear):
+        text, faults = f"{text}{'; ' if told_more else ''}{told_more}", faults + found
+    return text + own_laws(stage, a), faults
+
+
+def movement(stage: dict[str, Any], a: Arrays, unbalanced: Any) -> tuple[str, list[str]]:
+    """Return how the blocks that come down were followed, and what of it is not so; `unbalanced` (n,): what moves."""
+    blocks, moved = stage["unstable_blocks"], np.hypot(*a["displacement"][:, :2].T)
+    if not blocks or [one["block"] for one in stage["movement"]] != blocks or not a["present"][blocks].all():
+        return "", ["the blocks that come down are not named"]
+    faults = []
+    if any(abs(one["moved"] - moved[one["block"]]) > AGREES * moved[one["block"]] for one in stage["movement"]):
+        faults.append("blocks have not moved as far as is said")
+    if not unbalanced[blocks].any():
+        faults.append("every block that is to come down is in balance")
+    farthest = max(stage["movement"], key=lambda one: one["moved"])
+    speed = "" if farthest["speed"] is None else f", at {farthest['speed']:.2g} m/s"
+    methods = ", ".join(
+        f"{one['name']} ended {one['ended']} and failed in {one['in_vain']}" for one in stage["methods"]
+    )
+    text = f"block {farthest['block']} was followed over {farthest['moved']:.3g} m{speed} ({len(blocks)} come down); "
+    why = f"; {stage['proof']['text']}" if "proof" in stage and stage["ground"] == "followed" else ""
+    return f"{text}{stage['reason']}; of {stage['steps']} steps {methods}{why}", faults
