@@ -171,7 +171,9 @@ class Continuation:
         if number + 1 == self.options.max_steps:
             return self._end(Status.NOT_CONVERGED, self._exhausted("steps", residual, position), contacts, position)
         if velocity is not None:  # what has been thrown off falls from rest: statics knows no flight
-            velocity = np.where(self.collapse.thrown[:, None], 0.0, velocity)
+            # Where nothing weighs or is loaded, masses are those of the cycles: what no force moves does not drift on.
+            drifts = self.system.mean_weight == 0 and residual < self.options.tolerance
+            velocity = np.where(self.collapse.thrown[:, None] | drifts, 0.0, velocity)
         return self._state_after(number + 1, position, history, velocity=velocity, quiet=quiet)
 
     def _state_after(

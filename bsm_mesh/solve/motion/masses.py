@@ -132,7 +132,7 @@ class Masses:
         """Return masses over weights [1/m]: nine of ten blocks are stable, and none crosses a step length in a jump."""
         system, settings, d = self._system, self._settings, self._system.d
         rate = (1 + step.movement(velocity) ** 2 / d) * settings.min_cycles**2 / d
-        heavy = ~system.prescribed_blocks & (least[:, 0] > 0)
+        heavy = ~system.prescribed_blocks & (least[:, 0] > 0) & (system.mass[:, 0] > 0)  # there may be no weight at all
         if heavy.any():
             heavy &= system.mass[:, 0] >= settings.light * system.mass[heavy, 0].mean()
             rate = max(rate, float(np.quantile((least / system.mass)[heavy].max(axis=1), settings.stiff)))
