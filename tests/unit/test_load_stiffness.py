@@ -136,9 +136,15 @@ def test_the_tangent_is_the_derivative_of_the_residual():
 
 def righting_moment(tilt: float, level: float, width: float, height: float) -> float:
     """Return the moment of weight and water about the toe of a rigid column tilted over it, 10 000 points a side."""
-    turn = np.array([(np.cos(tilt), -np.sin(tilt)), (np.sin(tilt), np.cos(tilt))])
-    corners = np.array([(-width, 0), (0, 0), (0, height), (-width, height)]) @ turn  # clockwise by the tilt
-    moment = 25e3 * width * height * -corners.mean(axis=0)[0]
+    return righting(np.array([(-width, 0), (0, 0), (0, height), (-width, height)]), tilt, level, width)
+
+
+def righting(outline: np.ndarray, tilt: float, level: float, width: float) -> float:
+    """Return that of any body with its toe at the origin; the table falls from its heel to its toe."""
+    corners = outline @ np.array([(np.cos(tilt), -np.sin(tilt)), (np.sin(tilt), np.cos(tilt))])  # clockwise
+    x, y = corners.T
+    u, v = np.roll(x, -1), np.roll(y, -1)
+    moment = 25e3 * -((x + u) * (x * v - u * y)).sum() / 6  # of the area about the y axis
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         t = (np.arange(10_000) + 0.5) / 10_000
         x, y = (start + t[:, None] * (end - start)).T
@@ -163,6 +169,21 @@ def test_a_column_that_rocks_on_water_rests_at_its_tilt(level):
     tilt = brentq(lambda tilt: righting_moment(tilt, level, 2, 8), 0.0, 0.03)
     assert 0.001 < tilt < 0.02
     assert_allclose(-stage.displacement[1, 2], tilt, rtol=3e-3)  # the toe gives way by 4e-6 m
+
+
+def test_a_tilt_farther_than_contacts_were_searched_for():
+    """A dam 12 m high that rests at about 0.1 rad: its middle moves farther than contacts are searched for."""
+    width, level = 3.8465, 10.4555
+    dam = np.array([(-width, 0), (0, 0), (-2.7037, 12.3493), (-3.335, 12.3493)])
+    base = rectangle(-30, -2, 30, 0)
+    tilts = np.linspace(0, 0.2, 81)
+    first = next(k for k, tilt in enumerate(tilts) if righting(dam, tilt, level, width) >= 0)
+    assert tilts[first] > 0.09
+    water = bsm.Water(table=[(-27, level), (-width, level), (0, 0), (27, 0)])
+    stage = bsm.run(model_of([base, dam], friction=78.0, kn=1.25e12, gamma=25e3, water=water)).stages[-1]
+    assert stage.status == "stable"
+    tilt = brentq(lambda tilt: righting(dam, tilt, level, width), tilts[first - 1], tilts[first])
+    assert_allclose(-stage.displacement[1, 2], tilt, rtol=1e-2)
 
 
 @pytest.mark.parametrize(("width", "floats"), [(3.0, True), (2.5, True), (2.4, False), (1.5, False)])

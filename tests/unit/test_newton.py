@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from bsm_mesh.solve.methods.corrections import chord_method, line_search, newton_correction
 from bsm_mesh.solve.methods.newton import ExactNewton, newton
 from bsm_mesh.solve.step.attempt import Goal, Iterate, Outcome
-from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.equations import StepEquations, moved_by, step_between
 from tests.scenes.models import GAMMA, model_of
 from tests.scenes.shapes import rectangle, running_bond, turned
 from tests.scenes.steps import begun
@@ -190,3 +190,8 @@ def test_the_exact_method_makes_twelve_corrections_though_they_bring_little(coun
     """Seen: a bolted arch whose bond slips, without a verdict where the exact method ended with the regularised one."""
     found = newton(Creeping(count), np.zeros((1, 3)), 1e-6, exact=exact)
     assert found.outcome == outcome
+
+
+def test_a_step_between_positions_is_that_which_leads_there():
+    position, other = np.random.default_rng(0).normal(size=(2, 9, 3))
+    assert_allclose(moved_by(position, step_between(position, other)), other, atol=1e-14)

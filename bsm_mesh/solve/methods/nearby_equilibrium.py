@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from bsm_mesh.solve.contacts.history import commit, restore_history
 from bsm_mesh.solve.methods.corrections import chord_method
 from bsm_mesh.solve.methods.newton import SETTINGS as NEWTON
-from bsm_mesh.solve.methods.newton import newton
+from bsm_mesh.solve.methods.newton import newton, with_contacts_at
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, MAX_RMS, Attempt, Goal, Iterate, Outcome
 from bsm_mesh.solve.step.equations import StepEquations
 
@@ -23,15 +22,12 @@ class NearbySettings:
 
     Attributes
     ----------
-    max_updates : int
-        Of the contacts, at most: a list that still changes then has no equilibrium nearby.
     updated : float
         Part of the residual after an update that is solved for before the next, which leaves about as much.
     unloaded : float
         As `NewtonSettings.shrinking`, where no contact has carried a force yet: there is no path of loading to keep to.
     """
 
-    max_updates: int = 6
     updated: float = 0.03
     unloaded: float = 0.7
 
@@ -65,14 +61,14 @@ class NearbyEquilibrium:
         position = step.elastic_position
         step = step.allowing_settlement(position)
         wanted = max(FEW_CHANGE, inner)
-        for update in range(SETTINGS.max_updates + 1):
+        for update in range(NEWTON.max_updates + 1):
             rms = FEW_CHANGE if wanted >= FEW_CHANGE else 0.0
             attempt = newton(step, position, wanted, shrinking=shrinking, max_rms=rms, localized=self._localized)
             step, position = attempt.equations.allowing_settlement(attempt.position), attempt.position
             attempt = replace(attempt, equations=step)
-            if not attempt.may_end or update == SETTINGS.max_updates or not step.within_search_range(position):
+            if not attempt.may_end or update == NEWTON.max_updates or not step.within_search_range(position):
                 break
-            step = _updated(attempt)
+            step = with_contacts_at(attempt.equations, position)
             left = step.residual_at(position).max_norm
             if left < goal.rest:
                 attempt = Attempt(equations=step, position=position, outcome=Outcome.SOLVED)
@@ -81,7 +77,7 @@ class NearbyEquilibrium:
                 inner = min(inner, goal.rest)
                 position = chord_method(step, position, inner)
                 left = step.residual_at(position).max_norm
-            loosest = FEW_CHANGE if update < SETTINGS.max_updates - 1 else inner
+            loosest = FEW_CHANGE if update < NEWTON.max_updates - 1 else inner
             wanted = max(inner, min(loosest, SETTINGS.updated * left))
         return _ended(attempt)
 
@@ -96,15 +92,6 @@ def _ended(attempt: Attempt) -> Attempt:
     if step.residual_at(attempt.position).rms < MAX_RMS:
         return replace(attempt, outcome=Outcome.ACCEPTABLE)
     return replace(attempt, outcome=Outcome.STALLED)
-
-
-def _updated(attempt: Attempt) -> StepEquations:
-    """Return the step with its contacts searched where an attempt led, before anything is committed."""
-    system, position = attempt.equations.system, attempt.position
-    size = system.outlines.size
-    history, _ = commit(attempt.contacts, attempt.at, position, size)
-    contacts = system.gather(history, position, first=False)
-    return attempt.equations.updated(restore_history(contacts, attempt.contacts, attempt.at, size), position)
 
 
 def _has_forces(step: StepEquations) -> bool:

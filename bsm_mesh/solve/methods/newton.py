@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.solve.contacts.history import commit, restore_history
 from bsm_mesh.solve.methods.corrections import line_search, newton_correction, tangent_regularization
 from bsm_mesh.solve.methods.subdomain_newton import subdomain_correction
 from bsm_mesh.solve.step.attempt import FEW_CHANGE, Attempt, Goal, Iterate, Outcome
-from bsm_mesh.solve.step.equations import StepEquations
+from bsm_mesh.solve.step.equations import StepEquations, moved_by, step_between
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,11 +28,14 @@ class NewtonSettings:
     max_corrections : int
         Of the exact tangent, at most: it converges quadratically once its contacts and bolts no longer change, and
         before that as slowly as they do.
+    max_updates : int
+        Of the contacts, at most: a list that still changes then has no equilibrium nearby.
     shrinking : float
         Part to which two regularised corrections must reduce the 2-norm of the residual, or it has stalled.
     """
 
     max_corrections: int = 12
+    max_updates: int = 6
     shrinking: float = 0.25
 
 
@@ -63,7 +67,33 @@ class ExactNewton:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return the result from the step's start."""
-        return newton(equations, equations.start, goal.max_residual, exact=True)
+        attempt = newton(equations, equations.start, goal.max_residual, exact=True)
+        for _ in range(SETTINGS.max_updates):  # where the way is farther than contacts were searched for
+            if attempt.outcome is not Outcome.SOLVED or attempt.equations.within_search_range(attempt.position):
+                break
+            attempt = newton(*_part_of_the_way(attempt), goal.max_residual, exact=True)
+        return attempt
+
+
+def _part_of_the_way(attempt: Attempt) -> tuple[StepEquations, FloatArray]:
+    """Return the step with its contacts searched as far on the way to an equilibrium as they reached, and that place.
+
+    The way is one turn about an instant centre: a block that rocks stays on its corner.
+    """
+    step = attempt.equations
+    begin = step.regularization_reference
+    part = (1 - 1e-9) * step.max_movement / step.movement(attempt.position - begin)  # but for rounding
+    position = moved_by(begin, part * step_between(begin, attempt.position))
+    return with_contacts_at(step, position), position
+
+
+def with_contacts_at(step: StepEquations, position: FloatArray) -> StepEquations:
+    """Return the step with its contacts searched at a position, before anything is committed."""
+    system, at = step.system, step.evaluate(position)
+    size = system.outlines.size
+    history, _ = commit(step.contacts, at, position, size)
+    contacts = system.gather(history, position, first=False)
+    return step.updated(restore_history(contacts, step.contacts, at, size), position)
 
 
 def newton(

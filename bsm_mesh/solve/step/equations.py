@@ -278,3 +278,13 @@ def moved_by(position: FloatArray, step: FloatArray) -> FloatArray:
     versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))  # (1 - cos) / turn
     moved: FloatArray = position + np.column_stack([sinc * u - versed * v, versed * u + sinc * v, turn])
     return moved
+
+
+def step_between(position: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the finite movement (n, 3) about instant centres from one position to another: `moved_by` backwards."""
+    u, v, turn = (other - position).T
+    sinc = np.sinc(turn / np.pi)
+    versed = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi))
+    square = sinc**2 + versed**2  # 0 at a full turn, which no step makes
+    step: FloatArray = np.column_stack([(sinc * u + versed * v) / square, (sinc * v - versed * u) / square, turn])
+    return step
