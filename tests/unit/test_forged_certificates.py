@@ -43,6 +43,12 @@ def wall() -> bsm.Model:
     return model_of([turned(cell, -20.0) for cell in cells], friction=15.0)
 
 
+def hanging() -> bsm.Model:
+    """Return a block that hangs below another, and falls: the joint bears less than half of its weight."""
+    joint = bsm.Joint("J", 1e9, 1e9, law=bsm.MohrCoulomb(friction=30, cohesion=1e5), tensile_strength=1e4)
+    return model_of([rectangle(0, 1, 1, 2), rectangle(0, 0, 1, 1)]).replace(joints=[joint])
+
+
 SCENES: dict[str, Callable[[], bsm.Model]] = {
     "arch": arch,
     "on tips": lambda: model_of(
@@ -54,7 +60,8 @@ SCENES: dict[str, Callable[[], bsm.Model]] = {
     "slides": lambda: incline(25.0),
     "wall": wall,
     "loaded": lambda: incline(40.0, loads=[bsm.PointLoad(block=1, point=(0.0, 0.2), force=(2e3, -1e3))]),
-    "pushed": lambda: incline(35.0, loads=[bsm.PointLoad(block=1, point=(0.0, 0.2), force=(-9e3, -1e3))]),
+    "held by a load": lambda: incline(25.0, loads=[bsm.PointLoad(block=1, point=(0.0, 0.2), force=(2e3, 1e3))]),
+    "hangs": hanging,
     "water": lambda: incline(40.0, water=bsm.Water(table=[(-20, -0.2), (20, 0.2)])),
     "rocks on water": lambda: model_of(
         [rectangle(-4, -1, 6, 0), rectangle(0, 0, 2, 8)],
@@ -290,6 +297,30 @@ def other_blocks(a: dict[str, Any], stage: dict[str, Any]) -> None:
         a[f"contact_block_{side}"] = np.where(block == 1, 0, block)
 
 
+def without_its_load(a: dict[str, Any], stage: dict[str, Any]) -> None:
+    """Say of a block that a load holds that it slides, as it would without."""
+    slides = arrays_of(results_of("slides"))
+    a |= {name: values for name, values in slides.items() if name != "told"}
+    told = json.loads(str(slides["told"]))
+    moved = float(np.hypot(*a["displacement"][1, :2]))
+    stage.update(told, verdict="unstable", ground="proved", unstable_blocks=[1])
+    stage["movement"] = [{"block": 1, "moved": moved, "speed": None}]
+    stage["reference_weight"] = results_of("slides").stages[0].reference_weight
+
+
+def without_tension(a: dict[str, Any], stage: dict[str, Any]) -> None:
+    a["proof_tension"] = a["proof_tension"] * 0
+
+
+def higher_water(a: dict[str, Any], stage: dict[str, Any]) -> None:
+    """Raise the table, with all the water on the blocks."""
+    from bsm_mesh.app.verify_certificate.geometry import moments
+    from bsm_mesh.app.verify_certificate.water import water_on
+
+    a["water_pieces"][:, 0] += 1e-3
+    a["water"], _ = water_on(a | moments(a["vertices"], a["offsets"]), a["position"])
+
+
 def heavier_in_proof(a: dict[str, Any], stage: dict[str, Any]) -> None:
     a["proof_loads"][1, 2] += 1e4
 
@@ -321,7 +352,10 @@ FORGED: dict[str, tuple[str, Change, str]] = {
     "a support pushes what none holds": ("rests", pushed_by_no_support, "which none holds"),
     "a load left out": ("loaded", dropped_load, "out of balance"),
     "a load without its force": ("loaded", dropped_load_row, "loaded otherwise than by the loads"),
+    "a load that holds left out of a proof": ("held by a load", without_its_load, "load of block 1 in model.toml"),
+    "no tension in a proof": ("hangs", without_tension, "less tensile strength"),
     "less water, less weight": ("water", less_water, "has other water than the table's"),
+    "a higher table, with its water": ("water", higher_water, "water table is not that of model.toml"),
     "water that holds blocks": ("rocks on water", stiffer_water, "stiffness of loads and water is not theirs"),
     "no unit weights": ("rests", of_nothing, "has no unit_weight, gravity"),
 }
@@ -339,4 +373,4 @@ def test_a_forgery_is_refused(forgery: str, tmp_path: Path) -> None:
 def test_what_is_true_holds(scene: str, tmp_path: Path) -> None:
     code, line = forge(scene, lambda a, stage: None, tmp_path)
     assert code == 0, line
-    assert "as model.toml and mesh.vtu give it" in line
+    assert "as model.toml and mesh.vtu give them" in line

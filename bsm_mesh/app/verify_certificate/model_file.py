@@ -15,6 +15,7 @@ from .geometry import Arrays, size_of
 
 MODEL, MESH = "model.toml", "mesh.vtu"
 FALLEN = 0.04  # of its size: a block that comes down has moved by more
+WATER = 9810.0  # N/m3, where the file gives none
 SAME = 1e-9  # relative: numbers of two files of the same model
 TYPES = {"Float64": np.float64, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}
 
@@ -37,12 +38,12 @@ class GivenFiles:
     def text(self) -> str:
         """What there is to compare with, in words."""
         there = [name for name, has in ((MODEL, self.model), (MESH, self.arrays)) if has]
-        return f"as {' and '.join(there)} give it" if there else "no model file beside it to compare with"
+        return f"as {' and '.join(there)} give them" if there else "no model file beside it to compare with"
 
     def faults(self, stage: dict[str, Any], a: Arrays) -> list[str]:
         """Return what of a stage is otherwise than in the files."""
         found = [*self._outlines(a), *self._weights(a), *self._gravity(stage, a), *self._supports(a)]
-        found += self._movement(stage, a)
+        found += [*self._movement(stage, a), *self._loads(a), *self._water(a), *self._tension(stage, a)]
         laws = [*stage["laws"], *stage.get("proof", {}).get("laws", [])]
         return found + [fault for law in laws for fault in self._strength(law)]
 
@@ -91,6 +92,46 @@ class GivenFiles:
         faults = [f"block {invented[0]} is held by no support of {MODEL}"] if invented else []
         return faults + ([f"the support of block {lost[0]} in {MODEL} is left out"] if lost else [])
 
+    def _loads(self, a: Arrays) -> list[str]:
+        if "load_block" not in a:
+            return []
+        for load in self.model.get("load", []):
+            block, force = load.get("block"), load.get("force")
+            if not isinstance(block, int) or not force or not a["present"][block]:
+                continue
+            rows = a["load_force"][a["load_block"] == block]
+            if not (np.abs(rows - force) <= SAME * np.abs(force).max()).all(axis=1).any():
+                return [f"the load of block {block} in {MODEL} is left out"]
+        return []
+
+    def _water(self, a: Arrays) -> list[str]:
+        if "water_pieces" not in a or not self.model or any("water" in one for one in self.model.get("stage", [])):
+            return []
+        water: dict[str, Any] = self.model.get("water", {})
+        lines = water.get("table", [])
+        if not lines:
+            wet = np.isfinite(a["water_pieces"][:, 0]).any()
+            return [f"there is a water table, and none in {MODEL}"] if wet else []
+        lines = lines if isinstance(lines[0][0], list) else [lines]
+        if len(lines) > 1:  # of several the highest counts
+            return []
+        x, y = np.array(lines[0], dtype=float).T
+        level, slope, _ = a["water_pieces"][np.searchsorted(a["water_breaks"], x)].T
+        slopes = a["water_pieces"][:, 1] if water.get("head") == "parallel" else np.zeros(len(a["water_pieces"]))
+        gradient = water.get("unit_weight", WATER) / (1 + slopes**2)
+        same = np.abs(level + slope * x - y).max() <= SAME * max(np.ptp(a["vertices"]), np.abs(y).max())
+        same &= np.abs(a["water_pieces"][:, 2] - gradient).max() <= SAME * gradient.max()
+        return [] if same else [f"the water table is not that of {MODEL}"]
+
+    def _tension(self, stage: dict[str, Any], a: Arrays) -> list[str]:
+        laws = stage.get("proof", {}).get("laws", [])
+        if "proof_tension" not in a or any(law["kind"] == "reduced" for law in laws):
+            return []
+        tables = [*self.model.get("joint", {}).values(), *self.model.get("rock", {}).values()]
+        least = min((tension_of(table) for table in tables if "law" in table or "friction" in table), default=0.0)
+        short = a["proof_tension"] < (1 - 1e-6) * least * a["proof_length"]
+        return ["the mechanism has less tensile strength than the joints"] if short.any() else []
+
     def _movement(self, stage: dict[str, Any], a: Arrays) -> list[str]:
         solver = self.model.get("solver", {})
         if stage["verdict"] != "unstable" or not solver or solver.get("scheme") == "linear":
@@ -115,6 +156,12 @@ class GivenFiles:
             return []
         shown = ", ".join(f"{key} {law[key]:g}" for key in law if isinstance(law[key], float))
         return [f"no joint or rock of {MODEL} has the strength {law['kind']} ({shown})"]
+
+
+def tension_of(table: dict[str, Any]) -> float:
+    """Return the tensile strength of a joint or rock [Pa], no more than to the end of a line with cohesion."""
+    tension, cohesion, friction = (table.get(key) or 0.0 for key in ("tensile_strength", "cohesion", "friction"))
+    return float(min(tension, cohesion / np.tan(np.radians(friction))) if friction else tension)
 
 
 def agrees(law: dict[str, Any], table: dict[str, Any]) -> bool:

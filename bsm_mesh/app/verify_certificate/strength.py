@@ -9,6 +9,7 @@ import numpy as np
 from .geometry import AGREES, Arrays
 
 USED = 1e-9  # by how much more than its strength a contact may bear: rounding
+LITTLE = 1e-9  # of the greatest force: what bears no more has no utilisation, and is not looked at for it
 OPEN = 1e-12  # of the coordinates: by rounding of the gap
 CURVED = ("barton_bandis", "ladanyi_archambault")
 
@@ -91,6 +92,8 @@ def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
     known = ~np.isnan(strength)
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.where(shear == 0, 0.0, np.minimum(np.abs(shear) / strength, 999.0))
+    force = np.maximum(np.abs(normal), np.abs(shear))
+    bears = force > LITTLE * force.max(initial=0.0)
     bears_open = np.zeros(len(normal), dtype=bool)
     if "closed_at" in a:
         slope, last = a.get("dilation", np.zeros((len(normal), 2))).T
@@ -99,7 +102,10 @@ def strength_faults(stage: dict[str, Any], a: Arrays) -> list[str]:
     tests = (
         (bears_open, "bears pressure and is open"),
         (known & ~(found <= 1 + USED), "bears more than its shear strength"),
-        (known & ~(np.abs(found - used) <= AGREES * np.maximum(used, 1.0)), "has another strength than is said"),
+        (
+            known & bears & ~(np.abs(found - used) <= AGREES * np.maximum(used, 1.0)),
+            "has another strength than is said",
+        ),
         (~(normal <= a["tension"] * (1 + USED)), "bears more than its tensile strength"),
         (a["failed"] & (a["tension"] > a.get("residual_tension", 0.0)), "has failed and bears tension"),
     )
