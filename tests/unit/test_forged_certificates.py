@@ -346,7 +346,7 @@ FORGED: dict[str, tuple[str, Change, str]] = {
     "normals turned, forces as before": ("rests", turned_normal, "has another normal than the edge"),
     "contacts moved along their forces": ("rests", moved_along_force, "does not lie where its blocks touch"),
     "contacts between other blocks": ("arch", other_blocks, "does not lie where its blocks touch"),
-    "contacts for more than a face": ("rests", long_contact, "stands for more than its edge"),
+    "contacts for more than a face": ("rests", long_contact, "stands for more than any edge"),
     "other friction, with its utilisation": ("rests", other_friction, "no joint or rock of model.toml"),
     "a support invented": ("rests", invented_support, "is held by no support of model.toml"),
     "a support pushes what none holds": ("rests", pushed_by_no_support, "which none holds"),

@@ -44,17 +44,18 @@ def place_faults(a: Arrays) -> list[str]:
     off_b = np.ones(len(bears), dtype=bool)
     off_b[row[near]] = False
     along = near & (np.hypot(*(normals(a, corner, edge) - normal[row]).T) <= TURNED)
-    turned, short = np.ones(len(bears), dtype=bool), np.ones(len(bears), dtype=bool)
+    turned = np.ones(len(bears), dtype=bool)
     turned[row[along]] = False
-    length = np.hypot(*(corner[a["following"][edge]] - corner[edge]).T)
-    short[row[along & (a["contact_length"][bears][row] <= (1 + LONGER) * length)]] = False
+    longest = np.maximum.reduceat(np.hypot(*(corner[a["following"]] - corner).T), a["offsets"][:-1])
+    longest = np.maximum(*(longest[a[f"contact_block_{side}"][bears]] for side in "ab"))  # a corner may have two faces
+    short = ~(a["contact_length"][bears] <= (1 + LONGER) * longest)
     same = a["contact_block_a"][bears] == a["contact_block_b"][bears]
     gone = ~(a["present"][a["contact_block_a"][bears]] & a["present"][a["contact_block_b"][bears]])
     tests = (
         (same | gone, "is between no two blocks that are there"),
         (off_a | off_b, "does not lie where its blocks touch"),
         (turned, "has another normal than the edge"),
-        (short, "stands for more than its edge"),
+        (short, "stands for more than any edge of its blocks"),
     )
     return [f"contact {bears[int(bad.argmax())]} {text}" for bad, text in tests if bad.any()]
 
