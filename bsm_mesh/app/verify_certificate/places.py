@@ -8,7 +8,7 @@ import numpy as np
 
 from .geometry import AGREES, Arrays, cross, edges_of, placed, size_of
 
-TOUCHING = 1e-3  # of a block's size, beyond the opening: contacts that act across less
+TOUCHING = 2e-3  # of a block's size, beyond the opening: runs let contacts act across a thousandth of the mean size
 TURNED = 1e-6  # of a normal from its edge's
 LONGER = 2e-2  # by how much a contact may stand for more than its edge
 
