@@ -67,7 +67,14 @@ def face_joints(model: Model, faces: Faces) -> IntArray:
 
 
 def joints_of_faces(blocks: Blocks, defined: Sequence[str], default: str | None, faces: Faces) -> IntArray:
-    """Return the number of the joint of every face: of edge b, else of edge a, else the default joint, else -1 (rock).
+    """Return the number of the joint of every face, (k,) int32, as `joints_of_edges` says."""
+    return joints_of_edges(blocks, defined, default, faces.edge_a, faces.edge_b)
+
+
+def joints_of_edges(
+    blocks: Blocks, defined: Sequence[str], default: str | None, edge_a: IntArray, edge_b: IntArray
+) -> IntArray:
+    """Return the joint between edges: number of that of edge b, else of edge a, else the default joint, else -1 (rock).
 
     Parameters
     ----------
@@ -77,13 +84,13 @@ def joints_of_faces(blocks: Blocks, defined: Sequence[str], default: str | None,
         Names of the joints, in the order of their numbers.
     default : str or None
         Name of the joint of faces without one.
-    faces : Faces
-        The k faces.
+    edge_a, edge_b : (k,) int
+        The edges.
     """
     known = {name: number for number, name in enumerate(defined)}
     number = np.array([known.get(name, -1) for name in blocks.joint_names] + [-1], dtype=np.int32)
     of_edge = number[blocks.edge_joint]  # edge_joint -1 picks the last entry: no joint
-    joint = np.where(of_edge[faces.edge_b] >= 0, of_edge[faces.edge_b], of_edge[faces.edge_a])
+    joint = np.where(of_edge[edge_b] >= 0, of_edge[edge_b], of_edge[edge_a])
     if default is not None:
         joint = np.where(joint >= 0, joint, known[default])
     return joint.astype(np.int32)

@@ -16,6 +16,7 @@ from bsm_mesh.model.bolt_layout import lay_out_bolts
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.bolts.dowels import Dowels
+from bsm_mesh.solve.limit.corner_contacts import with_corner_contacts
 from bsm_mesh.solve.limit.interior_point import Answer, Solution, minimise
 from bsm_mesh.solve.limit.measure import Measure, Measured
 from bsm_mesh.solve.limit.strength import Strength
@@ -98,7 +99,7 @@ class LimitProgram:
                 "closed and opened; give [water] instead of [flow], or run the model"
             )
         self.blocks = model.blocks
-        self.contacts = initial_contacts(model)
+        self.contacts = with_corner_contacts(model, initial_contacts(model))
         self.bars = bars_of(model.supports, model.blocks)
         self.bolts = lay_out_bolts([bolt for bolt in model.bolts if bolt.stage is None], model.blocks)
         self.dowels = Dowels.of(self.bolts, model.blocks.moments.centroid)

@@ -17,18 +17,16 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.contact.outlines import Outlines
-from bsm_mesh.contact.rules import CONTACT_TOLERANCE
-from bsm_mesh.contact.search import ActiveContacts, detect_contacts, key_of
 from bsm_mesh.contact.strength import contact_strength
 from bsm_mesh.contact.table import ContactTable, initial_contacts
-from bsm_mesh.errors import ModelError, counted
+from bsm_mesh.errors import ModelError
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import Fixed, bars_of
 from bsm_mesh.results.evidence import Proof, Witness, bar_rows, law_table
 from bsm_mesh.solve.algebra.loads import external_loads
+from bsm_mesh.solve.limit.corner_contacts import with_corner_contacts
 from bsm_mesh.solve.limit.program import LimitProgram
 
 MAX_BLOCKS = 2000  # that a linear program in a run has: it takes a second, beside the seconds of a collapse
@@ -51,10 +49,7 @@ def prove(model: Model, down: IntArray) -> Proof:
     """
     model = model.replace(contact_points="ends")
     try:
-        contacts = initial_contacts(model)
-        if left_out := left_out_of(model, contacts):
-            return Proof(text=f"no proof was sought: {left_out}")
-        part = None if model.bolts else _around(model, contacts, down)
+        part = None if model.bolts else _around(model, with_corner_contacts(model, initial_contacts(model)), down)
         if part is not None and (proof := _proof_of(part.model)).witness is not None:
             return replace(proof, witness=proof.witness.in_whole(part))
         if model.blocks.count > MAX_BLOCKS:
@@ -103,26 +98,6 @@ def _proof_of(model: Model) -> Proof:
         f"{optimum.factor + 0.0:.6g} times the loads; the blocks must move"
     )
     return Proof(text=text, witness=witness_of(model, program, loads, optimum.velocity, optimum.slip))
-
-
-def left_out_of(model: Model, contacts: ContactTable) -> str:
-    """Return what the contacts of limit analysis, which are faces, leave out of what touches; nothing if all is there.
-
-    Blocks that meet at a node of the mesh without a common face have no contact there.
-    """
-    blocks = model.blocks
-    outlines = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool))
-    near = CONTACT_TOLERANCE * outlines.size
-    found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
-    corner = blocks.nodes[found.corner]
-    at_node = (corner == blocks.nodes[found.edge]) | (corner == blocks.nodes[blocks.following[found.edge]])
-    touching = found.in_range & (found.gap <= near) & ~at_node
-    ends = contacts.block_a, contacts.block_b
-    alone = np.flatnonzero(touching & ~np.isin(found.pair, key_of(np.minimum(*ends), np.maximum(*ends))))
-    if not alone.size:
-        return ""
-    a, b = int(found.block_a[alone[0]]), int(found.block_b[alone[0]])
-    return f"limit analysis leaves out {counted(alone.size, 'corner')} on an edge without a face (blocks {a} and {b})"
 
 
 def witness_of(

@@ -26,7 +26,7 @@ from bsm_mesh.model.values import Rules
 from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.algebra.loads import external_loads
 from bsm_mesh.solve.limit.program import LimitProgram, Shortfall
-from bsm_mesh.solve.limit.proof import left_out_of, witness_of
+from bsm_mesh.solve.limit.proof import witness_of
 
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
@@ -158,8 +158,7 @@ class _Search:
 
     def _nothing(self) -> str:
         text = "limit analysis: no contact of what was chosen has a strength that could be divided"
-        left_out = left_out_of(self.model, self.program.contacts)
-        return f"{text}; {left_out}" if left_out else f"{text}; choose joints with a law, rocks with strength, or bolts"
+        return f"{text}; choose joints with a law, rocks with strength, or bolts"
 
     def _at(self, part: float) -> LimitProgram:
         """Return the program of a part of the strength."""
@@ -215,8 +214,6 @@ class _Search:
 
     def proof(self) -> Proof:
         """Return the proof that there are no forces beyond, which may move that side."""
-        if left_out := left_out_of(self.model, self.program.contacts):
-            return Proof(text=f"nothing is proved: {left_out}")
         if self.failed is None or math.isinf(self.factor):
             return Proof(text="no limit: forces within strength exist at a thousandth of the strength chosen")
         for margin in MARGINS:

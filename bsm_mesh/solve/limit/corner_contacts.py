@@ -1,0 +1,130 @@
+"""Contacts of limit analysis where blocks touch by a corner alone: candidates that faces do not give.
+
+Faces have their two ends as contacts (`initial_contacts`). Blocks without a common face there touch by a corner on an
+edge, or by two corners at one point. The force of a corner on an edge has the edge's normal. Of two corners it has any
+normal between those of the edges that separate both blocks: these are candidates, all of them.
+
+Corners round a node that are connected by faces are no such pair: of four blocks that meet, the diagonal ones have
+their neighbours between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.spatial import cKDTree
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.outlines import Outlines
+from bsm_mesh.contact.rules import CONTACT_TOLERANCE, RULES
+from bsm_mesh.contact.search import ActiveContacts, Candidates, detect_contacts
+from bsm_mesh.contact.table import ContactTable
+from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.face_stiffness import joints_of_edges
+from bsm_mesh.model.model import Model
+
+
+def with_corner_contacts(model: Model, contacts: ContactTable) -> ContactTable:
+    """Return the contacts of faces with those of corners alone, which have no stiffness.
+
+    Parameters
+    ----------
+    model : Model
+        What is given.
+    contacts : ContactTable
+        Those of its faces, at their ends.
+    """
+    blocks = model.blocks
+    outlines = Outlines.of(blocks, np.zeros(blocks.count, dtype=bool))
+    near = CONTACT_TOLERANCE * outlines.size
+    found = detect_contacts(outlines, outlines.placed(np.zeros((blocks.count, 3))), ActiveContacts.none(), near)
+    on_edges = (
+        found.in_range & (found.gap <= near) & ~_at_node(blocks, found) & ~_covered(blocks, contacts, found, near)
+    )
+    corner, edge = _corners_at_one_node(blocks, outlines.vertex_clusters)
+    corner = np.concatenate([found.corner[on_edges], corner])
+    edge = np.concatenate([found.edge[on_edges], edge])
+    if not len(corner):
+        return contacts
+    more = _table(model, corner, edge, RULES.corner_share * np.minimum(*_sizes(outlines, blocks, corner, edge)))
+    names = [field.name for field in fields(ContactTable)]
+    return ContactTable(**{name: np.concatenate([getattr(contacts, name), getattr(more, name)]) for name in names})
+
+
+def _at_node(blocks: Blocks, found: Candidates) -> BoolArray:
+    """Return which candidates (m,) have their corner at an end of their edge."""
+    node = blocks.nodes[found.corner]
+    at_node: BoolArray = (node == blocks.nodes[found.edge]) | (node == blocks.nodes[blocks.following[found.edge]])
+    return at_node
+
+
+def _covered(blocks: Blocks, contacts: ContactTable, found: Candidates, near: float) -> BoolArray:
+    """Return the candidates (m,) at whose corner a face of the same two blocks ends."""
+    covered = np.zeros(found.count, dtype=bool)
+    if contacts.count:
+        close = cKDTree(blocks.vertices[found.corner]).sparse_distance_matrix(
+            cKDTree(contacts.point), near, output_type="coo_matrix"
+        )
+        low, high = np.minimum(contacts.block_a, contacts.block_b), np.maximum(contacts.block_a, contacts.block_b)
+        row, col = close.row, close.col
+        same = (np.minimum(found.block_a, found.block_b)[row] == low[col]) & (
+            np.maximum(found.block_a, found.block_b)[row] == high[col]
+        )
+        covered[row[same]] = True
+    return covered
+
+
+def _corners_at_one_node(blocks: Blocks, clusters: IntArray) -> tuple[IntArray, IntArray]:
+    """Return corner and edge of two blocks, (k,) each, that meet at a node without faces between them."""
+    n = len(blocks.vertices)
+    at = coo_array((np.ones(n, dtype=np.int32), (np.arange(n), blocks.nodes))).tocsr()
+    pairs = (at @ at.T).tocoo()
+    one, other = pairs.row, pairs.col
+    apart = (blocks.owner[one] != blocks.owner[other]) & (clusters[one] != clusters[other])
+    one, other = one[apart], other[apart]
+    preceding = np.empty(n, dtype=np.int64)
+    preceding[blocks.following] = np.arange(n)
+    corner, edge = np.concatenate([one, one]), np.concatenate([other, preceding[other]])
+    separates = _lies_outside(blocks, preceding, corner, edge)
+    return corner[separates].astype(np.int32), edge[separates].astype(np.int32)
+
+
+def _lies_outside(blocks: Blocks, preceding: IntArray, corner: IntArray, edge: IntArray) -> BoolArray:
+    """Return whether both edges at a corner (k,) lie outside an edge (k,) that ends there."""
+    normal = _normals(blocks, edge)
+    outside = np.ones(len(corner), dtype=bool)
+    for end in (blocks.following[corner], preceding[corner]):
+        along = blocks.vertices[end] - blocks.vertices[corner]
+        outside &= (along * normal).sum(axis=1) >= -CONTACT_TOLERANCE * np.hypot(*along.T)
+    return outside
+
+
+def _normals(blocks: Blocks, edge: IntArray) -> FloatArray:
+    """Return the outward unit normals of edges, (k, 2)."""
+    along = blocks.edge_vectors[edge]
+    normal: FloatArray = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
+    return normal
+
+
+def _sizes(outlines: Outlines, blocks: Blocks, corner: IntArray, edge: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the sizes of both blocks [m]."""
+    return outlines.block_size[blocks.owner[corner]], outlines.block_size[blocks.owner[edge]]
+
+
+def _table(model: Model, corner: IntArray, edge: IntArray, length: FloatArray) -> ContactTable:
+    """Return contacts of corners on edges, each with a length [m]."""
+    blocks = model.blocks
+    nothing = np.zeros(len(corner))
+    return ContactTable(
+        block_a=blocks.owner[corner],
+        block_b=blocks.owner[edge],
+        edge=edge,
+        point=blocks.vertices[corner],
+        normal=_normals(blocks, edge),
+        length=length,
+        normal_stiffness=nothing,
+        shear_stiffness=nothing,
+        joint=joints_of_edges(blocks, [joint.name for joint in model.joints], model.default_joint, corner, edge),
+    )
