@@ -217,14 +217,13 @@ def test_a_block_that_nothing_touches_falls_at_any_strength():
     assert found.programs == 1
 
 
-def test_what_touches_without_a_face_bounds_nothing():
-    blocks = [rectangle(-2, -1, 2, 0), turned(rectangle(0, 0, 1, 1), 45.0), square(-2, 0)]
-    found = strength_limit(model_of(blocks))
-    assert found.proof.witness is None
-    assert found.beyond == np.inf
-    assert "leaves out 1 corner on an edge without a face" in str(found)
-    with pytest.raises(bsm.ModelError, match="leaves out 1 corner"):
-        strength_limit(model_of(blocks[:2]))
+@pytest.mark.parametrize("angle", [20.0, 30.0])
+def test_a_square_on_its_corner_has_the_strength_of_its_contact(angle):
+    """It stands on a plane with its centre above the corner: it slides as a block on a face does."""
+    stood = turned(rectangle(0, 0, 1, 1), 45.0 - angle)
+    blocks = [turned(polygon, angle) for polygon in (rectangle(-2, -1, 2, 0), stood)]
+    found = strength_limit(model_of(blocks, friction=35.0))
+    assert found.factor == pytest.approx(np.tan(np.radians(35.0)) / np.tan(np.radians(angle)), rel=1e-4)
 
 
 def test_what_cannot_be_asked_is_refused():

@@ -47,7 +47,7 @@ def gather_contacts(
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
-    meeting = ~known & _meet_at_a_node(blocks, found, near)
+    meeting = ~known & _meet_at_a_node(blocks, outlines.vertex_clusters, found, near)
     recalled = _offsets_of_open(history, found)
     within_tolerance = found.in_range & (found.gap <= recalled + near) & ~meeting
     fresh = ~known & within_tolerance
@@ -180,15 +180,16 @@ def _slid_on(found: Candidates, band: float) -> BoolArray:
     return short
 
 
-def _meet_at_a_node(blocks: Blocks, found: Candidates, near: float) -> BoolArray:
-    """Return which candidates are corners of a mesh's node that touch another block's corner there, (m,).
+def _meet_at_a_node(blocks: Blocks, clusters: IntArray, found: Candidates, near: float) -> BoolArray:
+    """Return which candidates are corners of a mesh's node that touch a diagonal neighbour's corner there, (m,).
 
-    Blocks around a node that share no face touch in a point only. While they have not moved apart or together by
-    more than `near` that point carries no force: it would stiffen a continuum of blocks that has only faces.
+    Other blocks, connected by faces, lie between the two: their corners have one number in `clusters`. While they have
+    not moved apart or together by more than `near` that point carries no force: it would stiffen a continuum of blocks
+    that has only faces. Blocks that touch at a node without others between them do so as on any other point of an edge.
     """
-    node, start, end = blocks.nodes[found.corner], blocks.nodes[found.edge], blocks.nodes[blocks.following[found.edge]]
-    at_start = (node == start) & (np.abs(found.tangential) <= near)
-    at_end = (node == end) & (np.abs(found.tangential - found.edge_length) <= near)
+    corner, start, end = clusters[found.corner], clusters[found.edge], clusters[blocks.following[found.edge]]
+    at_start = (corner == start) & (np.abs(found.tangential) <= near)
+    at_end = (corner == end) & (np.abs(found.tangential - found.edge_length) <= near)
     meeting: BoolArray = (found.parallel_edge < 0) & (at_start | at_end)
     return meeting
 
