@@ -91,3 +91,9 @@ def test_a_post_on_the_tips_of_two_stones_that_meet_there(extra):
     assert results.status == "stable"
     assert results.stages[-1].max_displacement < 2e-2
     assert bsm.limit_analysis(model).admissible
+
+
+def test_squares_that_meet_at_a_corner_in_line_share_no_length():
+    """The upper square stands beside the lower one, with its corner on that one's corner: nothing carries it."""
+    polygons = [rectangle(0, 0, 1, 1), rectangle(-1, 1, 0, 2)]
+    assert not bsm.limit_analysis(model_of(polygons, friction=40.0)).admissible

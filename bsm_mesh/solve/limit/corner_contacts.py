@@ -92,12 +92,18 @@ def _corners_at_one_node(blocks: Blocks, clusters: IntArray) -> tuple[IntArray, 
 
 
 def _lies_outside(blocks: Blocks, preceding: IntArray, corner: IntArray, edge: IntArray) -> BoolArray:
-    """Return whether both edges at a corner (k,) lie outside an edge (k,) that ends there."""
+    """Return whether both edges at a corner (k,) lie outside an edge (k,) that ends there.
+
+    An edge in line with that edge, beyond its end, shares no length with it and bears nothing.
+    """
     normal = _normals(blocks, edge)
+    away = np.where(blocks.nodes[edge] == blocks.nodes[corner], 1.0, -1.0)[:, None] * blocks.edge_vectors[edge]
     outside = np.ones(len(corner), dtype=bool)
     for end in (blocks.following[corner], preceding[corner]):
         along = blocks.vertices[end] - blocks.vertices[corner]
-        outside &= (along * normal).sum(axis=1) >= -CONTACT_TOLERANCE * np.hypot(*along.T)
+        height, limit = (along * normal).sum(axis=1), CONTACT_TOLERANCE * np.hypot(*along.T)
+        beyond = (np.abs(height) <= limit) & ((along * away).sum(axis=1) < 0)
+        outside &= (height >= -limit) & ~beyond
     return outside
 
 
