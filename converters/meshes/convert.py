@@ -21,7 +21,7 @@ from bsm_mesh.converters.meshes.marks import Marks, mark
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
-from bsm_mesh.errors import MeshWarning, ModelError, listing, one_line
+from bsm_mesh.errors import MeshWarning, ModelError, listing, one_line, raise_faults
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.edges import EdgeTable, LongArray
@@ -182,6 +182,8 @@ def _blocks_of(
         elements, more = mark(elements, marks, cells, block_of)
         notes = (*notes, *more)
     if blocks_from == "regions":
+        lost = [note.text for note in notes if note.kind is NoteKind.UNNAMED_GROUP]
+        raise_faults([f'{cells.source}: blocks = "regions": {text}' for text in lost])
         overlaps = elements.overlaps
         elements, more = merge_regions(elements, merge_tolerance)
         vars(elements)["overlaps"] = overlaps  # none, which takes long to find out again

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Sequence
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
+from bsm_mesh.converters.meshes.from_msh import names_in
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.converters.meshio_library import NAMES, load_meshio
 from bsm_mesh.errors import ModelError
@@ -29,7 +32,7 @@ def read_by_meshio(path: Path) -> MeshCells:
         If meshio cannot read the file.
     """
     mesh, remarks = read_mesh(path)
-    return cells_of_meshio(mesh, str(path), remarks=remarks)
+    return cells_of_meshio(mesh, str(path), remarks=remarks, physical_names=_physical_names(path))
 
 
 def read_mesh(path: Path) -> tuple[Any, list[str]]:
@@ -59,7 +62,13 @@ def read_mesh(path: Path) -> tuple[Any, list[str]]:
     return mesh, remarks
 
 
-def cells_of_meshio(mesh: Any, source: str = "mesh", *, remarks: Sequence[str] = ()) -> MeshCells:
+def cells_of_meshio(
+    mesh: Any,
+    source: str = "mesh",
+    *,
+    remarks: Sequence[str] = (),
+    physical_names: Mapping[tuple[int, int], str] | None = None,
+) -> MeshCells:
     """Return the elements and groups of a ``meshio.Mesh``.
 
     Parameters
@@ -70,12 +79,14 @@ def cells_of_meshio(mesh: Any, source: str = "mesh", *, remarks: Sequence[str] =
         Named in messages.
     remarks : sequence of str
         What meshio printed.
+    physical_names : mapping of (int, int) to str, optional
+        Names of Gmsh's physical groups by dimension and number. meshio keeps one number a name.
     """
     return gather_cells(
         source,
         mesh.points,
         [(block.type, block.data if len(block.data) else np.empty((0, 2))) for block in mesh.cells],
-        sets=_sets(mesh),
+        sets={**_sets(mesh), **_physical_sets(mesh, physical_names or {})},
         arrays=mesh.cell_data,
         node_sets={str(name): np.asarray(nodes, np.int64) for name, nodes in (mesh.point_sets or {}).items()},
         notes=[Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)],
@@ -125,6 +136,30 @@ def _sets(mesh: Any) -> Sets:
         for name in dict.fromkeys(name for names in families.values() for name in names):
             inside = [family for family, names in families.items() if name in names]
             found[name] = [np.flatnonzero(np.isin(values, inside)) for values in tags]
+    return found
+
+
+def _physical_names(path: Path) -> dict[tuple[int, int], str]:
+    """Return the names of the physical groups of a MSH file; none of other files."""
+    if _format(path) != "gmsh":
+        return {}
+    section = re.search(rb"\$PhysicalNames[ \t\r]*\n(.*?)\$EndPhysicalNames", path.read_bytes(), re.DOTALL)
+    return {} if section is None else names_in(section[1].decode("utf-8", "replace"))
+
+
+def _physical_sets(mesh: Any, names: Mapping[tuple[int, int], str]) -> Sets:
+    """Return the groups of names that several numbers have, each with the elements of all of them."""
+    numbers = mesh.cell_data.get("gmsh:physical")
+    several = {name for name, count in Counter(names.values()).items() if count > 1}
+    if numbers is None:
+        return {}
+    found: Sets = {}
+    for name in several:
+        wanted = [
+            [tag for (dimension, tag), other in names.items() if other == name and dimension == block.dim]
+            for block in mesh.cells
+        ]
+        found[name] = [np.flatnonzero(np.isin(np.abs(tags), of)) for tags, of in zip(numbers, wanted, strict=True)]
     return found
 
 

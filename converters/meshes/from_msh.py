@@ -109,7 +109,7 @@ def _sections(data: bytes, content: _Content) -> Iterator[tuple[str, Numbers]]:
             position = numbers.position
         end = _end_of(data, name, position)
         if name == "PhysicalNames":
-            _read_names(data[position:end].decode("utf-8", "replace"), content)
+            content.names |= names_in(data[position:end].decode("utf-8", "replace"))
         elif name in ("Entities", "Nodes", "Elements") and not binary:
             yield name, TextNumbers.of(data[position : data.rindex(b"$End", position, end)])
         elif name == "PartitionedEntities":
@@ -125,11 +125,14 @@ def _end_of(data: bytes, name: str, position: int) -> int:
     return closing.end()
 
 
-def _read_names(text: str, content: _Content) -> None:
+def names_in(text: str) -> dict[Entity, str]:
+    """Return the names in a section ``$PhysicalNames`` by dimension and number; several numbers may have one name."""
+    names = {}
     for line in text.splitlines()[1:]:
         parts = shlex.split(line) if line.lstrip()[:1].isdigit() else []
         if len(parts) >= 3:
-            content.names[int(parts[0]), int(parts[1])] = " ".join(parts[2:])
+            names[int(parts[0]), int(parts[1])] = " ".join(parts[2:])
+    return names
 
 
 def _read_entities(numbers: Numbers, content: _Content) -> None:

@@ -15,6 +15,7 @@ from bsm_mesh.errors import MAX_SHOWN, ModelError, counted, listing, nearest, ra
 from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
 from bsm_mesh.model.edges import LongArray
 
+PHYSICAL = "gmsh:physical"  # the array of Gmsh's numbers of groups
 REST = "*"  # the key that stands for all elements in no rock
 NO_GROUPS = '; "*" = "rock:NAME" takes all elements, [boundary.NAME] and [joint.NAME] name edges by their place'
 ALL = 200  # names that are shown where one is not found
@@ -120,6 +121,7 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[
     others = [(group, parse_group_name(group.name)) for group in cells.groups if group.name not in renaming]
     groups += [_named(parsed, group) for group, parsed in others if parsed is not None]
     notes = _unknown([group for group, parsed in others if parsed is None and group.name not in used])
+    notes += _unnamed(cells, [group.source for group in groups])
     notes += [_empty(group) for group in groups if group.elements.size + group.pieces.size == 0]
     filled = tuple(group for group in groups if group.elements.size + group.pieces.size)
     return NamedGroups(groups=filled, rest=rest, notes=tuple(notes))
@@ -185,6 +187,29 @@ def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
             count = int(sum(sizes.values()))
             notes.append(Note(kind=NoteKind.UNKNOWN_GROUP, name=", ".join(names), count=count, text=text))
     return notes
+
+
+def _unnamed(cells: MeshCells, used: Collection[str]) -> list[Note]:
+    """Return a note on the line elements in physical groups that have no name and are not used."""
+    numbers = cells.arrays.get(PHYSICAL, (np.empty(0, np.int64), np.zeros(len(cells.pieces), np.int64)))[1].copy()
+    for group in cells.groups:
+        numbers[group.pieces] = 0
+    values, counts = np.unique(numbers[numbers > 0], return_counts=True)
+    left = {
+        f"{PHYSICAL}={value}": int(count)
+        for value, count in zip(values, counts, strict=True)
+        if f"{PHYSICAL}={value}" not in used
+    }
+    if not left:
+        return []
+    shown = ", ".join(f"'{name}' ({counted(count, 'element')})" for name, count in list(left.items())[:MAX_SHOWN])
+    more = f" and {len(left) - MAX_SHOWN} more" if len(left) > MAX_SHOWN else ""
+    text = (
+        f"curve groups without a name are not used: {shown}{more}. Gmsh keeps one group a name: give all curves of a "
+        f'joint to one addPhysicalGroup, or map each group under [groups], for example "{next(iter(left))}" = '
+        '"joint:name" or "boundary:name"'
+    )
+    return [Note(kind=NoteKind.UNNAMED_GROUP, name=", ".join(left), count=sum(left.values()), text=text)]
 
 
 def _empty(group: NamedGroup) -> Note:

@@ -32,6 +32,7 @@ class NoteKind(StrEnum):
     DEAD_END = "joint pieces with the same block on both sides"
     DIVIDED = "regions that are no simple polygon divided"
     UNKNOWN_GROUP = "group that is not used"
+    UNNAMED_GROUP = "curve groups without a name"
     EMPTY_GROUP = "group without elements"
 
 
