@@ -4,7 +4,7 @@
 #     sh bootstrap.sh demo                      the whole chain on a built-in case
 #     sh bootstrap.sh COMMAND ARGS...           the same as: .venv/bin/bsm-mesh COMMAND ARGS...
 #     sh bootstrap.sh pardiso                   adds MKL's sparse solver, for large models; likewise mpi, dask, dxf, gis, pandas, pyvista
-#     sh bootstrap.sh test                      formatter, linter, types, doctests, tests, documentation
+#     sh bootstrap.sh test [--all]              formatter, linter, types, doctests, tests, documentation; --all: every test
 #     sh bootstrap.sh docs                      the documentation as a site, in build/docs/html
 #     sh bootstrap.sh matrix [--smoke] [NAME]   tests with the lowest and the newest versions, and with every Python
 #
@@ -249,10 +249,14 @@ with_report() {
     [ "$failed" = 0 ]
 }
 
+# The daily tier has no test of signals, kills, full disks and wheels (robust), and none of more than 3 s (heavy).
+daily="not slow and not robust and not heavy"
+apart="(robust or heavy) and not slow"
+
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
-run_tests() {
+run_tests() { # $1: which, as pytest's -m takes it
     code=0
-    "$python" -m pytest -n 2 --dist worksteal -m "not slow" --durations=25 || code=$?
+    "$python" -m pytest -n 2 --dist worksteal -m "$1" --durations=25 || code=$?
     if [ "$code" = 5 ] && [ -z "$(find tests -name 'test_*.py' 2>/dev/null)" ]; then
         code=0
     fi
@@ -289,7 +293,8 @@ test_all() {
     check "doctests" run_doctests # compiles most kernels, which would be compiled by both workers of the tests
     wait $! || true
     cat "$report.beside"
-    check "tests" run_tests
+    check "tests" run_tests "$daily"
+    [ "$tier" = daily ] || check "tests of the other tier" run_tests "$apart"
 }
 
 # ------------------------------------------------------------------------------------------------- matrix
@@ -335,7 +340,7 @@ test_environment() (
         # shellcheck disable=SC2086 # a list of names
         "$python" -m pytest -q -n 2 --dist worksteal -m "not slow" $smoke_tests
     else
-        run_tests
+        run_tests "not slow"
     fi
 )
 
@@ -375,7 +380,15 @@ command=$1
 shift
 extra=""
 case $command in
-    test) [ $# = 0 ] || usage; extra=$(test_extras) ;;
+    test)
+        tier=daily
+        case "$*" in
+            "") ;;
+            --all) tier=all ;;
+            *) usage ;;
+        esac
+        extra=$(test_extras)
+        ;;
     pardiso | mpi | dask | dxf | gis | pandas | pyvista | meshlane | docs) [ $# = 0 ] || usage; extra=$command ;;
     view) extra=view ;; # what the command draws with
     -*) usage ;;

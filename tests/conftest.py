@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Callable
+import timeit
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -87,6 +88,32 @@ def killed(tmp_path: Path, killed_once: Path, at_every_step: None) -> tuple[Path
     """Return a copy of that model, and its folder of results."""
     case = shutil.copytree(killed_once, tmp_path / "case")
     return case / "model.toml", case / "out"
+
+
+APART = ("robust", "heavy", "slow")  # markers of tests that are not in the daily tier
+LOOP, LOOP_SECONDS = 500_000, 0.026  # a Python loop, and its processor time on the machine where the limit was chosen
+
+
+@pytest.fixture(scope="session")
+def seconds_allowed() -> float | None:
+    """Return the processor time that a test of the daily tier may take; None without a limit.
+
+    `TEST_SECONDS` gives it. A slower machine has proportionally more.
+    """
+    limit = os.environ.get("TEST_SECONDS")
+    if limit is None:
+        return None
+    return float(limit) * max(1.0, min(timeit.repeat(f"for i in range({LOOP}): pass", number=1)) / LOOP_SECONDS)
+
+
+@pytest.fixture(autouse=True)
+def in_time(request: pytest.FixtureRequest, seconds_allowed: float | None) -> Iterator[None]:
+    """Fail a test of the daily tier that takes too long; fixtures that several tests share do not count."""
+    before = sum(os.times()[:4])  # with child processes
+    yield
+    spent = sum(os.times()[:4]) - before
+    if seconds_allowed is not None and spent > seconds_allowed and not any(map(request.node.get_closest_marker, APART)):
+        pytest.fail(f"{spent:.1f} s of processor time, {seconds_allowed:.1f} allowed: shorten it or mark it heavy")
 
 
 died: list[str] = []

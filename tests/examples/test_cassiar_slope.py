@@ -23,6 +23,7 @@ def once() -> bsm.Results:
     return bsm.run(slope.load("high_water"))
 
 
+@pytest.mark.heavy
 def test_the_wedge_above_the_faults_moves_and_hardly_anything_else(once: bsm.Results) -> None:
     """By movement beyond that of the dry slope, whose weight closes the joints."""
     dry = bsm.run(slope.load("high_water").replace(water=None))

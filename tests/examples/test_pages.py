@@ -87,6 +87,7 @@ def is_left_out(page: str, block: Block) -> bool:
     return any(page == where and block.text.startswith(words) for where, words in NOT_RUN)
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 @pytest.mark.parametrize("page", PAGES)
 def test_a_page_is_followed(case: Case, page: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,7 @@ def test_the_first_python_block(case: Case) -> None:
         np.testing.assert_allclose(results.stages[-1].displacement[-1], [0, -expected, 0], rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.heavy
 def test_its_commands_as_typed(tmp_path: Path) -> None:
     """One after the other in one shell, in a folder with `.venv`; what installs, `sh bootstrap.sh ...`, is left out."""
     lines = typed()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -40,6 +41,7 @@ def bolted_banks(draw):
     return model.replace(bolts=bolts)
 
 
+@pytest.mark.heavy
 @FEW
 @given(bolted_banks())
 def test_a_bolted_bank_ends_in_a_verdict(model):

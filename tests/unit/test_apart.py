@@ -18,6 +18,8 @@ from bsm_mesh.errors import ModelError
 from tests.scenes.small_case import ROOT
 from tests.scenes.square_mesh import CURVES, msh, msh22
 
+pytestmark = pytest.mark.robust
+
 READERS = """
 import os
 from bsm_mesh.errors import ModelError

@@ -28,6 +28,7 @@ def module(name):
         sys.path.remove(str(ROOT))
 
 
+@pytest.mark.heavy
 def test_run(tmp_path):
     command = [sys.executable, "-m", "benchmarks", "--scene", "wall", "--sizes", "100", "--folder", str(tmp_path)]
     command += ["--programs", "bsm", "--peer", f'none={sys.executable} -c "{PEER}"']

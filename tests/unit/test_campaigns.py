@@ -17,6 +17,8 @@ from tests.campaigns.unstable import examples
 from tests.campaigns.verdict import BROKEN, FALSE, demand_unstable, judge_slip
 from tests.campaigns.watch import watch
 
+pytestmark = pytest.mark.robust
+
 SEED = 29
 SLICE = {"calls": 400, "traces": 200, "meshes": 5, "models": 10, "bolts": 3, "results": 8, "commands": 3}
 

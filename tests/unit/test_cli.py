@@ -234,6 +234,7 @@ def build(path, width=2.0):
 """
 
 
+@pytest.mark.heavy
 def test_what_a_geometry_prints_does_not_get_into_the_json(case: Case) -> None:
     """Gmsh prints past Python, so that only a process of its own shows it."""
     case.write("g.py", SCRIPT)
@@ -332,6 +333,7 @@ def test_stdout_on_a_full_disk(case: Case) -> None:
     assert done.stderr == "error: No space left on device\n"
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("drawn_here")
 def test_demo(case: Case) -> None:
     """The whole chain, as a new user starts it."""

@@ -8,9 +8,13 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import pytest
+
 from bsm_mesh.compiled import is_compiled
 from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from tests.scenes.small_case import environment
+
+pytestmark = pytest.mark.robust
 
 ASK = """
 import sys

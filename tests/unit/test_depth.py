@@ -25,6 +25,7 @@ class Watched(bsm.MohrCoulomb):
         return super().respond(pressure, trial_shear, length, failed)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("slope", "status"), [(10.0, "stable"), (45.0, "unstable")])
 def test_few_calls_lie_between_a_run_and_a_law(slope, status):
     Watched.deepest.clear()

@@ -19,7 +19,7 @@ from tests.file_operations import drafts, names
 from tests.scenes.small_case import MODEL, Case, environment
 
 PATIENCE = 300  # s; a busy machine
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
+pytestmark = [pytest.mark.robust, pytest.mark.skipif(os.name != "posix", reason="signals")]
 
 STAGES = "".join(f'[[stage]]\nname = "{name}"\nexcavate = [{block}]\n' for name, block in (("one", 3), ("two", 2)))
 COMMAND = """\

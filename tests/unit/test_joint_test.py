@@ -190,6 +190,7 @@ def test_what_cannot_be_tested_is_told(folder, monkeypatch, words, said):
 DILATING = bsm.Joint("J", 20e9, 4e9, law=bsm.MohrCoulomb(friction=35), dilation_angle=8, dilation_slip=5e-3)
 
 
+@pytest.mark.heavy
 def test_under_a_constant_stress_a_joint_opens_by_the_slope_of_dilation():
     curve = direct_shear_test(DILATING, 1e6, 8e-3, cycles=1)
     slip = 8e-3 - 1e6 * np.tan(np.radians(35)) / 4e9
@@ -222,6 +223,7 @@ def test_a_joint_that_wears_as_it_dilates_keeps_its_stress_to_and_fro():
     assert curve.closure[0] - curve.closure[-1] == pytest.approx(np.tan(np.radians(8)) * 5e-3, rel=1e-9)
 
 
+@pytest.mark.heavy
 def test_the_command_draws_the_opening_of_a_joint_that_dilates(folder):
     text = MODEL.replace('max_closure = "0.2 mm"', 'dilation_angle = 6\ndilation_slip = "4 mm"')
     (folder / "model.toml").write_text(text)

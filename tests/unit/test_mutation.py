@@ -24,6 +24,8 @@ from tests.mutation.place import SURVIVED, Ran
 from tests.mutation.report import interval, markdown
 from tests.mutation.watch import _functions
 
+pytestmark = pytest.mark.robust
+
 SOURCE = '''
 """A module."""
 MOST = 12

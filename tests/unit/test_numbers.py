@@ -47,7 +47,13 @@ def test_every_table_has_its_marks():
         assert table_in((ROOT / table.page).read_text(encoding="utf-8"), table.name)
 
 
-@pytest.mark.parametrize("name", [name for name, table in TABLES.items() if not table.is_slow])
+HEAVY = ("tutorial", "stratified-slope", "layered-sizes", "filling-thickness", "tilted-wall", "constants", "joint-laws")
+QUICK = [name for name, table in TABLES.items() if not table.is_slow]
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.heavy] if name in HEAVY else []) for name in QUICK]
+)
 def test_quick_tables_are_what_the_runs_say(name):
     table = TABLES[name]
     page = (ROOT / table.page).read_text(encoding="utf-8")

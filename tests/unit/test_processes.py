@@ -16,6 +16,8 @@ from bsm_mesh.processes import python_command
 from tests.scenes.small_case import LINEAR, MODEL, ROOT, run_process
 from tests.scenes.square_mesh import msh
 
+pytestmark = pytest.mark.robust
+
 EVIL = "from pathlib import Path\nPath(__file__).with_name('was_run').touch()\nraise SystemExit('a stranger was run')\n"
 PROBE = (
     "import random, bsm_mesh.errors, sys\nprint(random.__file__, bsm_mesh.errors.__file__, sys.argv[1:], sep='\\n')\n"

@@ -6,8 +6,12 @@ import io
 import tarfile
 from pathlib import Path
 
+import pytest
+
 from docs.code_blocks import python_blocks, typed
 from tests.release import settle
+
+pytestmark = pytest.mark.robust
 
 EPOCH = 1_700_000_000
 

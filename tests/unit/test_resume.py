@@ -27,7 +27,7 @@ from tests.scenes.shapes import rectangle
 from tests.scenes.small_case import tree
 from tests.scenes.steps import begun
 
-pytestmark = pytest.mark.filterwarnings("ignore::bsm_mesh.errors.MeshWarning")
+pytestmark = [pytest.mark.robust, pytest.mark.filterwarnings("ignore::bsm_mesh.errors.MeshWarning")]
 
 SCHEMES = {"staged": ("continuation", "wang", "linear"), "bolted": ("continuation",), "collapsing": ("continuation",)}
 RUNS = [(name, scheme) for name, schemes in SCHEMES.items() for scheme in schemes]

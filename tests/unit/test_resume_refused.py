@@ -19,7 +19,7 @@ from bsm_mesh.errors import ModelError
 from tests.campaigns.scenes import put_model
 from tests.scenes.small_case import Case, environment, tree
 
-pytestmark = pytest.mark.filterwarnings("ignore::bsm_mesh.errors.MeshWarning")
+pytestmark = [pytest.mark.robust, pytest.mark.filterwarnings("ignore::bsm_mesh.errors.MeshWarning")]
 
 
 def refused(model: Path, out: Path, says: str) -> None:

@@ -25,6 +25,8 @@ from bsm_mesh.results import Results
 from tests.file_operations import count_operations, drafts, full_disk, killed_at, names, watched
 from tests.scenes import models, shapes
 
+pytestmark = pytest.mark.robust
+
 LINEAR = bsm.Options(scheme="linear")
 
 

@@ -134,6 +134,7 @@ def test_factor_of_an_incline_with_all_that_is_told():
     assert any(text.startswith("1: stable") for text in heard)
 
 
+@pytest.mark.heavy
 def test_several_processes_find_the_same_limit():
     found = factor_of_safety(incline(), processes=2)
     assert found.stable < EXACT <= found.unstable * (1 + 1e-4)

@@ -14,6 +14,8 @@ from bsm_mesh.studies.scheduler import ATTEMPTS, Processes
 from tests.scenes.small_case import environment
 from tests.scenes.study_works import Doubling, NotSent
 
+pytestmark = pytest.mark.robust
+
 TASKS = {run: {"x": float(run)} for run in range(8)}
 
 

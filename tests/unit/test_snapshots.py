@@ -18,6 +18,8 @@ from bsm_mesh.results.records import StepRecord
 from tests.file_operations import watched
 from tests.scenes.shapes import rectangle
 
+pytestmark = pytest.mark.robust
+
 MOVING = bsm.Options(scheme="continuation")
 
 

@@ -115,6 +115,7 @@ def test_both_verdicts_occur(whole: dict[str, list[Any]]) -> None:
     assert close <= 1  # where the scatter of the joint decides
 
 
+@pytest.mark.heavy
 def test_two_processes_give_the_same(study: Case, whole: dict[str, list[Any]]) -> None:
     said = study.run("study", "study.toml", "--processes", "2", "--json")
     assert said.code == 0
@@ -152,6 +153,7 @@ def test_what_is_finished_is_not_done_again(done: Case) -> None:
     assert again.new == []
 
 
+@pytest.mark.robust
 def test_a_worker_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> None:
     out = study.folder / "out/study"
     with subprocess.Popen(command("study", "study.toml", "--processes", "2", "-q"), env=environment()) as driver:
@@ -184,6 +186,7 @@ main(["study", "study.toml", "--processes", "2", "-q"])
 """
 
 
+@pytest.mark.robust
 def test_a_driver_that_is_killed(study: Case, whole: dict[str, list[Any]]) -> None:
     """Four runs are on the disk, and half a line of the fifth."""
     done = subprocess.run([sys.executable, "-c", DYING], env=environment(), check=False, timeout=100)
@@ -202,6 +205,7 @@ def heed() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+@pytest.mark.robust
 def test_ctrl_c_says_how_to_go_on(study: Case) -> None:
     """Of so many runs that a fast machine is not done before it is interrupted."""
     many = 300
@@ -230,6 +234,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         yield made
 
 
+@pytest.mark.robust
 def test_dask_gives_the_same_also_where_a_worker_is_killed(
     study: Case, cluster: Any, whole: dict[str, list[Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -262,6 +267,7 @@ def test_processes_or_a_scheduler(study: Case) -> None:
     study.refuses("study", "study.toml", "--processes", "2", "--scheduler", "tcp://h:1", says=["not both"])
 
 
+@pytest.mark.heavy
 def test_a_run_that_fails_is_a_row(study: Case) -> None:
     study.write(
         "study.toml",
@@ -297,6 +303,7 @@ def test_what_is_of_no_study_is_never_replaced(study: Case) -> None:
     study.refuses("study", "study.toml", "-o", "mine/notes.txt", "-q", says=["is not a folder"])
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("done")
 def test_two_at_once_are_refused() -> None:
     from bsm_mesh.locks import free_lock, take_lock
@@ -321,6 +328,7 @@ def test_rows_do_not_depend_on_the_others(study: Case, whole: dict[str, list[Any
     assert answers["status"] == whole["status"][run]
 
 
+@pytest.mark.heavy
 def test_new_networks_by_seeds(study: Case) -> None:
     study.write("wall.toml", MODEL.replace(LOAD, "").replace('file = "mesh.msh"', 'geometry = "walls.py"'))
     high = msh([(x, 2 * y) for y in range(3) for x in range(3)])

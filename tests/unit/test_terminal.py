@@ -119,6 +119,7 @@ def test_tabs_stay_and_lines_are_one(capsys: pytest.CaptureFixture[str]) -> None
     assert capsys.readouterr().out == "a\tb\\nc\n"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "encoding", ["ascii", *(pytest.param(name, marks=pytest.mark.slow) for name in ("latin-1", "cp437"))]
 )
@@ -137,6 +138,7 @@ def test_streams_that_are_not_utf8(case: Case, encoding: str) -> None:
     assert (case.folder / "Größe" / "summary.json").exists()
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name == "nt", reason="POSIX's way to close them")
 def test_streams_that_are_closed(case: Case) -> None:
     case.write("model.toml", MODEL + LINEAR)

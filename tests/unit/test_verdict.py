@@ -126,6 +126,7 @@ def test_a_block_that_stands_is_not_unstable_because_its_joints_are_soft(kn, sta
     assert status == "stable" or scheme == "wang" or "too soft for the forces" in stage.reason
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("limit", "reason"), [(None, "moved by more than 3 times its size"), (20.0, "more than 20 m")])
 def test_a_block_that_runs_on_is_followed_as_far_as_asked(limit, reason):
     """A unit square on a plane of 60 m that is steeper than its friction: nothing down there will stop it."""

@@ -16,6 +16,8 @@ import pytest
 from tests.scenes.small_case import MODEL, ROOT
 from tests.scenes.square_mesh import msh
 
+pytestmark = pytest.mark.robust
+
 SOURCES = ("bsm_mesh", "geometries", "converters", "pyproject.toml", "README.md", "LICENSE")
 NEIGHBOURS = ("geometries", "converters", "bsm")
 SCRIPT = """

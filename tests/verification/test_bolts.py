@@ -175,6 +175,7 @@ def test_elastic_shear_lag():
     assert_allclose(bolts.axial_force.max(), PULL, rtol=1e-6)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("keys", [{}, {"bond_stiffness": BOND}])
 def test_ultimate_pull(keys):
     bond = 150e3

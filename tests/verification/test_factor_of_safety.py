@@ -50,6 +50,7 @@ def test_plane_failure(slope, given):
     contains(found, case.factor, 5e-4)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("ratio", "n"), LEAST_FRICTION)
 def test_least_friction_of_an_arch(ratio, n):
     found = factor_of_safety(arch(ratio, n, 35.0), tolerance=WIDTH)
@@ -112,6 +113,7 @@ def prism(apex, ratio, share):
     return replace(case, stress=share * at_limit.stress)
 
 
+@pytest.mark.heavy
 def test_toppling():
     """Limiting friction 38.15 degrees, printed; its authors let blocks touch at their upper corners only."""
     contains(factor_of_safety(goodman_and_bray(42.0), tolerance=WIDTH), tan(42.0) / TOPPLING, 5e-3)

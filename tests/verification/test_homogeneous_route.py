@@ -90,7 +90,9 @@ def errors(blocks):
     )
 
 
-@pytest.mark.parametrize(("kind", "size"), [("quads", 0.75), ("quads", 0.45), ("voronoi", 2000)])
+@pytest.mark.parametrize(
+    ("kind", "size"), [("quads", 0.75), ("quads", 0.45), pytest.param("voronoi", 2000, marks=pytest.mark.heavy)]
+)
 def test_quads_and_voronoi_blocks(kind, size, tmp_path):
     l2, largest, near, count = errors(blocks_of(kind, size, tmp_path))
     assert count >= 1000
@@ -99,6 +101,7 @@ def test_quads_and_voronoi_blocks(kind, size, tmp_path):
     assert near <= NEAR_L2
 
 
+@pytest.mark.heavy
 def test_triangles_converge(tmp_path):
     found = [errors(blocks_of("triangles", size, tmp_path)) for size in (1.8, 0.9, 0.45)]
     for l2, largest, near, count in found[1:]:

@@ -13,6 +13,8 @@ from benchmarks.campaign import comparison, runner, store, tables
 from benchmarks.campaign.__main__ import LARGE, MAKER, main
 from benchmarks.pages import marks
 
+pytestmark = pytest.mark.robust
+
 HEAD = {"engine": "e", "limit": 5.0, "commit": "c"}
 
 
