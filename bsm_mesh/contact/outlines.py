@@ -62,6 +62,8 @@ class Outlines:
         Block b owns ``corners[offsets[b]:offsets[b + 1]]``.
     vertex_clusters : (n_vertices,) int32
         Corners at one point of the given geometry, each with a face to the next, have one number.
+    neighbour_clusters : (n_vertices,) int32
+        The same, also of corners at one point within an edge that both have a face with.
     fixed : (n_blocks,) bool
         Fixed blocks: two of them are no pair.
     block_size : (n_blocks,) float64 [m]
@@ -75,6 +77,7 @@ class Outlines:
     centroid: FloatArray
     offsets: IntArray
     vertex_clusters: IntArray
+    neighbour_clusters: IntArray
     fixed: BoolArray
     block_size: FloatArray
     size: float
@@ -82,7 +85,7 @@ class Outlines:
     def __post_init__(self) -> None:
         for name in ("corners", "directions", "centroid"):
             own_array(self, name, np.float64, (None, 2))
-        for name in ("offsets", "vertex_clusters"):
+        for name in ("offsets", "vertex_clusters", "neighbour_clusters"):
             own_array(self, name, np.int32, (None,))
         own_array(self, "fixed", np.bool_, (None,))
         own_array(self, "block_size", np.float64, (None,))
@@ -94,12 +97,14 @@ class Outlines:
         block_size = np.sqrt(blocks.moments.area)
         corners = blocks.vertices - blocks.moments.centroid[owner_of_corner(blocks.offsets)]
         edge = corners[blocks.following] - corners
+        clusters, with_edges = _vertex_clusters(blocks)
         return cls(
             corners=corners,
             directions=edge / np.hypot(*edge.T)[:, None],
             centroid=blocks.moments.centroid,
             offsets=blocks.offsets,
-            vertex_clusters=_vertex_clusters(blocks),
+            vertex_clusters=clusters,
+            neighbour_clusters=with_edges,
             fixed=flags,
             block_size=block_size,
             size=float(np.median(block_size if flags.all() else block_size[~flags])),
@@ -112,8 +117,8 @@ class Outlines:
         return placed
 
 
-def _vertex_clusters(blocks: Blocks) -> IntArray:
-    """Return the vertex cluster of every corner: corners at one point that are connected by faces."""
+def _vertex_clusters(blocks: Blocks) -> tuple[IntArray, IntArray]:
+    """Return the vertex clusters of the corners, and those across edges: `vertex_clusters`, `neighbour_clusters`."""
     faces, following = find_faces(blocks), blocks.following
     one = np.concatenate([faces.edge_a, following[faces.edge_a]])
     other = np.concatenate([following[faces.edge_b], faces.edge_b])
@@ -122,7 +127,14 @@ def _vertex_clusters(blocks: Blocks) -> IntArray:
     n = len(blocks.vertices)
     graph = coo_array((np.ones(len(ends[0])), ends), shape=(n, n))
     clusters: IntArray = connected_components(graph, directed=False)[1]
-    return clusters
+    corner_of_a = np.concatenate([faces.start_corner_of_a, faces.end_corner_of_a])[~same]
+    edge = np.where(corner_of_a, np.tile(faces.edge_b, 2)[~same], np.tile(faces.edge_a, 2)[~same])
+    corner = np.where(corner_of_a, one[~same], other[~same])
+    place = np.unique(np.column_stack([edge, blocks.nodes[corner]]), axis=0, return_inverse=True)[1].reshape(-1)
+    size = n + len(corner)  # corners, and the places on edges where faces end
+    ends = np.concatenate([ends[0], corner]), np.concatenate([ends[1], n + place])
+    graph = coo_array((np.ones(len(ends[0])), ends), shape=(size, size))
+    return clusters, connected_components(graph, directed=False)[1][:n]
 
 
 def corner_positions(outlines: Outlines, placed: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ def outlines_of(polygons, fixed=None):
         centroid=moments.centroid,
         offsets=offsets,
         vertex_clusters=np.arange(len(vertices)),
+        neighbour_clusters=np.arange(len(vertices)),
         fixed=np.zeros(len(polygons), dtype=bool) if fixed is None else fixed,
         block_size=size,
         size=float(np.median(size)),

@@ -387,6 +387,7 @@ def test_a_reader_while_results_are_replaced_again_and_again(tmp_path: Path, old
 import pathlib, sys
 from bsm_mesh.results import Results
 known = {[[r.model_digest, float(r.stages[-1].displacement.sum())] for r in (old, new)]!r}
+Results.load({str(folder)!r})  # imports what reading takes
 print("ready", flush=True)
 seen = set()
 while not pathlib.Path({str(tmp_path / "stop")!r}).exists():

@@ -97,3 +97,24 @@ def test_squares_that_meet_at_a_corner_in_line_share_no_length():
     """The upper square stands beside the lower one, with its corner on that one's corner: nothing carries it."""
     polygons = [rectangle(0, 0, 1, 1), rectangle(-1, 1, 0, 2)]
     assert not bsm.limit_analysis(model_of(polygons, friction=40.0)).admissible
+
+
+@pytest.mark.parametrize("node", [False, True])
+def test_blocks_beside_each_other_on_one_face_are_no_pair(node):
+    """A wedge of a bench and one of its face meet at the toe, both on one bedding plane, with a node there or without.
+
+    They touch at a point between their faces on the plane: that point carries nothing, or it would hold the slope.
+    """
+    toe = [(0.0, 0.0)] if node else []
+    plane = [(-4.0, 1.0), (-4.0, -4.0), (4.0, -4.0), (4.0, -1.0), *toe]
+    left, right = [(-4.0, 1.0), (0.0, 0.0), (-4.0, 1.6)], [(0.0, 0.0), (4.0, -1.0), (3.5, 1.0)]
+    model = model_of([np.array(polygon) for polygon in (plane, left, right)], friction=30.0)
+    results = bsm.run(model)
+    pairs = {tuple(sorted(pair)) for pair in zip(*map(np.ndarray.tolist, _sides(results)), strict=True)}
+    assert pairs == {(0, 1), (0, 2)}
+    assert bsm.limit_analysis(model).contacts.count == 4
+
+
+def _sides(results):
+    contacts = results.stages[-1].contacts
+    return contacts.block_a, contacts.block_b

@@ -47,7 +47,7 @@ def gather_contacts(
     properties = catalogue.look_up(placed, sides, outlines.corners, outlines.directions)
     source = np.where(found.history >= 0, found.history, found.predecessor)
     known = source >= 0
-    meeting = ~known & _meet_at_a_node(blocks, outlines.vertex_clusters, found, near)
+    meeting = ~known & _meet_at_a_node(blocks, outlines.neighbour_clusters, found, near)
     recalled = _offsets_of_open(history, found)
     within_tolerance = found.in_range & (found.gap <= recalled + near) & ~meeting
     fresh = ~known & within_tolerance

@@ -43,7 +43,7 @@ def with_corner_contacts(model: Model, contacts: ContactTable) -> ContactTable:
     on_edges = (
         found.in_range & (found.gap <= near) & ~_at_node(blocks, found) & ~_covered(blocks, contacts, found, near)
     )
-    corner, edge = _corners_at_one_node(blocks, outlines.vertex_clusters)
+    corner, edge = _corners_at_one_node(blocks, outlines.neighbour_clusters)
     corner = np.concatenate([found.corner[on_edges], corner])
     edge = np.concatenate([found.edge[on_edges], edge])
     if not len(corner):
