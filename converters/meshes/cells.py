@@ -32,6 +32,7 @@ CORNERS = {
 }
 LINES = ("line", "VTK_LAGRANGE_CURVE", "VTK_BEZIER_CURVE")
 POINTS = ("vertex", "empty")
+PHYSICAL = "gmsh:physical"  # the array of the numbers of Gmsh's groups
 LARGEST = 2**53  # whole numbers below it are exact in float64
 
 

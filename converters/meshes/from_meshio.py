@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
+from bsm_mesh.converters.meshes.cells import PHYSICAL, MeshCells, gather_cells
 from bsm_mesh.converters.meshes.from_msh import names_in
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.converters.meshio_library import NAMES, load_meshio
@@ -121,7 +121,7 @@ def _sets(mesh: Any) -> Sets:
     for name, members in mesh.cell_sets.items():
         if name != "gmsh:bounding_entities" and len(members) == n_blocks:
             found[name] = [None if inside is None else np.asarray(inside) for inside in members]
-    physical = mesh.cell_data.get("gmsh:physical")
+    physical = mesh.cell_data.get(PHYSICAL)
     if physical is not None:
         for name, value in mesh.field_data.items():
             if np.size(value) == 2 and not _any_members(found.get(name, [])):
@@ -148,19 +148,28 @@ def _physical_names(path: Path) -> dict[tuple[int, int], str]:
 
 
 def _physical_sets(mesh: Any, names: Mapping[tuple[int, int], str]) -> Sets:
-    """Return the groups of names that several numbers have, each with the elements of all of them."""
-    numbers = mesh.cell_data.get("gmsh:physical")
-    several = {name for name, count in Counter(names.values()).items() if count > 1}
+    """Return Gmsh's groups that meshio does not tell apart: of names that several numbers have, and curves of no name.
+
+    `names` are those in the file, by dimension and number; without them meshio's own are taken.
+    """
+    numbers = mesh.cell_data.get(PHYSICAL)
     if numbers is None:
         return {}
-    found: Sets = {}
-    for name in several:
-        wanted = [
-            [tag for (dimension, tag), other in names.items() if other == name and dimension == block.dim]
-            for block in mesh.cells
+    known = names or {(int(v[1]), int(v[0])): name for name, v in mesh.field_data.items() if np.size(v) == 2}
+    several = {name for name, count in Counter(names.values()).items() if count > 1}
+    tags_of: dict[str, list[tuple[int, int]]] = {name: [] for name in several}
+    for key, name in known.items():
+        if name in several:
+            tags_of[name].append(key)
+    curves = {int(tag) for block, tags in zip(mesh.cells, numbers, strict=True) if block.dim == 1 for tag in tags}
+    tags_of |= {f"{PHYSICAL}={tag}": [(1, tag)] for tag in sorted(curves) if tag > 0 and (1, tag) not in known}
+    return {
+        name: [
+            np.flatnonzero(np.isin(np.abs(tags), [tag for dimension, tag in keys if dimension == block.dim]))
+            for block, tags in zip(mesh.cells, numbers, strict=True)
         ]
-        found[name] = [np.flatnonzero(np.isin(np.abs(tags), of)) for tags, of in zip(numbers, wanted, strict=True)]
-    return found
+        for name, keys in tags_of.items()
+    }
 
 
 def _any_members(members: list[npt.NDArray[Any] | None]) -> bool:

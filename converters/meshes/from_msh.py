@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
+from bsm_mesh.converters.meshes.cells import PHYSICAL, MeshCells, gather_cells
 from bsm_mesh.converters.meshes.msh_sections import BinaryNumbers, Kind, Numbers, TextNumbers, TruncatedError
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
@@ -186,6 +186,13 @@ def _as_cells(source: str, content: _Content) -> MeshCells:
     for name, entities in groups.items():
         for k in (k for entity in entities for k in blocks_of.get(entity, ())):
             sets[name][k] = np.arange(len(content.elements[k][2]))
+    lines = [k for k, (entity, _, _) in enumerate(content.elements) if entity[0] == 1]
+    for k in lines:
+        entity = content.elements[k][0]
+        for physical in content.physicals.get(entity, ()):
+            if (1, physical) not in content.names:
+                members = sets.setdefault(f"{PHYSICAL}={physical}", [None] * len(content.elements))
+                members[k] = np.arange(len(content.elements[k][2]))
     unnamed = [
         next((p for p in content.physicals.get(entity, ()) if (entity[0], p) not in content.names), 0)
         for entity, _, _ in content.elements
@@ -193,7 +200,7 @@ def _as_cells(source: str, content: _Content) -> MeshCells:
     number = _node_numbers(content)
     rows = [row for _, _, row in content.elements]
     arrays = {
-        "gmsh:physical": [np.full(len(row), p) for row, p in zip(rows, unnamed, strict=True)],
+        PHYSICAL: [np.full(len(row), p) for row, p in zip(rows, unnamed, strict=True)],
         "gmsh:geometrical": [np.full(len(row), entity[1]) for entity, _, row in content.elements],
     }
     return gather_cells(

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray
-from bsm_mesh.converters.meshes.cells import CellGroup, MeshCells
+from bsm_mesh.converters.meshes.cells import PHYSICAL, CellGroup, MeshCells
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.errors import MAX_SHOWN, ModelError, counted, listing, nearest, raise_faults
 from bsm_mesh.geometries.physical_groups import GroupKind, GroupName, parse_group_name
 from bsm_mesh.model.edges import LongArray
 
-PHYSICAL = "gmsh:physical"  # the array of Gmsh's numbers of groups
+UNNAMED = f"{PHYSICAL}="  # names of groups of curves that have a number of Gmsh's, and no name, begin so
+ONE_NAME = ". Gmsh keeps a name for one group only: give all curves of a joint to one addPhysicalGroup"
 REST = "*"  # the key that stands for all elements in no rock
 NO_GROUPS = '; "*" = "rock:NAME" takes all elements, [boundary.NAME] and [joint.NAME] name edges by their place'
 ALL = 200  # names that are shown where one is not found
@@ -107,7 +108,7 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[
             rest = target.name
             if target.kind is not GroupKind.ROCK:
                 faults.append(f"groups: '*' stands for the elements in no rock; '{text}' must be rock:name")
-        elif key in known:
+        elif key in known and not (key.startswith(UNNAMED) and target.kind.dimension == 2):  # a number of surfaces
             groups.append(_named(target, known[key]))
         else:
             found = _of_value(cells, key, target.kind.dimension)
@@ -121,7 +122,6 @@ def name_groups(cells: MeshCells, renaming: Mapping[str, str], used: Collection[
     others = [(group, parse_group_name(group.name)) for group in cells.groups if group.name not in renaming]
     groups += [_named(parsed, group) for group, parsed in others if parsed is not None]
     notes = _unknown([group for group, parsed in others if parsed is None and group.name not in used])
-    notes += _unnamed(cells, [group.source for group in groups])
     notes += [_empty(group) for group in groups if group.elements.size + group.pieces.size == 0]
     filled = tuple(group for group in groups if group.elements.size + group.pieces.size)
     return NamedGroups(groups=filled, rest=rest, notes=tuple(notes))
@@ -162,54 +162,33 @@ def value_names(cells: MeshCells, *, of_pieces: bool = False) -> list[str]:
 
 
 def _unknown(groups: Sequence[CellGroup]) -> list[Note]:
-    """Return one note on all surface groups, and one on all curve groups, whose names say nothing."""
-    notes = []
-    for what, kinds, sizes in (
-        ("surface", ("rock",), {group.name: group.elements.size for group in groups if group.elements.size}),
-        (
-            "curve",
-            ("joint", "boundary"),
-            {group.name: group.pieces.size for group in groups if not group.elements.size},
-        ),
-    ):
-        if sizes:
-            names = list(sizes)
-            shown = ", ".join(
-                f"'{name}' ({counted(size, 'element')})" for name, size in list(sizes.items())[:MAX_SHOWN]
-            )
-            more = f" and {len(names) - MAX_SHOWN} more" if len(names) > MAX_SHOWN else ""
-            target = names[0].rpartition(":")[2] or "name"
-            examples = " or ".join(f'"{kind}:{target}"' for kind in kinds)
-            text = (
-                f"{what} groups that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
-                f'for example "{names[0]}" = {examples}'
-            )
-            count = int(sum(sizes.values()))
-            notes.append(Note(kind=NoteKind.UNKNOWN_GROUP, name=", ".join(names), count=count, text=text))
-    return notes
+    """Return a note each on the surface groups, the curve groups, and those of no name, that mean nothing."""
+    surfaces = {group.name: group.elements.size for group in groups if group.elements.size}
+    curves = {group.name: group.pieces.size for group in groups if not group.elements.size}
+    unnamed = {name: size for name, size in curves.items() if name.startswith(UNNAMED)}
+    named = {name: size for name, size in curves.items() if name not in unnamed}
+    kinds = ("joint", "boundary")
+    return [
+        *_unused("surface groups", ("rock",), surfaces, NoteKind.UNKNOWN_GROUP),
+        *_unused("curve groups", kinds, named, NoteKind.UNKNOWN_GROUP),
+        *_unused("curve groups without a name", kinds, unnamed, NoteKind.UNNAMED_GROUP, ONE_NAME),
+    ]
 
 
-def _unnamed(cells: MeshCells, used: Collection[str]) -> list[Note]:
-    """Return a note on the line elements in physical groups that have no name and are not used."""
-    numbers = cells.arrays.get(PHYSICAL, (np.empty(0, np.int64), np.zeros(len(cells.pieces), np.int64)))[1].copy()
-    for group in cells.groups:
-        numbers[group.pieces] = 0
-    values, counts = np.unique(numbers[numbers > 0], return_counts=True)
-    left = {
-        f"{PHYSICAL}={value}": int(count)
-        for value, count in zip(values, counts, strict=True)
-        if f"{PHYSICAL}={value}" not in used
-    }
-    if not left:
+def _unused(what: str, kinds: Sequence[str], sizes: Mapping[str, int], kind: NoteKind, advice: str = "") -> list[Note]:
+    """Return a note on groups that are not used, of so many elements each; nothing without any."""
+    if not sizes:
         return []
-    shown = ", ".join(f"'{name}' ({counted(count, 'element')})" for name, count in list(left.items())[:MAX_SHOWN])
-    more = f" and {len(left) - MAX_SHOWN} more" if len(left) > MAX_SHOWN else ""
+    names = list(sizes)
+    shown = ", ".join(f"'{name}' ({counted(size, 'element')})" for name, size in list(sizes.items())[:MAX_SHOWN])
+    more = f" and {len(names) - MAX_SHOWN} more" if len(names) > MAX_SHOWN else ""
+    target = "name" if names[0].startswith(UNNAMED) else names[0].rpartition(":")[2] or "name"
+    examples = " or ".join(f'"{each}:{target}"' for each in kinds)
     text = (
-        f"curve groups without a name are not used: {shown}{more}. Gmsh keeps one group a name: give all curves of a "
-        f'joint to one addPhysicalGroup, or map each group under [groups], for example "{next(iter(left))}" = '
-        '"joint:name" or "boundary:name"'
+        f"{what} that are not used: {shown}{more}; to use one, name it kind:name, or under [groups] "
+        f'for example "{names[0]}" = {examples}{advice}'
     )
-    return [Note(kind=NoteKind.UNNAMED_GROUP, name=", ".join(left), count=sum(left.values()), text=text)]
+    return [Note(kind=kind, name=", ".join(names), count=int(sum(sizes.values())), text=text)]
 
 
 def _empty(group: NamedGroup) -> Note:

@@ -59,7 +59,7 @@ def wedge(folder: Path, *, version: float, names: tuple[str, str]) -> Path:
 @pytest.mark.parametrize("version", [4.1, 2.2])
 def test_a_group_without_a_name_is_an_error_where_regions_are_asked_for(tmp_path: Path, version: float) -> None:
     path = wedge(tmp_path, version=version, names=("joint:plane", "joint:plane"))
-    with pytest.raises(ModelError, match=r"curve groups without a name are not used: 'gmsh:physical=\d'"):
+    with pytest.raises(ModelError, match=r"curve groups without a name that are not used: 'gmsh:physical=\d'"):
         read_mesh(path, blocks="regions")
     _, report = read_mesh(path)
     (note,) = (note for note in report.notes if "without a name" in note.text)
@@ -89,3 +89,26 @@ def test_groups_of_one_name_are_added_up(tmp_path: Path, version: float) -> None
     assert not [note for note in report.notes if "without a name" in note.text]
     (tmp_path / "model.toml").write_text(MODEL)
     assert bsm.run(tmp_path / "model.toml").status == "unstable"
+
+
+@pytest.mark.parametrize("version", [4.1, 2.2])
+def test_a_curve_in_a_named_group_and_in_one_without_a_name_is_not_lost(tmp_path: Path, version: float) -> None:
+    path = tmp_path / "shared.msh"
+    with gmsh_session() as gmsh:
+        occ, model = gmsh.model.occ, gmsh.model
+        square = occ.addRectangle(0, 0, 0, 1, 1)
+        occ.synchronize()
+        model.addPhysicalGroup(2, [square], name="rock:granite")
+        (bottom, *_) = (tag for _, tag in model.getBoundary([(2, square)], oriented=False))
+        model.addPhysicalGroup(1, [bottom], name="boundary:bottom")
+        model.addPhysicalGroup(1, [bottom], 7)
+        model.addPhysicalGroup(1, [bottom], 8)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 1)
+        model.mesh.generate(2)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.write(str(path))
+    with pytest.raises(ModelError, match=r"'gmsh:physical=7' \(8 elements\), 'gmsh:physical=8' \(8 elements\)"):
+        read_mesh(path, blocks="regions")
+    groups = {"gmsh:physical=7": "joint:J", "gmsh:physical=8": "boundary:base"}
+    blocks, _ = read_mesh(path, blocks="regions", groups=groups)
+    assert set(blocks.boundaries) == {"bottom", "base"}
