@@ -91,7 +91,7 @@ def killed(tmp_path: Path, killed_once: Path, at_every_step: None) -> tuple[Path
 
 
 APART = ("robust", "heavy", "slow")  # markers of tests that are not in the daily tier
-LOOP, LOOP_SECONDS = 500_000, 0.026  # a Python loop, and its processor time on the machine where the limit was chosen
+LOOP, LOOP_SECONDS = 500_000, 0.006  # a Python loop, and its processor time on the machine where the limit was chosen
 
 
 @pytest.fixture(scope="session")

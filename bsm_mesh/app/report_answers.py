@@ -34,12 +34,12 @@ def safety_content(folder: Path) -> dict[str, Any]:
         If the folder does not hold one, or it is damaged.
     """
     told = read_json(folder / ANSWER)
+    shown = [
+        (caption, picture_data(folder / name))
+        for name, caption in ((MECHANISM, "mechanism"), (MOVEMENT, "movement"))
+        if (folder / name).is_file()
+    ]
     try:
-        shown = [
-            (caption, picture_data(folder / name))
-            for name, caption in ((MECHANISM, "mechanism"), (MOVEMENT, "movement"))
-            if (folder / name).is_file()
-        ]
         states = [name for name in STATES if told[name] is not None]
         return {
             "title": told["title"],
@@ -51,7 +51,7 @@ def safety_content(folder: Path) -> dict[str, Any]:
             "states": states,
             "state_shown": f"below: the results of the state {STATES[states[0]]}" if states else "",
         }
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
         raise ModelError(f"{folder / ANSWER} is damaged or missing; run bsm-mesh safety again") from error
 
 
@@ -69,12 +69,12 @@ def study_content(out: Path) -> dict[str, Any]:
         If the study is not finished, or its files are damaged.
     """
     told = read_json(out / SUMMARY)
+    shown = [(path.stem, picture_data(path)) for path in sorted((out / PICTURES_FOLDER).glob("*.png"))]
     try:
         text = (out / STUDY).read_text(encoding="utf-8")
         tables = study_rows(told)
-        shown = [(path.stem, picture_data(path)) for path in sorted((out / PICTURES_FOLDER).glob("*.png"))]
         fields = tomllib.loads(text).get("report", {})
-    except (KeyError, TypeError, ValueError, OSError) as error:
+    except (AttributeError, LookupError, TypeError, ValueError, OSError) as error:
         raise ModelError(f"{out / SUMMARY} is damaged or missing; run bsm-mesh study again") from error
     return {
         "title": told["title"],

@@ -19,7 +19,7 @@ from bsm_mesh.app.quality import Thresholds, poor_blocks
 from bsm_mesh.app.storage import SavedResults, load_results
 from bsm_mesh.app.tables import FALL_HEADER, bolt_rows, engineering, fall_rows, falling, vector
 from bsm_mesh.app.verify import grounds_in
-from bsm_mesh.errors import counted, named_stage, numbered, place
+from bsm_mesh.errors import ModelError, counted, named_stage, numbered, place
 from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.in_situ import InSitu
 from bsm_mesh.model.joint_laws import LAWS
@@ -37,6 +37,7 @@ ASSUMPTIONS = (
     "Joints slip and open by their laws, and bear no tension beyond the strength that is given.",
     "Static equilibrium; where there is none near, blocks are followed with their masses until they rest or come down.",
 )
+PNG = b"\x89PNG\r\n\x1a\n"  # how every such file begins
 OVERVIEW = "model"  # the picture on the first page
 EARLIER = ("displacement", "joints_state", "bolts")  # what the page shows of stages before the last
 QUANTITIES_OF: dict[str, tuple[type, ...]] = {
@@ -164,10 +165,13 @@ def picture_data(path: Path) -> str:
     Raises
     ------
     ModelError
-        If it is no file.
+        If it is no PNG: a link may lead to any file, whose content does not belong in a page.
     """
     refuse_special(path)
-    return base64.b64encode(path.read_bytes()).decode("ascii")
+    content = path.read_bytes()
+    if not content.startswith(PNG):
+        raise ModelError(f"{path}: is no PNG picture; draw it again, or give another one")
+    return base64.b64encode(content).decode("ascii")
 
 
 def _facts(results: Results) -> Rows:

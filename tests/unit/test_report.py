@@ -15,7 +15,7 @@ from bsm_mesh.app.cli import cli
 from bsm_mesh.app.own_files import own_files
 from bsm_mesh.app.pictures import NAMES
 from bsm_mesh.app.progress import Progress
-from bsm_mesh.app.report_results import _shown
+from bsm_mesh.app.report_results import PNG, _shown
 from bsm_mesh.app.safety import ask_safety
 from bsm_mesh.results.joint_sets import joint_sets
 from tests.scenes.known_factors import incline, tutorial_slope
@@ -187,11 +187,27 @@ def test_the_factor_of_another_model_is_left_out(answered, tmp_path):
 
 
 def test_an_overview_of_ones_own(answered, tmp_path):
-    (tmp_path / "site.png").write_bytes(b"a picture of the site")
+    picture = PNG + b"a picture of the site"
+    (tmp_path / "site.png").write_bytes(picture)
     page = report(answered[0], "--no-pictures", "--picture", str(tmp_path / "site.png"))[1]
-    assert base64.b64encode(b"a picture of the site").decode() in page
+    assert base64.b64encode(picture).decode() in page
     outcome, _ = report(answered[0], "--no-pictures", "--picture", str(tmp_path / "none.png"))
     assert "give a PNG file" in str(outcome.exception)
+
+
+def test_what_is_no_picture_or_no_answer_is_not_shown(answered, tmp_path):
+    """A link that bears a picture's name, and an answer that somebody changed."""
+    folder = shutil.copytree(answered[1], tmp_path / "safety")
+    (tmp_path / "secret").write_text("a secret of somebody's")
+    (folder / "movement.png").unlink()
+    (folder / "movement.png").symlink_to(tmp_path / "secret")
+    assert "is no PNG picture" in str(report(folder, "--no-pictures")[0].exception)
+    (folder / "movement.png").unlink()
+    told = json.loads((folder / "safety.json").read_text())
+    for changed in ({**told, "mechanism": []}, {**told, "trials": 3}, {**told, "undecided": ["x"]}, {}):
+        (folder / "safety.json").write_text(json.dumps(changed))
+        outcome, _ = report(folder, "--no-pictures")
+        assert isinstance(outcome.exception, bsm.ModelError), changed
 
 
 def test_a_study_has_a_report(tmp_path):
