@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from pathlib import Path
 
 from bsm_mesh.converters.meshes.cells import MeshCells
+from bsm_mesh.converters.meshes.content import recognised
 from bsm_mesh.converters.meshes.from_msh import read_msh41
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import scratch_folder, whole_file
+from bsm_mesh.files import keep, scratch_folder, whole_file
 
 SUFFIXES = (".unv",)
 LIBRARY = ("gmsh",)
@@ -17,11 +19,15 @@ LIBRARY = ("gmsh",)
 def read_by_gmsh(path: Path) -> MeshCells:
     """Return the elements and groups of a file that Gmsh reads; groups of elements keep their names.
 
+    Gmsh runs what it does not know as a script, and a file of options beside the mesh (``mesh.unv.opt``) too. So it
+    gets the mesh alone in a folder of ours, by the ending of the format that the content has.
+
     Raises
     ------
     ModelError
-        If Gmsh is not there, or cannot read the file.
+        If the content is no mesh, Gmsh is not there, or it cannot read the file.
     """
+    ending = recognised(path).ending
     try:
         import gmsh
     except (ImportError, OSError) as error:
@@ -33,8 +39,9 @@ def read_by_gmsh(path: Path) -> MeshCells:
         gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
         gmsh.option.setNumber("Mesh.Binary", 1)
         gmsh.option.setNumber("Mesh.SaveAll", 1)
-        gmsh.merge(str(path))
         with scratch_folder() as folder:
+            keep(Path(os.path.realpath(path)), folder / f"given{ending}")
+            gmsh.merge(str(folder / f"given{ending}"))
             with whole_file(folder / "mesh.msh") as draft:
                 gmsh.write(str(draft))
             cells = read_msh41(folder / "mesh.msh")
