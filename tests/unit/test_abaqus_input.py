@@ -76,6 +76,79 @@ def test_instances_of_a_part(tmp_path: Path) -> None:
         read_mesh(written(tmp_path, part + turned), groups={"W": "rock:a"})
 
 
+def test_a_set_of_one_instance_is_not_in_others(tmp_path: Path) -> None:
+    """Both walls have nodes 1 to 4 and elements 1 to 3: a set, or a surface, names those of one of them."""
+    part = f"*PART, NAME=Wall\n{MESH}*ELSET, ELSET=EAST\n3, 6\n*END PART\n"
+    assembly = "*ASSEMBLY, NAME=A\n*INSTANCE, NAME=W-1, PART=Wall\n*END INSTANCE\n"
+    assembly += "*INSTANCE, NAME=W-2, PART=Wall\n0., 2., 0.\n*END INSTANCE\n"
+    assembly += "*NSET, NSET=BASE, INSTANCE=w-1\n1, 2, 3, 4\n*ELSET, ELSET=LOW, INSTANCE=W-2\n1, 2, 3\n"
+    assembly += "*SURFACE, NAME=RIGHT\nW-2.EAST, S2\n*NSET, NSET=TOP\nW-2.9, W-2.10\n*END ASSEMBLY\n"
+    groups = {"LOW": "rock:low", "*": "rock:a"}
+    groups |= {"BASE": "boundary:base", "RIGHT": "boundary:right", "TOP": "boundary:top"}
+    blocks, report = read_mesh(written(tmp_path, part + assembly), groups=groups)
+    found = {"rock:low": 3, "rock:a": 9, "boundary:base": 3, "boundary:right": 2, "boundary:top": 1}
+    assert report.groups == found
+    assert blocks.vertices[blocks.boundaries["base"], 1].max() == 0
+    assert blocks.vertices[blocks.boundaries["right"], 1].min() == 2
+    with pytest.raises(ModelError, match=r"line \d+: \*NSET: there is no instance 'W-3'; did you mean"):
+        read_mesh(written(tmp_path, part + assembly.replace("w-1", "W-3")), groups=groups)
+
+
+def test_an_instance_with_a_mesh_of_its_own(tmp_path: Path) -> None:
+    """Abaqus/CAE writes the mesh of an independent instance into the instance."""
+    text = "*PART, NAME=P\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=P-1, PART=P\n"
+    assert read_mesh(written(tmp_path, f"{text}{MESH}*END INSTANCE\n*END ASSEMBLY\n"), groups=ALL)[0].count == 6
+    with pytest.raises(ModelError, match=r"line 4: \*INSTANCE: neither it nor its part 'P' has nodes"):
+        read_mesh(written(tmp_path, f"{text}*END INSTANCE\n*END ASSEMBLY\n"), groups=ALL)
+
+
+def test_sets_on_the_line_of_nodes_of_elements_and_surfaces_of_nodes(tmp_path: Path) -> None:
+    base, rest = NODES[: NODES.index("5,")], NODES[NODES.index("5,") :]
+    text = f"*NODE, NSET=BASE\n{base}*NODE\n{rest}*ELEMENT, TYPE=CPE4\n{ELEMENTS}"
+    text += "*ELSET, ELSET=UP\n4, 5, 6\n*NSET, NSET=ROUND, ELSET=UP\n*SURFACE, NAME=LEFT, TYPE=NODE\n1, 1.\n5\n9\n"
+    groups = {"BASE": "boundary:base", "ROUND": "boundary:round", "LEFT": "boundary:left"}
+    _, report = read_mesh(written(tmp_path, text), groups={**ALL, **groups})
+    assert report.groups == {"rock:a": 6, "boundary:base": 3, "boundary:round": 5, "boundary:left": 2}
+
+
+@pytest.mark.parametrize(
+    ("keyword", "does"),
+    [
+        ("*System\n10., 0., 0.", "moves or turns the nodes"),
+        ("*Ngen\n1, 4, 1", "makes nodes"),
+        ("*NFILL\nA, B, 2, 4", "makes nodes"),
+        ("*Ncopy, change number=20, old set=A, shift\n3., 0., 0.", "copies nodes"),
+        ("*NMAP, NSET=A, TYPE=RECTANGULAR\n1.,0.,0.", "moves nodes"),
+        ("*Elgen, elset=A\n1, 3", "makes elements"),
+        ("*ELCOPY, OLD SET=A, ELEMENT SHIFT=10, SHIFT NODES=20", "copies elements"),
+        ("*IMPERFECTION, INPUT=a.txt", "moves nodes"),
+        ("*Symmetric Model Generation, revolve\n1", "makes nodes and elements"),
+        ("*NODE, SYSTEM=C\n13, 1., 90.", "SYSTEM=C: coordinates of another system, not read; write x, y and z"),
+        ("*ELEMENT, TYPE=CPE4, INPUT=e.txt", r"data lines in another file, not read; write \*ELEMENT into that file"),
+        ("*SURFACE, NAME=S, COMBINE=UNION\nA, B", "a surface made of others, not read; list its elements"),
+    ],
+)
+def test_what_makes_copies_or_moves_the_mesh_is_refused_by_name_and_line(
+    tmp_path: Path, keyword: str, does: str
+) -> None:
+    with pytest.raises(ModelError, match=rf"a.inp, line 14: \*{keyword[1:5].upper()}.*{does}"):
+        read_mesh(written(tmp_path, f"*NODE\n{NODES}{keyword}\n*ELEMENT, TYPE=CPE4\n{ELEMENTS}"), groups=ALL)
+
+
+def test_systems_that_change_nothing_are_read(tmp_path: Path) -> None:
+    text = MESH.replace("*NODE", "*SYSTEM\n*NODE, SYSTEM=R")
+    assert read_mesh(written(tmp_path, text), groups=ALL)[0].count == 6
+
+
+def test_all_refused_keywords_are_named_at_once(tmp_path: Path) -> None:
+    with pytest.raises(ModelError) as caught:
+        read_inp(written(tmp_path, f"{MESH}*NGEN\n1, 3\n*ELGEN\n1, 3\n"))
+    assert [fault.partition(" ma")[0] for fault in caught.value.faults] == [
+        f"{tmp_path / 'a.inp'}, line 21: *NGEN",
+        f"{tmp_path / 'a.inp'}, line 23: *ELGEN",
+    ]
+
+
 def test_included_files(tmp_path: Path) -> None:
     (tmp_path / "nodes.inc").write_text(f"*NODE\n{NODES}")
     text = f"*INCLUDE, INPUT=nodes.inc\n*ELEMENT, TYPE=CPE4\n{ELEMENTS}"
@@ -101,6 +174,9 @@ def test_included_files(tmp_path: Path) -> None:
         ),
         (MESH.replace("1, 0., 0.", "nan, 0., 0."), "line 1: \\*NODE: holds what is not finite"),
         (MESH.replace("CPE4", "C3D4"), "three-dimensional"),
+        (MESH.replace("*NODE\n", ""), "line 1: data without a keyword above"),
+        (MESH.replace("1, 0., 0.", "1, , 0."), "line 1: .NODE: each line needs a number and two or three coordinates"),
+        (MESH.replace("1, 0., 0.", "1, 0., 0., 0."), "line 1: .NODE: each line needs a number and two or three"),
     ],
 )
 def test_faults_are_told_with_their_place(tmp_path: Path, text: str, message: str) -> None:
