@@ -36,13 +36,14 @@ def study_rows(summary: Mapping[str, Any]) -> list[tuple[str, tuple[str, ...], R
     answers: Rows = [
         (
             NAMES[told["answer"]],
+            str(told["runs"]),
             *(_shown(told[name], told["answer"]) for name in ("mean", "deviation")),
             *(_shown(told["quantiles"][name], told["answer"]) for name in SHOWN_QUANTILES),
         )
         for told in summary["answers"]
     ]
     if answers:
-        tables.append(("Answers", ("", "mean", "deviation", *SHOWN_QUANTILES), answers))
+        tables.append(("Answers", ("", "runs", "mean", "deviation", *SHOWN_QUANTILES), answers))
     for answer in dict.fromkeys(told["answer"] for told in summary["effects"]):
         effects: Rows = [
             (told["key"], f"{told['correlation']:+.2f}", *(_shown(told[end], answer) for end in ("low", "high")))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import get_args
 
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.in_stage import model_up_to
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
@@ -49,6 +49,9 @@ def factor_of_safety(
     undecided, and undecided is never counted as failed. The bracket between the last stable and the first unstable
     factor is made narrower until it is closed.
 
+    A stage that is not reached, since one before is not stable with the strength that is given, has a factor below 1:
+    strength is raised in every stage up to it, whatever `start` says.
+
     Parameters
     ----------
     model : Model
@@ -81,7 +84,7 @@ def factor_of_safety(
     Raises
     ------
     ModelError
-        If the model cannot be analysed, nothing has a strength, or a stage before the one in question is not stable.
+        If the model cannot be analysed, or nothing has a strength.
 
     Examples
     --------
@@ -116,18 +119,17 @@ def factor_of_safety(
     limit = limit_of(model, reduction, given.falls)
     runs = strength_trials(model, given, reduction, None, start, report)
     found = _search(runs, limit, settings, report)
-    notes = [*notes_on(found, settings), *_on_bound(runs, limit), *_on_opening(found, limit)]
+    notes = [*_on_start(runs, name), *notes_on(found, settings), *_on_bound(runs, limit), *_on_opening(found, limit)]
     others: list[tuple[str, Bracket]] = []
-    for text, changed, other in _others(model, start) if spread else ():
+    for text, changed, other in _others(model, runs.start) if spread else ():
         report(f"spread: {text}")
-        try:
-            other_runs = strength_trials(changed, given, reduction, None, other, report)
-        except ModelError as error:  # what comes before does not stand so, which is no fault of the answer
-            notes.append(f"not in the spread: {text}: {error}")
+        other_runs = strength_trials(changed, given, reduction, None, other, report)
+        if other_runs.start != other:
+            notes.append(f"not in the spread: {text}: {other_runs.unreached}")
             continue
         others.append((text, _search(other_runs, limit, settings, report).bracket))
     notes += _on_spread(found.bracket, others)
-    answer = answer_of(found, limit, "factor of safety", name, STARTS[start].format(stage=name), str(reduction))
+    answer = answer_of(found, limit, "factor of safety", name, STARTS[runs.start].format(stage=name), str(reduction))
     return replace(answer, spread=tuple(others), notes=tuple(notes))
 
 
@@ -163,6 +165,13 @@ def _stiffer(joint: Joint) -> Joint:
     assert joint.normal_stiffness is not None
     shear = None if joint.shear_stiffness is None else STIFFER * joint.shear_stiffness  # or that of the law
     return replace(joint, normal_stiffness=STIFFER * joint.normal_stiffness, shear_stiffness=shear)
+
+
+def _on_start(runs: StrengthTrials, stage: str) -> tuple[str, ...]:
+    """Say why strength was divided in every stage where another start was asked for."""
+    if not runs.unreached:
+        return ()
+    return (f"{runs.unreached}: stage '{stage}' is reached with more strength only, which every stage up to it has",)
 
 
 def _on_bound(runs: StrengthTrials, limit: Limit) -> tuple[str, ...]:

@@ -120,6 +120,9 @@ class StrengthTrials:
         State before the stage in which the strength is reduced; None: it is reduced from the start.
     before : Results or None
         Results up to there.
+    unreached : str
+        Why the stage is not reached with the strength that is given, so that strength is divided throughout, whatever
+        start was asked for; empty: it is reached.
     """
 
     model: Model
@@ -128,6 +131,7 @@ class StrengthTrials:
     start: Start
     begun: Checkpoint | None = None
     before: Results | None = None
+    unreached: str = ""
 
     def run(self, factor: float, limit: float | None = None) -> Ended:
         """Return how the model ends with its strength divided by a factor, or once a block has moved that far [m]."""
@@ -167,10 +171,8 @@ def strength_trials(
 ) -> StrengthTrials:
     """Return the trials of a model's stage, what comes before it solved.
 
-    Raises
-    ------
-    ModelError
-        If what comes before is not stable with the strength that is given, so that the stage is never reached.
+    Where what comes before is not stable with the strength that is given, the stage is reached with more strength only:
+    then strength is divided in every stage, and the factor is below 1.
     """
     number = stage_number(model, stage)
     model = model_up_to(model, number)
@@ -188,10 +190,8 @@ def strength_trials(
     before = solve(model, options, report=report, resumption=Resumption(keep=keep, until=first - 1))
     if not before.status.is_stable:
         failed = before.stages[-1]
-        raise ModelError(
-            f"safety: stage '{failed.name}' is {failed.status.value} with the strength that is given, so that no "
-            f"later stage is reached ({failed.reason}); ask about that stage: --stage {failed.name}"
-        )
+        why = f"stage '{failed.name}' is {failed.status.value} with the strength that is given ({failed.reason})"
+        return replace(trials, start="throughout", unreached=why)
     return replace(trials, begun=kept[0], before=before)
 
 
