@@ -17,7 +17,7 @@ import stat
 import sys
 import tempfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
@@ -116,6 +116,18 @@ def scratch_folder() -> Iterator[Path]:
         yield folder
     finally:
         _clear_away(folder)
+
+
+@contextmanager
+def given_alone(files: Mapping[str, Path]) -> Iterator[Path]:
+    """Give a scratch folder that holds these files and no others, each by the name it is given here.
+
+    For readers that look at names (as addresses, as the format, as scripts) and at what lies beside a file.
+    """
+    with scratch_folder() as folder:
+        for name, file in files.items():
+            keep(Path(os.path.realpath(file)), folder / name)
+        yield folder
 
 
 def _clear_away(folder: Path) -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from pathlib import Path
 
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.converters.meshes.content import recognised
 from bsm_mesh.converters.meshes.from_msh import read_msh41
 from bsm_mesh.errors import ModelError
-from bsm_mesh.files import keep, scratch_folder, whole_file
+from bsm_mesh.files import given_alone, whole_file
 
 SUFFIXES = (".unv",)
 LIBRARY = ("gmsh",)
@@ -39,8 +38,7 @@ def read_by_gmsh(path: Path) -> MeshCells:
         gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
         gmsh.option.setNumber("Mesh.Binary", 1)
         gmsh.option.setNumber("Mesh.SaveAll", 1)
-        with scratch_folder() as folder:
-            keep(Path(os.path.realpath(path)), folder / f"given{ending}")
+        with given_alone({f"given{ending}": path}) as folder:
             gmsh.merge(str(folder / f"given{ending}"))
             with whole_file(folder / "mesh.msh") as draft:
                 gmsh.write(str(draft))

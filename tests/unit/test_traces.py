@@ -172,9 +172,10 @@ def write_gis(path: Path, crs: str = "EPSG:25832") -> Path:
 def test_what_gdal_cannot_use_is_said(tmp_path: Path) -> None:
     with pytest.raises(GeometryError, match=r"is in degrees .*; project it to metres"):
         read_traces(write_gis(tmp_path / "degrees.gpkg", "EPSG:4326"))
-    (tmp_path / "junk.gpkg").write_bytes(b"junk" * 100)
-    with pytest.raises(GeometryError, match="GDAL cannot read it"):
-        read_traces(tmp_path / "junk.gpkg")
+    path = write_gis(tmp_path / "cut.gpkg")
+    path.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(GeometryError, match=r"cut\.gpkg: GDAL cannot read it \((?!.*lines\.gpkg)"):
+        read_traces(path)
 
 
 def test_without_pyogrio_the_cure_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
