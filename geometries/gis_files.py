@@ -117,8 +117,8 @@ def _read_layer(
     kinds = shapely.get_type_id(parts)
     for part, feature, kind in zip(parts, owner, kinds, strict=True):
         if kind in (shapely.GeometryType.LINESTRING, shapely.GeometryType.LINEARRING):
-            given = "" if names is None else str(names[feature] if names[feature] is not None else "")
+            said = "" if names is None else str(names[feature] if names[feature] is not None else "")
             points = np.asarray(shapely.get_coordinates(part), dtype=np.float64)
-            found.setdefault(given.strip() or layer, []).append(points)
+            found.setdefault(said.strip() or layer, []).append(points)
         else:
             left_out[str(part.geom_type)] += 1
