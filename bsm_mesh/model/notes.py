@@ -21,7 +21,7 @@ from bsm_mesh.model.supports import Fixed, unit_vector
 from bsm_mesh.model.water import Water
 
 SIDEWAYS = 0.5  # of gravity, upwards: farther than 60 degrees off is most likely another unit, or a sign
-SMALLEST, GREATEST = 0.1, 1e5  # m: a model beyond has most likely another unit of length
+SMALLEST, GREATEST = 0.1, 2e3  # m: beyond specimens and the greatest slopes (1 km high) the unit is most likely another
 
 
 def notes_of(model: Model, *, fails: bool = True) -> list[str]:
@@ -66,7 +66,8 @@ def _of_size(model: Model) -> Iterator[str]:
     width, height = np.ptp(model.blocks.vertices, axis=0)
     size = float(max(width, height))
     if not SMALLEST <= size <= GREATEST:
-        yield f"the model measures {width:.3g} m by {height:.3g} m: check the unit of length of its mesh"
+        cure = ' (unit = "mm" where it is in mm)' if size > GREATEST else ""
+        yield f"the model measures {width:.4g} m by {height:.4g} m: check the unit of length of its mesh{cure}"
 
 
 def _of_what_is_held(model: Model) -> Iterator[str]:

@@ -107,10 +107,24 @@ def test_faces_without_strength() -> None:
     assert notes_of(bsm.Model(blocks=bond, rocks=[elastic]))[0].startswith("3 faces of rock")
 
 
-def test_a_model_of_another_unit_of_length() -> None:
-    blocks = bsm.Blocks.from_polygons([1e-3 * polygon for polygon in grid(2, 2)], rock="rock")
-    (note,) = notes_of(bsm.Model(blocks=blocks, rocks=[ROCK], joints=[JOINT], default_joint="J"))
-    assert note == "the model measures 0.002 m by 0.002 m: check the unit of length of its mesh"
+@pytest.mark.parametrize(
+    ("size", "notes"),
+    [
+        (1e-3, ["the model measures 0.002 m by 0.002 m: check the unit of length of its mesh"]),
+        (
+            2e3,
+            [
+                "the model measures 4000 m by 4000 m: check the unit of length of its mesh "
+                '(unit = "mm" where it is in mm)'
+            ],
+        ),
+        (900.0, []),
+    ],
+)
+def test_a_model_of_another_unit_of_length(size: float, notes: list[str]) -> None:
+    """4 km of rock are most likely 4 m, in mm; a slope of 1.8 km is one."""
+    blocks = bsm.Blocks.from_polygons([size * polygon for polygon in grid(2, 2)], rock="rock")
+    assert notes_of(bsm.Model(blocks=blocks, rocks=[ROCK], joints=[JOINT], default_joint="J")) == notes
 
 
 @pytest.mark.parametrize("command", ["run", "check", "limit", "compare"])
