@@ -8,27 +8,32 @@ ours: in GDAL's ways to read a path ``http:/...`` is an address.
 from __future__ import annotations
 
 import os
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
 from bsm_mesh.files import given_alone
 from bsm_mesh.geometries.errors import GeometryError
-from bsm_mesh.geometries.joint_sets import FloatArray
+from bsm_mesh.geometries.map_units import unit_on_map
 from bsm_mesh.geometries.reading import refuse_special
+from bsm_mesh.geometries.trace_lines import TraceLines
 
-IN_DEGREES = ("GEOGCS", "GEOGCRS", "EPSG:4326", "OGC:CRS84")
-NAMES = ("set", "name")  # fields that name the set of a line, else it is the layer
 SHAPEFILE, GEOPACKAGE = ".shp", ".gpkg"
 PARTS = {SHAPEFILE: (".shx", ".dbf", ".prj", ".cpg"), GEOPACKAGE: (".gpkg-wal",)}  # beside the file
 OURS = "lines"  # what GDAL knows the file by: the layer of a shapefile is called so
 
 
-def lines_of_gis(file: Path) -> tuple[dict[str, list[FloatArray]], Counter[str]]:
-    """Return the lines of every set, and how many features of other types were left out.
+def lines_of_gis(file: Path, scale: float | None) -> TraceLines:
+    """Return the lines of every set, and what was left out.
 
     The field ``set`` or ``name`` (in any case) names the set of a line, else the name of its layer.
+
+    Parameters
+    ----------
+    file : Path
+        The shapefile or GeoPackage.
+    scale : float, optional
+        The unit of length [m] in place of that of each layer's CRS.
 
     Raises
     ------
@@ -45,14 +50,13 @@ def lines_of_gis(file: Path) -> tuple[dict[str, list[FloatArray]], Counter[str]]
     _refuse_other_content(file)
     import shapely
 
-    found: dict[str, list[FloatArray]] = {}
-    left_out: Counter[str] = Counter()
+    found = TraceLines()
     name = f"{OURS}{file.suffix.lower()}"
     with given_alone({name: file, **_parts_beside(file)}) as folder:
         given = folder / name
         try:
             for layer in pyogrio.list_layers(given)[:, 0]:
-                _read_layer(file, given, str(layer), found, left_out)
+                _read_layer(file, given, str(layer), scale, found)
         except UnicodeDecodeError as fault:
             raise GeometryError(
                 f"{file}: holds texts that are not in UTF-8; export the traces again in UTF-8"
@@ -60,7 +64,7 @@ def lines_of_gis(file: Path) -> tuple[dict[str, list[FloatArray]], Counter[str]]
         except (RuntimeError, NameError, shapely.errors.ShapelyError) as fault:  # as pyogrio fails of damaged files
             told = str(fault).replace(str(given), str(file))
             raise GeometryError(f"{file}: GDAL cannot read it ({told}); export the traces again") from fault
-    return found, left_out
+    return found
 
 
 def _refuse_other_content(file: Path) -> None:
@@ -96,29 +100,18 @@ def _parts_beside(file: Path) -> dict[str, Path]:
     return beside
 
 
-def _read_layer(
-    file: Path, given: Path, layer: str, found: dict[str, list[FloatArray]], left_out: Counter[str]
-) -> None:
+def _read_layer(file: Path, given: Path, layer: str, scale: float | None, found: TraceLines) -> None:
     import pyogrio
     import shapely
 
     meta, _, geometry, fields = pyogrio.raw.read(given, layer=layer)
     if geometry is None:
+        found.left_out["table without geometry"] += 1
         return
     layer = file.stem if given.suffix == SHAPEFILE else layer
-    if str(meta.get("crs") or "").startswith(IN_DEGREES):
-        raise GeometryError(
-            f"{file}: layer '{layer}' is in degrees ({meta['crs']:.20}); project it to metres first, by QGIS for one"
-        )
-    columns = {str(name).lower(): values for name, values in zip(meta["fields"], fields, strict=True)}
-    names = next((columns[name] for name in NAMES if name in columns), None)
-    shapes = shapely.force_2d(shapely.from_wkb(geometry))
-    parts, owner = shapely.get_parts(shapes, return_index=True)
-    kinds = shapely.get_type_id(parts)
-    for part, feature, kind in zip(parts, owner, kinds, strict=True):
-        if kind in (shapely.GeometryType.LINESTRING, shapely.GeometryType.LINEARRING):
-            said = "" if names is None else str(names[feature] if names[feature] is not None else "")
-            points = np.asarray(shapely.get_coordinates(part), dtype=np.float64)
-            found.setdefault(said.strip() or layer, []).append(points)
-        else:
-            left_out[str(part.geom_type)] += 1
+    unit = unit_on_map(file, f"coordinates of layer '{layer}'", meta.get("crs"), scale, found)
+    shapes = shapely.from_wkb(geometry)
+    shapes = np.where(shapely.has_z(shapes), shapes, shapely.force_2d(shapes))  # measures are no places
+    for number, shape in enumerate(shapes):
+        properties = {str(name): values[number] for name, values in zip(meta["fields"], fields, strict=True)}
+        found.add_feature(properties, None if shape is None else shapely.geometry.mapping(shape), layer, unit)

@@ -4,36 +4,32 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 import os
 import warnings
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bsm_mesh.errors import MeshWarning, one_line
 from bsm_mesh.geometries.errors import GeometryError
+from bsm_mesh.geometries.geojson import lines_of_geojson
 from bsm_mesh.geometries.joint_sets import Fault, FloatArray
 from bsm_mesh.geometries.reading import as_path, read_text
+from bsm_mesh.geometries.trace_lines import UNNAMED, TraceLines
 
-Lines = dict[str, list[FloatArray]]
 ENDS = ("x1", "y1", "x2", "y2")
 PORE_PY = dict(zip(("START_X", "START_Y", "END_X", "END_Y"), ENDS, strict=True))
 SCAN_COLUMNS = ("distance", "dip", "dip_direction", "set")
-UNNAMED = "traces"  # the set of lines that name none
 FARTHEST = 1e12  # [m]; as for nodes of meshes
-LONGEST = 300  # digits; more are no double, and thousands are not turned into a number
 
 
 def read_traces(
     path: str | os.PathLike[str],
     *,
     names: Mapping[str, str] | None = None,
-    scale: float = 1.0,
+    scale: float | None = None,
     extends: bool = False,
     tolerance: float | None = None,
 ) -> list[Fault]:
@@ -41,7 +37,7 @@ def read_traces(
 
     * CSV: columns ``x1, y1, x2, y2`` and ``set``, a row a trace; or ``x, y, trace`` and ``set``, a row a point; or
       PorePy's ``FID, START_X, START_Y, END_X, END_Y``.
-    * GeoJSON: LineString and MultiLineString features; the property ``set`` (or ``name``) names the set.
+    * GeoJSON: lines, also in collections; the property ``set`` (or ``name``) names the set.
     * DXF: lines, polylines with their bulges, arcs, circles, ellipses, splines, also those in inserted blocks; the
       layer names the set. Needs ezdxf.
     * Shapefile and GeoPackage: lines; the field ``set`` (or ``name``) names the set, else the layer. Needs pyogrio.
@@ -52,8 +48,8 @@ def read_traces(
         The file.
     names : mapping of str to str, optional
         Name of the joint for names of sets in the file; sets not in it are left out.
-    scale : float
-        The file's unit of length [m].
+    scale : float, optional
+        The file's unit of length [m]; by default the one that the file names (the CRS), else 1 m.
     extends : bool
         Whether dead ends go on to the next joint.
     tolerance : float, optional
@@ -62,7 +58,7 @@ def read_traces(
     Warns
     -----
     MeshWarning
-        For what was left out, by its kind and count.
+        For what was left out, by its kind and count; for another unit than metres, and another plane than xy.
 
     Raises
     ------
@@ -75,25 +71,32 @@ def read_traces(
         raise GeometryError(f"{file}: holds fractures in space: read_fractures(path, section_azimuth=...) cuts them")
     if reader is None:
         raise GeometryError(f"{file}: traces are read from {', '.join(_READERS)}")
-    if not 0 < scale < math.inf:
+    if scale is not None and not 0 < scale < math.inf:
         raise GeometryError(f"{file}: scale = {scale} is no length above 0 m")
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise GeometryError(f"{file}: tolerance = {tolerance} is no length above 0 m")
-    found, left_out = reader(file, None if tolerance is None else tolerance / scale)
-    if left_out:
-        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(left_out.items()))
-        warnings.warn(one_line(f"{file}: left out, being no lines: {kinds}"), MeshWarning, stacklevel=2)
-    _refuse_wild(file, found, scale)
-    unknown = [name for name in names or {} if name not in found]
+    found = reader(file, scale, tolerance)
+    _refuse_wild(file, found.sets)
+    found.flatten()
+    left_out = ", ".join(f"{count} {kind}" for kind, count in sorted(found.left_out.items()))
+    unknown = [name for name in names or {} if name not in found.sets]
     if unknown:
-        raise GeometryError(f"{file}: has no set '{unknown[0]}' (known: {', '.join(sorted(found))})")
-    wanted = {name: name for name in found} if names is None else dict(names)
-    if not any(found.get(name) for name in wanted):
-        raise GeometryError(f"{file}: holds no traces")
-    joints: Lines = {}
+        raise GeometryError(f"{file}: has no set '{unknown[0]}'{_known(found.sets, left_out)}")
+    wanted = {name: name for name in found.sets} if names is None else dict(names)
+    if not any(found.sets.get(name) for name in wanted):
+        raise GeometryError(f"{file}: holds no traces{_known(found.sets, left_out)}")
+    for note in [*([f"left out, being no lines: {left_out}"] if left_out else []), *found.notes]:
+        warnings.warn(one_line(f"{file}: {note}"), MeshWarning, stacklevel=2)
+    joints: dict[str, list[FloatArray]] = {}
     for name, joint in wanted.items():
-        joints.setdefault(joint, []).extend(line * scale for line in found[name])
+        joints.setdefault(joint, []).extend(found.sets[name])
     return [Fault(name=joint, lines=lines, extends=extends) for joint, lines in joints.items()]
+
+
+def _known(sets: Mapping[str, object], left_out: str) -> str:
+    """Return which sets a file has, and what it has else."""
+    said = [f"known: {', '.join(sorted(sets))}"] if sets else []
+    return f" ({'; '.join([*said, *([f'left out: {left_out}'] if left_out else [])])})" if said or left_out else ""
 
 
 def read_scan_line(path: str | os.PathLike[str]) -> list[dict[str, float | str]]:
@@ -161,12 +164,13 @@ def _numbers(
     return values if all(map(math.isfinite, values.values())) else None
 
 
-def _read_csv(file: Path) -> Lines:
+def _read_csv(file: Path, scale: float | None) -> TraceLines:
     rows = _csv_rows(file, ())
     by_ends = set(ENDS) <= rows[0][1].keys()
     if not by_ends:
         rows = _csv_rows(file, ("x", "y", "trace"))
-    found: Lines = {}
+    found = TraceLines()
+    unit = found.unit(scale, None, "")
     faults: list[str] = []
     traces: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for line, row in rows:
@@ -175,63 +179,23 @@ def _read_csv(file: Path) -> Lines:
         if values is None:
             continue
         if by_ends:
-            found.setdefault(name, []).append(np.array(list(values.values())).reshape(2, 2))
+            found.add(name, np.array(list(values.values())).reshape(2, 2), unit)
         else:
             traces.setdefault((name, row["trace"]), []).append((values["x"], values["y"]))
     _raise_faults(faults)
     for (name, _), points in traces.items():
-        found.setdefault(name, []).append(np.array(points))
+        found.add(name, np.array(points), unit)
     return found
 
 
-def _read_geojson(file: Path) -> Lines:
-    text = read_text(file)
-    try:
-        content = json.loads(text, parse_int=_whole_number)
-        return _lines_of_features(content["features"] if content.get("type") == "FeatureCollection" else [content])
-    except RecursionError as fault:
-        raise GeometryError(
-            f"{file}: is no {file.suffix[1:].upper()} file of traces: brackets nested too deep"
-        ) from fault
-    except KeyError as fault:
-        raise GeometryError(f"{file}: is no {file.suffix[1:].upper()} file of traces: it has no {fault}") from fault
-    except (ValueError, TypeError, AttributeError, IndexError, OverflowError) as fault:
-        raise GeometryError(f"{file}: is no {file.suffix[1:].upper()} file of traces: {fault}") from fault
-
-
-def _lines_of_features(features: Iterable[dict[str, Any]]) -> Lines:
-    found: Lines = {}
-    for feature in features:
-        shape: dict[str, Any] = feature.get("geometry", feature) or {}
-        properties = feature.get("properties") or {}
-        name = str(properties.get("set") or properties.get("name") or UNNAMED)
-        coordinates: list[Any] = shape.get("coordinates") or []
-        lines = {"LineString": [coordinates], "MultiLineString": coordinates}
-        for line in lines.get(str(shape.get("type")), []):
-            found.setdefault(name, []).append(_points(line, name))
-    return found
-
-
-def _points(line: Any, name: str) -> FloatArray:
-    """Return the points of a line (n, 2); a third coordinate is left out."""
-    points = [point[:2] if isinstance(point, list) else () for point in line] if isinstance(line, list) else [()]
-    if not all(len(point) == 2 and all(isinstance(value, int | float) for value in point) for point in points):
-        raise ValueError(f"a position of the set '{name}' is not of the form [x, y]")
-    return np.array(points, dtype=np.float64).reshape(-1, 2)
-
-
-def _whole_number(text: str) -> float:
-    return int(text) if len(text) < LONGEST else math.inf
-
-
-def _refuse_wild(file: Path, found: Lines, scale: float) -> None:
+def _refuse_wild(file: Path, found: Mapping[str, Sequence[FloatArray]]) -> None:
     """Refuse lines of fewer than two points, and coordinates that are no numbers or farther away than any rock."""
     faults = []
     for name, lines in found.items():
         for number, line in enumerate(lines, start=1):
             if len(line) < 2:
                 faults.append(f"{file}: line {number} of the set '{name}' has {len(line)} point(s); it needs two")
-            elif not np.all(np.abs(line) * scale < FARTHEST):  # also what is not a number
+            elif not np.all(np.abs(line) < FARTHEST):  # also what is not a number
                 faults.append(
                     f"{file}: line {number} of the set '{name}' has coordinates that are no numbers "
                     f"below {FARTHEST:g} m; mend it"
@@ -244,22 +208,22 @@ def _raise_faults(faults: list[str]) -> None:
         raise GeometryError(faults)
 
 
-def _by_gis(file: Path, tolerance: float | None) -> tuple[Lines, Counter[str]]:
+def _by_gis(file: Path, scale: float | None, tolerance: float | None) -> TraceLines:
     from bsm_mesh.geometries.gis_files import lines_of_gis
 
-    return lines_of_gis(file)
+    return lines_of_gis(file, scale)
 
 
-def _by_dxf(file: Path, tolerance: float | None) -> tuple[Lines, Counter[str]]:
+def _by_dxf(file: Path, scale: float | None, tolerance: float | None) -> TraceLines:
     from bsm_mesh.geometries.drawings import lines_of_dxf
 
-    return lines_of_dxf(file, tolerance)
+    return lines_of_dxf(file, scale, tolerance)
 
 
-_READERS: dict[str, Callable[[Path, float | None], tuple[Lines, Counter[str]]]] = {
-    ".csv": lambda file, _: (_read_csv(file), Counter()),
-    ".geojson": lambda file, _: (_read_geojson(file), Counter()),
-    ".json": lambda file, _: (_read_geojson(file), Counter()),
+_READERS: dict[str, Callable[[Path, float | None, float | None], TraceLines]] = {
+    ".csv": lambda file, scale, _: _read_csv(file, scale),
+    ".geojson": lambda file, scale, _: lines_of_geojson(file, scale),
+    ".json": lambda file, scale, _: lines_of_geojson(file, scale),
     ".dxf": _by_dxf,
     ".shp": _by_gis,
     ".gpkg": _by_gis,

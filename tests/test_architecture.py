@@ -16,12 +16,13 @@ FOR_CONVERTERS = (
     "bsm_mesh.arrays",
     "bsm_mesh.files",
     "bsm_mesh.reading",
+    "bsm_mesh.section_plane",
     "bsm_mesh.processes",
     "bsm_mesh.signals",
     "bsm_mesh.solve.bolts",
     "bsm_mesh.geometries.physical_groups",
 )
-FOR_GEOMETRIES = ("bsm_mesh.files", "bsm_mesh.errors", "bsm_mesh.reading")
+FOR_GEOMETRIES = ("bsm_mesh.files", "bsm_mesh.errors", "bsm_mesh.reading", "bsm_mesh.section_plane")
 HEAVY = (
     "pint",
     "pydantic",
@@ -48,7 +49,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "stages": {"contacts"},
     "step": {"algebra", "bolts", "contacts", "options"},
     "linear": {"algebra", "bolts", "contacts", "options", "stages"},
-    "limit": {"algebra", "bolts", "stages"},
+    "limit": {"algebra", "bolts"},
     "motion": {"algebra", "bolts", "contacts", "step"},
     "methods": {"algebra", "contacts", "step"},
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},

@@ -53,7 +53,9 @@ class LineFile(Table):
 
     file: PathText = Field(description="relative to the model file")
     set: str | None = Field(default=None, description="the set, or layer, of these lines; left out: all")
-    scale: Annotated[float, In(q.UNIT_OF_LENGTH)] = Field(default=1.0, description="the file's unit of length in m")
+    scale: Annotated[float, In(q.UNIT_OF_LENGTH)] | None = Field(
+        default=None, description="the file's unit of length in m; left out: the one that the file names, else 1 m"
+    )
 
 
 def _along(value: object) -> object:

@@ -15,8 +15,8 @@ from bsm_mesh.model.block_faults import FARTHEST
 from bsm_mesh.model.blocks import merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import edge_vectors, next_corner, polygon_moments
+from bsm_mesh.section_plane import PLANE_TOLERANCE, section_axes
 
-PLANE_TOLERANCE = 1e-6  # of the mesh's size: single-precision coordinates are that exact
 FLATNESS = 1e-11  # area over perimeter squared; `Blocks` refuses below 1e-12
 
 
@@ -105,13 +105,10 @@ def _plane_axes(source: str, points: FloatArray, used: BoolArray) -> tuple[list[
     if points.shape[1] == 2:
         return [0, 1], []
     extent = np.ptp(points[used], axis=0)
-    flat = extent <= PLANE_TOLERANCE * extent.max()
-    if flat[2]:
-        return [0, 1], []
-    for constant, right in ((1, 0), (0, 1)):
-        if flat[constant]:
-            text = f"the mesh lies in the {'xy'[right]}z plane: {'xy'[right]} is taken as right, z as up"
-            return [right, 2], [Note(kind=NoteKind.PLANE, count=1, text=text)]
+    if (axes := section_axes(extent.tolist())) is not None:
+        right = "xy"[axes[0]]
+        text = f"the mesh lies in the {right}z plane: {right} is taken as right, z as up"
+        return list(axes), [] if axes == (0, 1) else [Note(kind=NoteKind.PLANE, count=1, text=text)]
     centred = points[used] - points[used].mean(axis=0)
     spread, directions = np.linalg.eigh(centred.T @ centred)
     if spread[0] <= PLANE_TOLERANCE**2 * spread[2]:

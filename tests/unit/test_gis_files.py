@@ -60,10 +60,10 @@ def test_a_virtual_dataset_is_refused(tmp_path: Path, asked: tuple[int, list[byt
 def test_a_virtual_dataset_beside_the_file_or_behind_its_head_is_not_read(tmp_path: Path, name: str) -> None:
     (tmp_path / "secret.csv").write_text(SECRET)
     path = write_gis(tmp_path / name)
-    sets = set(lines_of_gis(path)[0])
+    sets = set(lines_of_gis(path, None).sets)
     for ending in (".aux.xml", ".vrt", ".gpkg.vrt"):
         path.with_name(f"{name}{ending}").write_text(VRT.format("secret.csv"))
-    assert set(lines_of_gis(path)[0]) == sets
+    assert set(lines_of_gis(path, None).sets) == sets
     content = path.read_bytes()
     path.write_bytes(content[:100] + VRT.format(tmp_path / "secret.csv").encode())
     with pytest.raises(GeometryError, match=r"GDAL cannot read it|holds no traces"):
@@ -78,7 +78,7 @@ def test_a_folder_called_as_an_address_is_a_folder(
     monkeypatch.chdir(tmp_path)
     folder = Path(name, f"127.0.0.1:{port}")
     folder.mkdir(parents=True)
-    assert set(lines_of_gis(write_gis(tmp_path / folder / "t.gpkg").relative_to(tmp_path))[0]) == {"J1", "F"}
+    assert set(lines_of_gis(write_gis(tmp_path / folder / "t.gpkg").relative_to(tmp_path), None).sets) == {"J1", "F"}
     assert heard == []
 
 
@@ -105,7 +105,7 @@ def test_the_parts_of_a_shapefile_lie_where_it_lies(tmp_path: Path) -> None:
     path = write_gis(tmp_path / "there" / "t.shp")
     for part in path.parent.iterdir():  # a whole shapefile reached by links
         (tmp_path / "here" / part.name).symlink_to(part)
-    assert set(lines_of_gis(tmp_path / "here" / "t.shp")[0]) == {"J1", "F"}
+    assert set(lines_of_gis(tmp_path / "here" / "t.shp", None).sets) == {"J1", "F"}
     (tmp_path / "here" / "t.shp").unlink()
     (tmp_path / "here" / "t.shp").write_bytes(path.read_bytes())
     with pytest.raises(GeometryError, match=r"t\.(cpg|dbf): is a link to another folder than that of t\.shp"):
@@ -117,7 +117,7 @@ def test_capitals_in_names_and_the_name_of_the_layer(tmp_path: Path) -> None:
     (tmp_path / "faults.dbf").unlink()  # no names of sets: it is the layer's
     for part in tmp_path.iterdir():
         part.rename(part.with_suffix(part.suffix.upper()))
-    assert set(lines_of_gis(path.with_suffix(".SHP"))[0]) == {"faults"}
+    assert set(lines_of_gis(path.with_suffix(".SHP"), None).sets) == {"faults"}
 
 
 def test_what_was_not_yet_merged_into_a_geopackage_is_read(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_what_was_not_yet_merged_into_a_geopackage_is_read(tmp_path: Path) -> No
         base.execute("UPDATE t SET \"set\" = 'J2' WHERE \"set\" = 'F'")
         base.commit()
         assert (tmp_path / "t.gpkg-wal").stat().st_size > 0
-        assert set(lines_of_gis(path)[0]) == {"J1", "J2"}
+        assert set(lines_of_gis(path, None).sets) == {"J1", "J2"}
 
 
 def test_texts_in_another_encoding_are_said(tmp_path: Path) -> None:

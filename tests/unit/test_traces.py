@@ -170,7 +170,7 @@ def write_gis(path: Path, crs: str = "EPSG:25832") -> Path:
 
 
 def test_what_gdal_cannot_use_is_said(tmp_path: Path) -> None:
-    with pytest.raises(GeometryError, match=r"is in degrees .*; project it to metres"):
+    with pytest.raises(GeometryError, match=r"are in degrees .*; project them to metres"):
         read_traces(write_gis(tmp_path / "degrees.gpkg", "EPSG:4326"))
     path = write_gis(tmp_path / "cut.gpkg")
     path.write_bytes(path.read_bytes()[:5000])
