@@ -240,11 +240,26 @@ def remove_abandoned(folder: Path) -> None:
             remove(entry)
 
 
-def remove_tree(path: Path) -> None:
-    """Remove a folder with all that is in it, if it is there."""
-    if os.path.lexists(path):
-        tell("remove", path)
-        shutil.rmtree(path)
+def remove_tree(path: Path, last: str = "") -> None:
+    """Remove a folder with all that is in it, if it is there.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; a link to one is refused, and those in it are removed as links.
+    last : str
+        Name of a file in it that goes when all else is gone: it says what the rest is.
+    """
+    if not os.path.lexists(path):
+        return
+    tell("remove", path)
+    if last and not path.is_symlink():
+        for entry in [entry for entry in os.scandir(path) if entry.name != last]:
+            if entry.is_dir(follow_symlinks=False):
+                shutil.rmtree(entry.path)
+            else:
+                os.unlink(entry.path)
+    shutil.rmtree(path)
 
 
 def remove_empty(folders: list[Path]) -> None:
@@ -256,9 +271,10 @@ def remove_empty(folders: list[Path]) -> None:
 
 
 def append_line(path: Path, line: str) -> None:
-    """Add a line to a text file; one that a killed process left unfinished is ended first."""
+    """Add a line to a text file, never through a link; one that a killed process left unfinished is ended first."""
     tell("append", path)
-    with path.open("ab") as file:
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    with os.fdopen(os.open(path, flags, 0o666), "ab") as file:
         file.write(f"\n{line}\n".encode())
         file.flush()
         os.fsync(file.fileno())

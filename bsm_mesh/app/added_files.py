@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bsm_mesh.app.own_files import HEADER, MARKER, SUMMARY, own_files
+from bsm_mesh.app.own_files import HEADER, MARKER, SUMMARY, has_marker, own_files, place_in
 from bsm_mesh.app.results_folder import ResultsFolder, refuse_unwritable, told_fault
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import append_line, make_folder, remove, remove_empty, whole_file, write_text
@@ -44,7 +44,7 @@ class AddedFiles:
         ModelError
             If the file cannot be written, is there and not bsm-mesh's, or the results were replaced.
         """
-        path, shown = self.folder.place / name, self.folder.path / name
+        path, shown = place_in(self.folder.place, name), self.folder.path / name
         if os.path.lexists(path) and name not in own_files(self.folder.place):
             raise ModelError(f"{shown} is not from bsm-mesh and would be replaced; move it")
         try:
@@ -71,7 +71,7 @@ class AddedFiles:
     def _note(self, name: str) -> None:
         """Note the name before the file is there: what is not noted is taken for the user's."""
         marker = self.folder.place / MARKER
-        if not marker.is_file():
+        if not has_marker(self.folder.place):  # a link is replaced: what is added to one ends elsewhere
             write_text(marker, HEADER)
         if name not in own_files(self.folder.place):
             append_line(marker, name)

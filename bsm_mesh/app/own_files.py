@@ -1,4 +1,8 @@
-"""Which files of a results folder bsm-mesh wrote: those that the summary lists, and those that the marker names."""
+"""Which files of a results folder bsm-mesh wrote: those that the summary lists, and those that the marker names.
+
+A folder may come from anywhere. What is written, moved or removed in it by a name goes through `place_in`: no link in
+the folder is followed to another place.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any
 
+from bsm_mesh.errors import ModelError
 from bsm_mesh.files import is_draft, keep, make_folder, remove, remove_empty, remove_tree
 
 MARKER, SUMMARY, CHECKPOINT = ".bsm-mesh-results", "summary.json", ".bsm-mesh-checkpoint.npz"
@@ -48,17 +53,59 @@ def own_files(folder: Path) -> set[str]:
     names = set(listed) if isinstance(listed, dict) else set()
     with suppress(OSError):
         marker = folder / MARKER
-        lines = marker.read_text(encoding="utf-8", errors="replace").splitlines() if marker.is_file() else []
+        lines = marker.read_text(encoding="utf-8", errors="replace").splitlines() if has_marker(folder) else []
         names.update(line for line in lines if line and not line.startswith("#"))
     if folder.name.endswith(BESIDE) and folder.is_dir():  # a killed run has not listed what it wrote last
         names.update(entry.name for entry in folder.iterdir() if OF_A_RUN.fullmatch(entry.name))
-    return {name for name in names if _is_inside(name)} | {MARKER, SUMMARY, CHECKPOINT}
+    inside = {name for name in names if is_inside(name) and link_on_the_way(folder, name) is None}
+    return inside | {MARKER, SUMMARY, CHECKPOINT}
 
 
-def _is_inside(name: str) -> bool:
+def has_marker(folder: Path) -> bool:
+    """Return whether a folder bears the marker of a run: a file of its own, no link to one."""
+    return (folder / MARKER).is_file() and not (folder / MARKER).is_symlink()
+
+
+def is_left_by_a_run(folder: Path) -> bool:
+    """Return whether a folder beside results is one that a run made, or is not there; a link is none.
+
+    The marker is the first file of a run and the last one to go: a killed run leaves it, or an empty folder.
+    """
+    if not os.path.lexists(folder):
+        return True
+    if folder.is_symlink() or not folder.is_dir():
+        return False
+    return has_marker(folder) or all(is_draft(entry.name) for entry in os.scandir(folder))
+
+
+def is_inside(name: str) -> bool:
     """Return whether a listed name is of a file in its folder: lists are files too, and may come from anywhere."""
     parts = PurePath(name).parts
     return bool(parts) and not PurePath(name).is_absolute() and ".." not in parts and "\0" not in name
+
+
+def link_on_the_way(folder: Path, name: str, *, itself: bool = False) -> Path | None:
+    """Return the link in a folder that a name in it leads through, `itself` counted if it is to be; None without one.
+
+    A file that is a link is replaced or removed as a link. A folder, and a file that is added to, would be followed.
+    """
+    steps = [folder / part for part in reversed(PurePath(name).parents[:-1])]
+    return next((step for step in (*steps, *([folder / name] if itself else [])) if step.is_symlink()), None)
+
+
+def place_in(folder: Path, name: str, *, itself: bool = False) -> Path:
+    """Return the path of a name in a folder, to be written, moved or removed.
+
+    Raises
+    ------
+    ModelError
+        If the name, or a link in the folder, leads elsewhere.
+    """
+    if not is_inside(name):
+        raise ModelError(f"{name!r} leads out of {folder}; give a name in it")
+    if link := link_on_the_way(folder, name, itself=itself):
+        raise ModelError(f"{link} is a link, and what is written there would end elsewhere; remove the link")
+    return folder / name
 
 
 def foreign_files(folder: Path) -> list[str]:
@@ -88,13 +135,13 @@ def retire(folder: Path, heir: Path) -> None:
     """Remove a folder that another one stands for; what bsm-mesh did not write goes to the other one first."""
     for name in foreign_files(folder):
         keep_in(folder, heir, name)
-    remove_tree(folder)
+    remove_tree(folder, last=MARKER)
 
 
 def clear(folder: Path) -> None:
     """Remove what bsm-mesh wrote from a folder, and the folder if nothing else is in it."""
     if not foreign_files(folder):
-        remove_tree(folder)
+        remove_tree(folder, last=MARKER)
         return
     for name in sorted(own_files(folder)):
         remove(folder / name)
@@ -122,6 +169,7 @@ def is_same(one: Path, other: Path) -> bool:
 
 def keep_in(source: Path, target: Path, name: str) -> None:
     """Give a file of one folder to another one, unless that has one of its name."""
-    if not os.path.lexists(target / name):
-        make_folder((target / name).parent)
-        keep(source / name, target / name)
+    place = place_in(target, name)
+    if not os.path.lexists(place):
+        make_folder(place.parent)
+        keep(place_in(source, name), place)

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from bsm_mesh.app.headings import PICTURES_FOLDER
+from bsm_mesh.app.own_files import link_on_the_way, place_in
 from bsm_mesh.app.storage import find_results
 from bsm_mesh.app.summary import read_summary
 from bsm_mesh.errors import ModelError
@@ -61,6 +62,7 @@ def draw_in_subprocess(
     ModelError
         If the folder holds no results, there is no such picture, stage or window, or drawing fails.
     """
+    place_in(find_results(folder), PICTURES_FOLDER, itself=True)
     read_summary(find_results(folder))
     if animate and step is not None:
         raise ModelError("plot: give --animate or --step, not both")
@@ -95,7 +97,8 @@ def render(folder: Path, module: str, *arguments: str) -> list[Path]:
             cwd=Path(__file__).parent,  # settings of libraries in the current folder are a stranger's: matplotlibrc
         )
     finally:
-        remove_abandoned(folder / PICTURES_FOLDER)  # of a renderer that died
+        if link_on_the_way(folder, PICTURES_FOLDER, itself=True) is None:
+            remove_abandoned(folder / PICTURES_FOLDER)  # of a renderer that died
     if not 0 <= done.returncode < 256:  # a signal; on Windows an exception's number
         raise ModelError(f"{folder}: drawing died of signal {-done.returncode}, perhaps for want of memory; {CURE}")
     last = (done.stderr.strip().splitlines() or ["no message"])[-1].replace(str(folder.absolute()), str(folder))

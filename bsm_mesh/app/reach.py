@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from bsm_mesh.app.own_files import BESIDE
 from bsm_mesh.errors import ModelError
 
 CURE = "if you trust the model file, leave out --no-scripts (in Python: scripts=False)"
@@ -59,17 +60,20 @@ class Reach:
             raise ModelError(f'[mesh] geometry = "{name}" is a script, which is not run; {CURE}')
         return self.folder / name if name.endswith(".py") else name
 
-    def output(self, name: str) -> Path:
-        """Return the folder for results; without scripts no link in it leads elsewhere."""
-        folder = self.path(name, "[output] folder")
-        if not self.scripts and folder.is_dir():
-            for entry in folder.rglob("*"):
-                if not _lies_in(entry, self.folder):
-                    raise ModelError(
-                        f'[output] folder = "{name}": the link {entry.relative_to(folder)} in it leads elsewhere; '
-                        f"remove it, or, {CURE}"
-                    )
+    def output(self, name: str, key: str = "[output] folder") -> Path:
+        """Return the folder for results; without scripts no link in it, or in what a run left beside it, leads away."""
+        folder = self.path(name, key)
+        if not self.scripts:
+            beside = [folder.with_name(f"{folder.name}{ending}") for ending in BESIDE] if folder.name else []
+            for place in (folder, *(place for place in beside if not place.is_symlink())):  # links: `ResultsFolder`
+                self._refuse_links_away(place, f'{key} = "{name}"', "it" if place == folder else place.name)
         return folder
+
+    def _refuse_links_away(self, place: Path, given: str, called: str) -> None:
+        for entry in place.rglob("*"):
+            if not (_lies_in(entry, self.folder) or _lies_in(entry, place)):
+                link = entry.relative_to(place)
+                raise ModelError(f"{given}: the link {link} in {called} leads elsewhere; remove it, or, {CURE}")
 
 
 def _lies_in(path: Path, folder: Path) -> bool:

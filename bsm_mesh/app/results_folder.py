@@ -21,6 +21,8 @@ from bsm_mesh.app.own_files import (
     OF_A_RUN,
     SUMMARY,
     foreign_files,
+    has_marker,
+    is_left_by_a_run,
     is_same,
     keep_in,
     own_files,
@@ -98,7 +100,7 @@ class ResultsFolder:
     @property
     def is_own(self) -> bool:
         """Whether the folder is there and bears the marker."""
-        return (self.place / MARKER).is_file()
+        return has_marker(self.place)
 
     @property
     def is_free(self) -> bool:
@@ -126,6 +128,7 @@ class ResultsFolder:
         if self.place.is_dir() and (not self.place.name or self.place.is_mount()):
             raise ModelError(f"{self.path} cannot be replaced as a whole (a disk is mounted there); {CURE} in it")
         self.refuse_foreign()
+        raise_faults(self.strange())
         if Path.cwd().is_relative_to(self.place):
             raise ModelError(
                 f"{self.path}: a run replaces its results folder as a whole, and the current folder is in it; "
@@ -153,6 +156,15 @@ class ResultsFolder:
             raise ModelError(
                 f"{self.path} holds files and is no results folder of bsm-mesh (there is no {MARKER} in it); {CURE}"
             )
+
+    def strange(self) -> list[str]:
+        """Return what is wrong with the folders beside this one: what no run left there is never taken for a run's."""
+        beside = [place for place in (self.running, self.interrupted, self.former) if not is_left_by_a_run(place)]
+        return [
+            f"{self.told(place)} is {'a link' if place.is_symlink() else f'not from a run (no {MARKER} in it)'}, and a "
+            "folder of that name is kept for runs on their way; rename or remove it"
+            for place in beside
+        ]
 
     def inside(self, files: Iterable[Path]) -> list[str]:
         """Return the names, relative to the folder, of those files that lie in it."""
@@ -185,7 +197,12 @@ class ResultsFolder:
             remove_empty(made)
 
     def recover(self) -> None:
-        """End what a killed run had begun: finished results take their place, or the former ones come back."""
+        """End what a killed run had begun: finished results take their place, or the former ones come back.
+
+        Where a folder beside is a link, or bears no marker of a run, nothing is touched.
+        """
+        if self.strange():
+            return
         new, now = run_number(self.running), run_number(self.place)
         if new is not None and (now is None or new > now) and (self.is_own or self.is_free):
             self.put_in_place()
@@ -198,6 +215,7 @@ class ResultsFolder:
 
     def set_aside(self) -> None:
         """Keep the finished stages of a run that did not come to its end, in place of older ones."""
+        raise_faults(self.strange())
         retire(self.interrupted, self.running)
         move(self.running, self.interrupted)
 
@@ -205,7 +223,13 @@ class ResultsFolder:
         """Let the folder of the run take the place of the former results, in one step where the system can.
 
         What bsm-mesh did not write goes along. If a process dies in between, `recover` ends it.
+
+        Raises
+        ------
+        ModelError
+            If a folder beside is not a run's.
         """
+        raise_faults(self.strange())
         self._remove_unlisted()
         self.carry_over()
         if self.is_free:
@@ -213,7 +237,7 @@ class ResultsFolder:
                 remove_empty([self.place])
             move(self.running, self.place)
         else:
-            remove_tree(self.former)
+            remove_tree(self.former, last=MARKER)
             if exchange(self.running, self.place):
                 move(self.running, self.former)
             else:

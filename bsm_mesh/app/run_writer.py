@@ -13,7 +13,18 @@ from bsm_mesh.app.checkpoint_file import named_by_checkpoint
 from bsm_mesh.app.checkpoints import Checkpoints
 from bsm_mesh.app.histories import write_histories
 from bsm_mesh.app.history import HISTORY, write_history
-from bsm_mesh.app.own_files import CHECKPOINT, HEADER, MARKER, SUMMARY, clear, is_lasting, own_files, run_number, tidy
+from bsm_mesh.app.own_files import (
+    CHECKPOINT,
+    HEADER,
+    MARKER,
+    SUMMARY,
+    clear,
+    is_lasting,
+    own_files,
+    place_in,
+    run_number,
+    tidy,
+)
 from bsm_mesh.app.result_tables import USUAL, OutputForm, write_tables
 from bsm_mesh.app.results_folder import ResultsFolder, told_fault
 from bsm_mesh.app.snapshots import Snapshots
@@ -223,9 +234,10 @@ class RunWriter:
         place = self.folder.place
         own = own_files(place)
         for name in self.folder.inside(self._inputs):
-            make_folder((self._place / name).parent)
-            remove(self._place / name)
-            keep(place / name, self._place / name)
+            kept = place_in(self._place, name)
+            make_folder(kept.parent)
+            remove(kept)
+            keep(place / name, kept)
             if name in own:
                 self._note([name])
         for name, write in self._given.items():

@@ -13,6 +13,7 @@ from typing import Any
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import LoadedModel
+from bsm_mesh.app.own_files import place_in
 from bsm_mesh.app.safety_text import told_of
 from bsm_mesh.app.storage import save_results
 from bsm_mesh.errors import ResultsWarning
@@ -54,7 +55,7 @@ def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: A
         if value in answer.states:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ResultsWarning)  # a law of the user's own is in no file
-                save_results(answer.states[value], added.folder.path / name)
+                save_results(answer.states[value], place_in(added.folder.path, name, itself=True))
             names.append(f"{name}/")
     return names
 

@@ -213,7 +213,7 @@ def find_results(folder: Path) -> Path:
     refuse_special(folder / SUMMARY)
     own, end = ResultsFolder(folder), time.monotonic() + PATIENCE
     while not (folder / SUMMARY).is_file():
-        waiting = run_number(own.running) is not None or own.former.is_dir()
+        waiting = not own.strange() and (run_number(own.running) is not None or own.former.is_dir())
         if not waiting or time.monotonic() > end:
             break
         try:

@@ -15,6 +15,7 @@ from typing import Any
 
 from bsm_mesh import __version__
 from bsm_mesh.app.progress import Progress
+from bsm_mesh.app.reach import Reach
 from bsm_mesh.app.study_file import Study, load_study
 from bsm_mesh.app.study_folder import SUMMARY, TABLE, StudyFolder
 from bsm_mesh.app.study_pictures import draw_study
@@ -90,7 +91,8 @@ def run_study(
     study = load_study(path, scripts=scripts)
     model = study.variation.model({}).model  # as in its file, built here so that its faults come first
     identity = _identity(study, model)
-    folder = StudyFolder(output or path.parent / "out" / path.stem)
+    reach = Reach(folder=path.parent, scripts=scripts)
+    folder = StudyFolder(output or reach.output(f"out/{path.stem}", "the study's folder"))
     with folder.held(identity, study.text):
         rows = folder.journal.rows()
         try:

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from bsm_mesh.app.own_files import read_json
+from bsm_mesh.app.headings import PICTURES_FOLDER
+from bsm_mesh.app.own_files import place_in, read_json
 from bsm_mesh.app.results_folder import refuse_unwritable
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import is_draft, make_folder, remove_abandoned, settle, write_text
@@ -51,6 +52,8 @@ class StudyFolder:
     def refuse_others(self, identity: Mapping[str, str]) -> None:
         """Raise `ModelError` where the folder holds another study, or what is of no study, or cannot be written to."""
         refuse_unwritable(self.path, "a study")
+        for name in (RUNS, IDENTITY, PICTURES_FOLDER):
+            place_in(self.path, name, itself=True)
         there = read_json(self.path / IDENTITY)
         if there:
             differs = next((name for name in CHANGED if there.get(name) != identity[name]), None)
