@@ -11,9 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-import numpy as np
-
-from bsm_mesh.app.build_bolts import make_bolts, unused_curves
+from bsm_mesh.app.build_bolts import make_bolts
 from bsm_mesh.app.build_mesh import read_blocks
 from bsm_mesh.app.build_parts import (
     make_history,
@@ -31,12 +29,13 @@ from bsm_mesh.app.mesh_tables import LineFile
 from bsm_mesh.app.model_file import read_model_file
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
-from bsm_mesh.errors import MeshWarning, ModelError, counted, one_line, placed, raise_faults
+from bsm_mesh.app.unused import unused_notes
+from bsm_mesh.errors import MeshWarning, ModelError, one_line, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import beyond_usual
 from bsm_mesh.model.quantities import MERGE_TOLERANCE
-from bsm_mesh.model.stages import INITIAL, Stage, blocks_in
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.solve.options import Options
 
 if TYPE_CHECKING:
@@ -183,11 +182,8 @@ def build_model(
             options=options[0],
             title=file.title,
         )
-    beside = (
-        *beyond_usual("", "merge_tolerance", file.mesh.merge_tolerance, MERGE_TOLERANCE),
-        *_unused_excavations(blocks, stages),
-        *unused_curves(mesh_report.bolts, file.bolt),
-    )
+        unused = unused_notes(file, model, mesh_report, bolts)
+    beside = (*beyond_usual("", "merge_tolerance", file.mesh.merge_tolerance, MERGE_TOLERANCE), *unused)
     return _loaded(file, path, reach, model, mesh_report, beside)
 
 
@@ -225,22 +221,11 @@ def _dangling(report: MeshReport) -> dict[str, int]:
     from bsm_mesh.converters import NoteKind
 
     found: dict[str, int] = {}
-    for kind in (NoteKind.LOOSE, NoteKind.DEAD_END):
+    for kind in (NoteKind.LOOSE, NoteKind.LOST, NoteKind.DEAD_END):
         for name, count in report.about(kind).items():
             if name.startswith("joint:"):
                 found[name] = found.get(name, 0) + count
     return found
-
-
-def _unused_excavations(blocks: Blocks, stages: list[Stage]) -> list[str]:
-    gone = np.zeros(blocks.count, dtype=bool)
-    for region in (region for stage in stages for region in stage.excavate):
-        gone |= blocks_in(region, blocks)
-    return [
-        f"excavation '{name}' ({counted(len(ids), 'block')}) is left in place: no stage excavates it"
-        for name, ids in blocks.excavations.items()
-        if not gone[ids].any()
-    ]
 
 
 def _collect(faults: list[str], makers: Iterable[Callable[[], Made]]) -> list[Made]:

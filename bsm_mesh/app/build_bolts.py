@@ -69,14 +69,14 @@ def make_bolts(
         return [Bolt(start=table.start, end=table.end, **keys)]
 
 
-def unused_curves(curves: Mapping[str, FloatArray], tables: Iterable[BoltTable]) -> list[str]:
-    """Return a sentence for every group of bolt curves in the mesh that no table names."""
+def unused_curves(curves: Mapping[str, FloatArray], tables: Iterable[BoltTable]) -> dict[str, str]:
+    """Return a sentence for every group of bolt curves in the mesh that no table names, by its name."""
     used = {table.curve for table in tables}
-    return [
-        f"the bolt curve '{name}' is not used; give it a [[bolt]] with curve = \"{name}\""
+    return {
+        name: f"the bolt curve '{name}' is not used; give it a [[bolt]] with curve = \"{name}\""
         for name in curves
         if name not in used
-    ]
+    }
 
 
 def _read_cell(name: str, text: str) -> float:

@@ -46,6 +46,9 @@ class MeshTable(Table):
         default="elements", description="every element is a rigid block, or every region between joints is one"
     )
     default_joint: str | None = Field(default=None, description="joint of every face that bears none")
+    allow_unused: bool = Field(
+        default=False, description="true: what the file names and is nowhere in the mesh is noted, not an error"
+    )
 
 
 class LineFile(Table):

@@ -24,6 +24,7 @@ from bsm_mesh.model.materials import Joint, Rock
 from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import Reduced, law_name
 from bsm_mesh.model.supports import Fixed, NormalRoller, PrescribedDisplacement, Roller
+from bsm_mesh.model.unused import unused_bolts, unused_in
 from bsm_mesh.model.water import Water
 
 if TYPE_CHECKING:
@@ -100,7 +101,13 @@ def content_of(model: Model, options: Options) -> Content:
                 faults.append(f"{what} {name}: {error}")
         return made
 
-    mesh = _given(file=MESH, contact_points=model.contact_points, default_joint=model.default_joint)
+    unused = any(unused_in(model)) or bool(unused_bolts(model).any())
+    mesh = _given(
+        file=MESH,
+        contact_points=model.contact_points,
+        default_joint=model.default_joint,
+        allow_unused=unused or None,
+    )
     content = {
         "title": model.title,
         "mesh": mesh,

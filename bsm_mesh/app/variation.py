@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
 
 PART = re.compile(r'"([^"]+)"|([^."]+)')
-NOT_OF_BLOCKS = ("default_joint", "contact_points")  # keys of [mesh] that leave the blocks as they are
+NOT_OF_BLOCKS = ("default_joint", "contact_points", "allow_unused")  # keys of [mesh] that leave the blocks as they are
 
 
 class Variation:

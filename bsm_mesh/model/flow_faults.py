@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.flow import Flow, FlowChange
+from bsm_mesh.model.unused import used_joints
 
 if TYPE_CHECKING:
-    from bsm_mesh.model.materials import Joint
     from bsm_mesh.model.model import Model
 
 DEEPEST = 1e4  # m of water over the model, as for water tables
@@ -93,13 +91,6 @@ def _aperture_faults(model: Model, flow: Flow) -> Iterator[str]:
                 f"joint '{joint.name}': two-way coupling needs residual_aperture [m], which no stress closes; "
                 'or give [flow] coupling = "one_way", which leaves apertures as given'
             )
-
-
-def used_joints(model: Model) -> list[Joint]:
-    """Return the joints that edges bear, and the default one."""
-    numbers = np.unique(model.blocks.edge_joint)
-    names = {model.blocks.joint_names[k] for k in numbers[numbers >= 0]} | {model.default_joint}
-    return [joint for joint in model.joints if joint.name in names]
 
 
 def _boundary_faults(place: str, part: Flow | FlowChange, model: Model) -> Iterable[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.errors import counted, nearest
+from bsm_mesh.errors import counted
 from bsm_mesh.model.faces import count_faces
 from bsm_mesh.model.flow import Flow, FlowChange
 from bsm_mesh.model.joint_laws import MohrCoulomb
@@ -18,6 +18,7 @@ from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import GRAVITY_PART, STRESS_RATIO, Quantity, quantities_of
 from bsm_mesh.model.stages import presence
 from bsm_mesh.model.supports import Fixed, unit_vector
+from bsm_mesh.model.unused import unused_in, used_joints, used_rocks
 from bsm_mesh.model.water import Water
 
 SIDEWAYS = 0.5  # of gravity, upwards: farther than 60 degrees off is most likely another unit, or a sign
@@ -34,11 +35,11 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
     fails : bool
         Whether its joints may fail when it is solved; then those that cannot are noted.
     """
-    rocks, joints = _used_rocks(model), _used_joints(model)
+    rocks, joints = used_rocks(model), used_joints(model)
     found = [
         *_of_size(model),
         *_of_what_is_held(model),
-        *_of_unused(model, rocks, joints),
+        *unused_in(model),
         *_of_weights(rocks),
         *(_of_unlimited(model, rocks, joints) if fails else ()),
         *_of_strength(rocks, joints),
@@ -49,17 +50,6 @@ def notes_of(model: Model, *, fails: bool = True) -> list[str]:
         *(() if fails else _of_strength_that_does_not_matter(model)),
     ]
     return list(dict.fromkeys(found))
-
-
-def _used_rocks(model: Model) -> list[Rock]:
-    names = {model.blocks.rock_names[k] for k in np.unique(model.blocks.rock)}
-    return [rock for rock in model.rocks if rock.name in names]
-
-
-def _used_joints(model: Model) -> list[Joint]:
-    numbers = np.unique(model.blocks.edge_joint)
-    names = {model.blocks.joint_names[k] for k in numbers[numbers >= 0]} | {model.default_joint}
-    return [joint for joint in model.joints if joint.name in names]
 
 
 def _of_size(model: Model) -> Iterator[str]:
@@ -77,16 +67,6 @@ def _of_what_is_held(model: Model) -> Iterator[str]:
             held[list(support.blocks)] = True
     if held.all():
         yield "every block is held by supports: nothing can move, whatever acts; hold fewer blocks"
-
-
-def _of_unused(model: Model, rocks: Sequence[Rock], joints: Sequence[Joint]) -> Iterator[str]:
-    known_rocks, known_joints = [rock.name for rock in rocks], [joint.name for joint in joints]
-    for rock in model.rocks:
-        if rock not in rocks:
-            yield f"rock '{rock.name}' is used by no block{nearest(rock.name, known_rocks)}"
-    for joint in model.joints:
-        if joint not in joints:
-            yield f"joint '{joint.name}' is used by no face{nearest(joint.name, known_joints)}"
 
 
 def _of_weights(rocks: Iterable[Rock]) -> Iterator[str]:

@@ -14,7 +14,14 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.meshes.cell_faults import CellArrays, CellSets
 from bsm_mesh.converters.meshes.cells import MeshCells, gather_cells
-from bsm_mesh.converters.meshes.curves import cover_edges, edges_on_curves, interior_notes, joint_of_edges
+from bsm_mesh.converters.meshes.curves import (
+    LoosePieces,
+    cover_edges,
+    edges_on_curves,
+    interior_notes,
+    joint_of_edges,
+    loose_notes,
+)
 from bsm_mesh.converters.meshes.files import read_cells
 from bsm_mesh.converters.meshes.groups import NamedGroups, Rocks, assign_rocks, name_groups, settle_dimensions
 from bsm_mesh.converters.meshes.marks import Marks, mark
@@ -177,7 +184,7 @@ def _blocks_of(
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)
     rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
-    elements, block_of, bolts, notes = _assemble(cells, named, outlines, rocks, merge_tolerance)
+    elements, block_of, bolts, loose, notes = _assemble(cells, named, outlines, rocks, merge_tolerance)
     if marks is not None:
         elements, more = mark(elements, marks, cells, block_of)
         notes = (*notes, *more)
@@ -185,9 +192,10 @@ def _blocks_of(
         lost = [note.text for note in notes if note.kind is NoteKind.UNNAMED_GROUP]
         raise_faults([f'{cells.source}: blocks = "regions": {text}' for text in lost])
         overlaps = elements.overlaps
-        elements, more = merge_regions(elements, merge_tolerance)
+        elements, more = merge_regions(elements, merge_tolerance, () if marks is None else marks.lines)
         vars(elements)["overlaps"] = overlaps  # none, which takes long to find out again
         notes = (*notes, *more)
+    notes = (*notes, *loose_notes(loose, elements.vertices, elements.offsets))
     return elements, _report(cells, elements, bolts, notes)
 
 
@@ -197,8 +205,8 @@ def _assemble(
     outlines: Outlines,
     rocks: Rocks,
     tolerance: float,
-) -> tuple[Blocks, LongArray, dict[str, FloatArray], tuple[Note, ...]]:
-    """Return blocks of the outlines that have a rock, the block of every element, the bolts' curves, and notes."""
+) -> tuple[Blocks, LongArray, dict[str, FloatArray], tuple[LoosePieces, ...], tuple[Note, ...]]:
+    """Return blocks of the outlines that have a rock, the block of every element, bolts, loose pieces, and notes."""
     placed = rocks.index >= 0
     block = np.where(placed, np.cumsum(placed) - 1, -1)
     block_of = np.where(outlines.outline_of >= 0, block[outlines.outline_of], -1)  # of every element
@@ -212,8 +220,9 @@ def _assemble(
     _refuse_overlaps(cells, block_of, overlaps)
     ends = outlines.points[outlines.pieces]
     coverage = cover_edges(number[outlines.pieces].astype(np.int64), ends, table, vertices, offsets, tolerance)
-    joints = edges_on_curves(named.of(GroupKind.JOINT), coverage, ends)
-    boundaries = edges_on_curves(named.of(GroupKind.BOUNDARY), coverage, ends)
+    joints, boundaries = (
+        edges_on_curves(named.of(kind), coverage, ends) for kind in (GroupKind.JOINT, GroupKind.BOUNDARY)
+    )
     joint_names, edge_joint = joint_of_edges(joints.edges, vertices, len(vertices))
     blocks = Blocks(
         vertices=vertices,
@@ -235,12 +244,10 @@ def _assemble(
         *named.notes,
         *outlines.notes,
         *_no_rock_notes(cells, outlines, block_of),
-        *joints.notes,
-        *boundaries.notes,
         *interior_notes(boundaries.edges, coverage, vertices),
     )
     vars(blocks)["overlaps"] = overlaps  # none, which takes long to find out again
-    return blocks, block_of, bolts, notes
+    return blocks, block_of, bolts, (*joints.loose, *boundaries.loose), notes
 
 
 def _renumber(corners: IntArray, n_points: int) -> tuple[IntArray, IntArray]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.groups import NamedGroup
-from bsm_mesh.converters.meshes.report import Note, NoteKind, places
+from bsm_mesh.converters.meshes.report import MOST_LOST, Note, NoteKind, places
 from bsm_mesh.errors import listing, raise_faults
 from bsm_mesh.model.edges import EdgeTable, LongArray
-from bsm_mesh.model.polygons import next_corner
+from bsm_mesh.model.polygons import next_corner, owner_of_corner
 
 ALONG = 1e-6  # of the shorter length: how far off a line may lie along an edge
 ENOUGH = 0.5 - 1e-6  # of an edge's length: covered so far, the edge belongs to the curve
@@ -132,6 +132,25 @@ def _along(
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class LoosePieces:
+    """Pieces of a curve that bound no element.
+
+    Attributes
+    ----------
+    group : str
+        The curve, ``kind:name``.
+    ends : (k, 2, 2) float64 [m]
+        Ends of the pieces.
+    laid : float [m]
+        Length of the pieces that do bound one.
+    """
+
+    group: str
+    ends: FloatArray
+    laid: float
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class CurveEdges:
     """Edges on the curves of one kind.
 
@@ -139,18 +158,19 @@ class CurveEdges:
     ----------
     edges : dict of str to (k,) int32
         Edges on each curve; curves on no edge are left out.
-    notes : tuple of Note
-        Pieces that bound no block, and pieces with rock on both sides.
+    loose : tuple of LoosePieces
+        Pieces that bound no element.
     """
 
     edges: dict[str, IntArray]
-    notes: tuple[Note, ...]
+    loose: tuple[LoosePieces, ...]
 
 
 def edges_on_curves(curves: dict[str, list[NamedGroup]], coverage: Coverage, ends: FloatArray) -> CurveEdges:
-    """Return the edges on each named curve and a note on each curve with pieces that bound no block."""
+    """Return the edges on each named curve, and the pieces that bound no element."""
     found: dict[str, IntArray] = {}
-    notes: list[Note] = []
+    left: list[LoosePieces] = []
+    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     for name, parts in curves.items():
         pieces = np.concatenate([part.pieces for part in parts])
         edges, _ = coverage.edges_of(pieces)
@@ -158,11 +178,50 @@ def edges_on_curves(curves: dict[str, list[NamedGroup]], coverage: Coverage, end
         if edges.size:
             found[name] = edges.astype(np.int32)
         if loose.size:
-            group = str(parts[0].name)
-            where = places(ends[loose].mean(axis=1))
-            text = f"{loose.size} pieces of '{group}' bound no block and are left out ({where})"
-            notes.append(Note(kind=NoteKind.LOOSE, name=group, count=int(loose.size), text=text))
-    return CurveEdges(edges=found, notes=tuple(notes))
+            laid = float(length[np.setdiff1d(coverage.same_as[pieces], loose)].sum())
+            left.append(LoosePieces(group=str(parts[0].name), ends=ends[loose], laid=laid))
+    return CurveEdges(edges=found, loose=tuple(left))
+
+
+def loose_notes(pieces: Iterable[LoosePieces], vertices: FloatArray, offsets: IntArray) -> list[Note]:
+    """Return notes on pieces that bound no block: those that would divide one, by its outline, are lost."""
+    notes = []
+    for loose in pieces:
+        middle, name = loose.ends.mean(axis=1), loose.group
+        dividing = _dividing(loose.ends, vertices, offsets)
+        lost = float(np.hypot(*(loose.ends[dividing, 1] - loose.ends[dividing, 0]).T).sum())
+        if lost > MOST_LOST * (lost + loose.laid):
+            text = (
+                f"{lost:.3g} of {lost + loose.laid:.3g} m of '{name}' run through blocks and divide none "
+                f"({places(middle[dividing])}); let the mesh follow the curve, or lay a joint by [joint.NAME] along"
+            )
+            notes.append(Note(kind=NoteKind.LOST, name=name, count=int(dividing.sum()), text=text))
+            middle = middle[~dividing]
+        if len(middle):
+            text = f"{len(middle)} pieces of '{name}' bound no block and are left out ({places(middle)})"
+            notes.append(Note(kind=NoteKind.LOOSE, name=name, count=len(middle), text=text))
+    return notes
+
+
+def _dividing(ends: FloatArray, vertices: FloatArray, offsets: IntArray) -> BoolArray:
+    """Return which pieces run through a block that they divide together; dead ends divide none."""
+    import shapely
+
+    rings = shapely.linearrings(vertices, indices=owner_of_corner(offsets))
+    lines = shapely.linestrings(ends)
+    piece, block = shapely.STRtree(shapely.polygons(rings)).query(lines, predicate="intersects")
+    divides = np.zeros(len(ends), dtype=np.bool_)
+    if not piece.size:
+        return divides
+    inside = shapely.length(shapely.intersection(lines[piece], shapely.polygons(rings[block]))) > 0
+    piece, block = piece[inside], block[inside]
+    order = np.argsort(block, kind="stable")
+    crossed, index = np.unique(block[order], return_inverse=True)
+    within = shapely.multilinestrings(lines[piece[order]], indices=index.reshape(-1))
+    noded = shapely.union(rings[crossed], within, grid_size=ALONG**2 * float(np.ptp(vertices, axis=0).max()))
+    several = shapely.get_num_geometries(shapely.polygonize(noded[:, None])) > 1
+    divides[piece[np.isin(block, crossed[several])]] = True
+    return divides
 
 
 def interior_notes(boundaries: dict[str, IntArray], coverage: Coverage, vertices: FloatArray) -> list[Note]:

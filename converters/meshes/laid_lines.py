@@ -12,7 +12,7 @@ import numpy.typing as npt
 from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.converters.meshes.conform import conforming
 from bsm_mesh.converters.meshes.marks import along_line, with_joint
-from bsm_mesh.converters.meshes.report import Note, NoteKind
+from bsm_mesh.converters.meshes.report import MOST_LOST, Note, NoteKind, places
 from bsm_mesh.model.blocks import Blocks, merge_points
 from bsm_mesh.model.edges import LongArray
 from bsm_mesh.model.polygons import owner_of_corner
@@ -58,8 +58,7 @@ def lay_lines(blocks: Blocks, lines: Mapping[str, Sequence[FloatArray]]) -> tupl
         edges = np.flatnonzero(along_line(ends, parts, 10 * tolerance))
         made = with_joint(made, joint, edges)
         around = shapely.union_all(polygons[np.unique(tree.query(line, predicate="intersects"))])
-        inside = float(shapely.length(shapely.intersection(line, around)))
-        notes += _left_out(made, joint, edges, float(shapely.length(line)), inside)
+        notes += _left_out(made, joint, shapely.intersection(line, around), float(shapely.length(line)), 20 * tolerance)
     return made, parent, notes
 
 
@@ -168,17 +167,27 @@ def _source(blocks: Blocks, vertices: FloatArray, offsets: IntArray, parent: Lon
     return source
 
 
-def _left_out(blocks: Blocks, joint: str, edges: LongArray, length: float, inside: float) -> list[Note]:
-    """Return notes on what of a joint's lines bounds no block: inside the rock, and outside."""
-    pairs = np.sort(np.stack([blocks.nodes[edges], blocks.nodes[blocks.following[edges]]], axis=1), axis=1)
-    _, first = np.unique(pairs, axis=0, return_index=True)
-    vectors = blocks.vertices[blocks.following[edges[first]]] - blocks.vertices[edges[first]]
-    left, name = inside - float(np.hypot(*vectors.T).sum()), f"joint:{joint}"
+def _left_out(blocks: Blocks, joint: str, inside: Any, length: float, off: float) -> list[Note]:
+    """Return notes on the parts of a joint's lines that are no edges with it: inside the rock, and outside."""
+    import shapely
+
+    name = f"joint:{joint}"
+    number = blocks.joint_names.index(joint) if joint in blocks.joint_names else -2
+    edges = np.flatnonzero(blocks.edge_joint == number)
+    ends = np.stack([blocks.vertices[edges], blocks.vertices[blocks.following[edges]]], axis=1)
+    laid = shapely.buffer(shapely.union_all(shapely.linestrings(ends)), off)
+    lost = shapely.get_parts(shapely.difference(inside, laid))
+    lost = lost[shapely.get_type_id(lost) == shapely.GeometryType.LINESTRING]
+    left, within = float(shapely.length(lost).sum()), float(shapely.length(inside))
     notes = []
     if left > 1e-6 * length:
-        text = f"{left:.3g} of {inside:.3g} m of the lines of '{name}' end inside elements and are left out"
-        notes.append(Note(kind=NoteKind.LOOSE, name=name, count=1, text=text))
-    if length - inside > 1e-6 * length:
-        text = f"{length - inside:.3g} of {length:.3g} m of the lines of '{name}' lie outside the rock"
+        where = places(shapely.get_coordinates(shapely.line_interpolate_point(lost, 0.5, normalized=True)))
+        text = (
+            f"{left:.3g} of {within:.3g} m of the lines of '{name}' bear another joint or end inside elements ({where})"
+        )
+        kind = NoteKind.LOST if left > MOST_LOST * within else NoteKind.LOOSE
+        notes.append(Note(kind=kind, name=name, count=1, text=text))
+    if length - within > 1e-6 * length:
+        text = f"{length - within:.3g} of {length:.3g} m of the lines of '{name}' lie outside the rock"
         notes.append(Note(kind=NoteKind.OUTSIDE, name=name, count=1, text=text))
     return notes

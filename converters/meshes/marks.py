@@ -105,7 +105,7 @@ def mark(blocks: Blocks, marks: Marks, cells: MeshCells, block_of: LongArray) ->
         blocks = with_joint(blocks, joint, edges)
         if not edges.size:
             text = f"joint '{joint}' lies nowhere: there is no edge between {_said(border)}"
-            notes.append(Note(kind=NoteKind.EMPTY_GROUP, name=f"joint:{joint}", count=0, text=text))
+            notes.append(Note(kind=NoteKind.LOST, name=f"joint:{joint}", count=0, text=text))
     found = {}
     for name, place in marks.boundaries.items():
         found[name] = edges_at(blocks, place)

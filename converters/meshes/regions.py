@@ -7,10 +7,12 @@ as one polygon; it is divided, again along edges of elements.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.converters.meshes.report import Note, NoteKind, places
+from bsm_mesh.converters.meshes.report import MOST_LOST, Note, NoteKind, places
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
 
@@ -18,7 +20,7 @@ STRAIGHT = 0.01  # of the merge tolerance: the outline keeps its area to roundin
 MOST_CUTS = 40  # of one region, each in half, before its elements stay as they are
 
 
-def merge_regions(elements: Blocks, tolerance: float) -> tuple[Blocks, tuple[Note, ...]]:
+def merge_regions(elements: Blocks, tolerance: float, laid: Collection[str] = ()) -> tuple[Blocks, tuple[Note, ...]]:
     """Return the blocks that the elements form between joints, and notes on joints in them and on divided ones.
 
     Corners between two edges in one line, with the same joint and boundaries on both, are left out; the area
@@ -30,6 +32,8 @@ def merge_regions(elements: Blocks, tolerance: float) -> tuple[Blocks, tuple[Not
         Every element a block.
     tolerance : float [m]
         The merge tolerance; a corner nearer than a hundredth of it to the line between its neighbours is none.
+    laid : collection of str
+        Joints given by lines: of these, more than a hundredth without two blocks beside it is lost.
     """
     one, other = elements.edge_table.pairs()
     joined = _joined(elements, one, other)
@@ -39,7 +43,7 @@ def merge_regions(elements: Blocks, tolerance: float) -> tuple[Blocks, tuple[Not
     inside = np.zeros(len(elements.vertices), dtype=np.bool_)
     inside[one], inside[other] = True, True
     inside[rim_of(elements, one, other, region)] = False
-    return blocks, (*_dead_notes(elements, one[inside[one]]), *_split_notes(elements, region, split))
+    return blocks, (*_dead_notes(elements, one[inside[one]], laid), *_split_notes(elements, region, split))
 
 
 def outline_regions(elements: Blocks, region: LongArray, tolerance: float) -> Blocks:
@@ -220,21 +224,39 @@ def _assemble(elements: Blocks, chain: LongArray, offsets: IntArray, kept: BoolA
     )
 
 
-def _dead_notes(elements: Blocks, inner: LongArray) -> list[Note]:
+def _dead_notes(elements: Blocks, inner: LongArray, laid: Collection[str]) -> list[Note]:
     """Return a note on each joint with pieces that have the same block on both sides."""
     notes = []
+    whole = lengths_of_joints(elements)
     joint = elements.edge_joint[inner]
     for number in np.unique(joint[joint >= 0]):
         edges = inner[joint == number]
         ends = np.stack([elements.vertices[edges], elements.vertices[elements.following[edges]]], axis=1)
         length = np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum()
+        is_lost = elements.joint_names[number] in laid and length > MOST_LOST * whole[number]
         name = f"joint:{elements.joint_names[number]}"
         text = (
             f"{len(edges)} pieces of '{name}', {length:.6g} m in all, end in the rock with the same block on both "
             f"sides and bound none ({places(ends.mean(axis=1))})"
         )
-        notes.append(Note(kind=NoteKind.DEAD_END, name=name, count=len(edges), text=text))
+        if is_lost:
+            text += f", of {whole[number]:.6g} m laid; let its lines end at other joints or at the rim"
+        kind = NoteKind.LOST if is_lost else NoteKind.DEAD_END
+        notes.append(Note(kind=kind, name=name, count=len(edges), text=text))
     return notes
+
+
+def lengths_of_joints(blocks: Blocks) -> FloatArray:
+    """Return the length of every joint in `joint_names` [m]; an edge between two blocks counts once."""
+    one, other = blocks.edge_table.pairs()
+    weight = np.ones(len(blocks.vertices))
+    weight[one] = weight[other] = 0.5
+    weight *= np.hypot(*blocks.edge_vectors.T)
+    jointed = blocks.edge_joint >= 0
+    length: FloatArray = np.bincount(
+        blocks.edge_joint[jointed], weight[jointed], minlength=len(blocks.joint_names)
+    ).astype(np.float64)
+    return length
 
 
 def _split_notes(elements: Blocks, region: LongArray, split: LongArray) -> list[Note]:

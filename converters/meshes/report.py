@@ -28,12 +28,16 @@ class NoteKind(StrEnum):
     NO_ROCK = "elements in no rock left out"
     OUTSIDE = "parts of lines outside the rock"
     LOOSE = "curve pieces that bound no block"
+    LOST = "joints and boundaries that are shorter than asked for"
     INTERIOR = "boundary pieces with rock on both sides"
     DEAD_END = "joint pieces with the same block on both sides"
     DIVIDED = "regions that are no simple polygon divided"
     UNKNOWN_GROUP = "group that is not used"
     UNNAMED_GROUP = "curve groups without a name"
     EMPTY_GROUP = "group without elements"
+
+
+MOST_LOST = 0.01  # of the length in the rock of a joint or a boundary: less may be rounding, or a corner cut off
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

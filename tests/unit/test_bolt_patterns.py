@@ -146,7 +146,7 @@ kind = "end_anchored"
 pretension = "20 kN"
 
 [[bolt]]
-radial = { centre = [0.9, 1.1], radius = 0.2, length = 0.5, count = 3, first = 20, last = 160 }
+radial = { centre = [0.9, 1.1], radius = 0.2, length = 0.5, count = 3, first = -20, last = 160 }
 diameter = 0.02
 
 [[bolt]]
@@ -190,7 +190,7 @@ def test_model_file_builds_the_same_bolts(case: Case) -> None:
             pretension=2e4,
             name="row",
         ),
-        *radial_bolts(centre=(0.9, 1.1), radius=0.2, length=0.5, count=3, first=20, last=160, diameter=0.02),
+        *radial_bolts(centre=(0.9, 1.1), radius=0.2, length=0.5, count=3, first=-20, last=160, diameter=0.02),
         bsm.Bolt(start=(0.5, 0.5), end=(0.5, 1.5), diameter=0.02, name="B1 1"),
         bsm.Bolt(start=(1.2, 1.9), end=(1.3, 0.2), diameter=0.022),
     ]

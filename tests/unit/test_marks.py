@@ -129,7 +129,7 @@ def test_a_line_that_ends_inside() -> None:
     blocks, report = marked(Marks(lines={"f": [np.array([(-1, 2.5), (4.5, 2.5)])]}))
     assert_allclose(length(blocks, joint_edges(blocks, "f")), 2 * 4)
     assert [note.text for note in report.notes] == [
-        "0.5 of 4.5 m of the lines of 'joint:f' end inside elements and are left out",
+        "0.5 of 4.5 m of the lines of 'joint:f' bear another joint or end inside elements (near (4.25, 2.5))",
         "1 of 5.5 m of the lines of 'joint:f' lie outside the rock",
     ]
 

@@ -49,8 +49,12 @@ def test_less_than_half_of_an_edge_is_not_enough() -> None:
 
 def test_pieces_that_bound_no_block_are_counted_with_their_place() -> None:
     blocks, report = convert([(9, 10), (11, 12), (3, 2), (0, 2)])
-    assert report.about(NoteKind.LOOSE) == {"joint:J": 3}
-    assert "near (100.9, 199), (105.5, 205), (101, 199)" in "".join(report.lines())
+    assert report.about(NoteKind.LOST) == {"joint:J": 2}
+    assert report.notes[-2].text.startswith(
+        "4.03 of 6.03 m of 'joint:J' run through blocks and divide none (near (100.9, "
+    )
+    assert report.about(NoteKind.LOOSE) == {"joint:J": 1}
+    assert "(near (105.5, 205))" in report.notes[-1].text
     assert np.flatnonzero(blocks.edge_joint == 0).tolist() == [LONG, LEFT, RIGHT]
 
 

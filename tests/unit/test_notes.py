@@ -131,7 +131,7 @@ def test_a_model_of_another_unit_of_length(size: float, notes: list[str]) -> Non
 def test_commands_tell_the_notes(case: Case, command: str) -> None:
     case.write(
         "model.toml",
-        MODEL.replace("friction = 35", "friction = 80")
+        MODEL.replace("friction = 35", "friction = 80").replace('mesh.msh"', 'mesh.msh"\nallow_unused = true')
         + '[joint.J2]\nnormal_stiffness = "1 GPa/m"\nshear_stiffness = "1 GPa/m"\nfriction = 30\n',
     )
     words = ("joint 'J2' is used by no face", "friction = 80 degrees is unusual")

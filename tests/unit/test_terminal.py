@@ -16,7 +16,7 @@ from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import UNPRINTABLE, MeshWarning, ModelError
 from bsm_mesh.geometries import GeometryError
 from tests.scenes.small_case import FILE, JOINT, LINEAR, LOAD, MODEL, ROCK, Case, command, environment
-from tests.scenes.square_mesh import msh
+from tests.scenes.square_mesh import CURVES, msh
 
 TITLE = 'title = "Two by two"'
 STEERING = r"\u001b[31m\u009b2J\u202e\u0007"
@@ -97,7 +97,7 @@ def test_errors_and_warnings_from_python(case: Case) -> None:
     assert not steers(str(ModelError(["a\x1b[31m", "b\x9b"])))
     assert not steers(str(GeometryError("set '\x1b[31m' has no line")))
     assert ModelError("a\x1b[31m").faults == ("a\x1b[31m",)
-    curves = {"boundary:bottom": [(0, 1), (1, 2)], "boundary:top": [(6, 7), (7, 8)], "bolt:\x1b[31m": [(0, 4)]}
+    curves = {**CURVES, "bolt:\x1b[31m": [(0, 4)]}
     case.write("mesh.msh", msh(curves=curves))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)
