@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 from pathlib import Path
 
 from bsm_mesh.errors import ModelError
 
+FORMULA = re.compile("'*[=+@-]")  # how a text begins that a spreadsheet runs, or that was kept from it
 SPECIAL = {
     stat.S_IFIFO: "a pipe",
     stat.S_IFCHR: "a device",
@@ -32,6 +34,17 @@ def path_fault(name: str, value: object) -> str | None:
     except TypeError:  # a class that only says that it is a path
         pass
     return f"{name} is of the kind {type(value).__name__}; it must be a path, for example a text in quotes"
+
+
+def as_given_text(cell: str) -> str:
+    """Return the text in a cell of a table: without the apostrophe that keeps a spreadsheet from running it.
+
+    Examples
+    --------
+    >>> as_given_text("'=1+1"), as_given_text("J1"), as_given_text("'J1'")
+    ('=1+1', 'J1', "'J1'")
+    """
+    return cell[1:] if cell.startswith("'") and FORMULA.match(cell) else cell
 
 
 def refuse_special(path: str | os.PathLike[str]) -> None:

@@ -422,6 +422,8 @@ ONLY_THERE = {  # what is done in one module only, so that its care is taken eve
     "sys.stdout.write": set(),
     "numba.njit": {"bsm_mesh/compiled.py"},
     "nb.njit": set(),
+    "csv.writer": {"bsm_mesh/app/csv_tables.py"},
+    "csv.DictWriter": set(),
 }
 
 

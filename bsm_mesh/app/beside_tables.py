@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bsm_mesh.app.csv_tables import CsvWriter
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.errors import named_stage
 from bsm_mesh.model.beside import UNITS, Beside, number_of
@@ -66,7 +66,7 @@ def table_of(values: Mapping[str, Sequence[Beside]]) -> str:
     columns = {f"{name} [{UNITS[name]}]" if UNITS[name] else name: name for name in quantities}
     columns |= {title.replace(name, f"{name}_until"): f"{name}_until" for title, name in columns.items()}
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    writer = CsvWriter(text, "\n")
     writer.writerow(["history", "source", "stage", "distance [m]", *columns])
     for history, listed in values.items():
         rows: dict[tuple[Any, ...], list[dict[str, float]]] = {}

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.app.csv_tables import CsvWriter
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.histories import HistorySeries, Recorded
@@ -35,7 +36,7 @@ def write_histories(results: Results, folder: Path) -> list[str]:
     stage_names = [stage.name for stage in results.stages]
     for name, series in results.histories.items():
         with whole_file(folder / history_file(name)) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
+            writer = CsvWriter(file)
             writer.writerow(["stage", "stage_name", "step", *columns_of(series.recorded)])
             writer.writerows(_rows(series, stage_names))
     return [history_file(name) for name in results.histories]

@@ -8,6 +8,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
+from bsm_mesh.app.csv_tables import CsvWriter
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.records import StepRecord
@@ -20,14 +21,14 @@ SEPARATOR = "; "  # between the methods of a step
 def write_history(results: Results, folder: Path) -> None:
     """Write the steps of all stages, one below the other: the next stage adds its own at the end."""
     with whole_file(folder / HISTORY) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(_KINDS))
-        writer.writeheader()
+        writer = CsvWriter(file)
+        writer.writerow(_KINDS)
         writer.writerows(_row(step) for stage in results.stages for step in stage.steps)
 
 
-def _row(step: StepRecord) -> dict[str, Any]:
+def _row(step: StepRecord) -> list[Any]:
     row = {**asdict(step), "tried": SEPARATOR.join(step.tried)}
-    return {name: row[name] for name in _KINDS}
+    return [row[name] for name in _KINDS]
 
 
 def _names(text: str) -> tuple[str, ...]:

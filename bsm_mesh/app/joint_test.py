@@ -12,6 +12,7 @@ import numpy as np
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import load_model_file
+from bsm_mesh.app.csv_tables import CsvWriter
 from bsm_mesh.app.joint_test_pictures import Laboratory, draw_bolt, draw_closure, draw_opening, draw_shear
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
@@ -157,7 +158,7 @@ def _number(name: str, text: str, quantity: Quantity) -> float:
 def _write(added: AddedFiles, name: str, curves: Mapping[Any, Any]) -> None:
     """Write curves (dataclasses of columns) below each other, a row a step; their stresses are the first column."""
     with added.file(name) as path, whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
+        writer = CsvWriter(file)
         first = next(iter(curves.values()))
         columns = [field.name for field in fields(first)]
         keyed = None not in curves

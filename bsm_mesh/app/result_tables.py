@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from bsm_mesh.app.csv_tables import CsvWriter
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.results.results import Results
@@ -84,7 +84,7 @@ def to_pandas(results: Results, name: str) -> Any:
 
 def _write_csv(table: ResultTable, path: Path) -> None:
     with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
+        writer = CsvWriter(file)
         writer.writerow(f"{h} [{table.units[h]}]" if h in table.units else h for h in table.columns)
         writer.writerows(zip(*map(_cells, table.columns.values()), strict=True))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import warnings
@@ -13,6 +12,7 @@ from typing import Any
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import LoadedModel
+from bsm_mesh.app.csv_tables import CsvWriter
 from bsm_mesh.app.own_files import place_in
 from bsm_mesh.app.safety_text import told_of
 from bsm_mesh.app.storage import save_results
@@ -66,7 +66,7 @@ def _write_json(told: dict[str, Any], draft: Path) -> None:
 
 def _write_trials(answer: Safety, draft: Path) -> None:
     rows = io.StringIO()
-    table = csv.writer(rows, lineterminator="\n")
+    table = CsvWriter(rows, "\n")
     table.writerow(TRIALS_HEADER)
     for trial in answer.trials:
         status = trial.status.value

@@ -148,7 +148,7 @@ class Model:
         for name, kinds in lists.items():
             object.__setattr__(self, name, rules.things(name, getattr(self, name), *kinds, derived=DERIVED))
         rules.text("default_joint", self.default_joint, optional=True)
-        rules.text("title", self.title)
+        rules.text("title", self.title, free=True)
         rules.choice("contact_points", self.contact_points, get_args(ContactPoints))
         rules.a_thing("in_situ", self.in_situ, InSitu, optional=True)
         rules.a_thing("water", self.water, Water, optional=True)

@@ -10,8 +10,12 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from bsm_mesh.errors import as_given, nearest
+from bsm_mesh.errors import as_given, nearest, one_line
 from bsm_mesh.model.quantities import COORDINATE, Quantity, quantities_of
+
+STRANGE = (
+    "holds a line break or a control character, as no name may; rename it (a group of a mesh is renamed by [groups])"
+)
 
 
 def is_number(value: object) -> bool:
@@ -45,6 +49,19 @@ def plain_numbers(owner: Any) -> None:
             object.__setattr__(owner, field.name, value.item())
 
 
+def is_plain(name: str) -> bool:
+    r"""Return whether a name is one line of plain text, without control characters and marks of writing direction.
+
+    Names go into files of other programs, where a line is a command, and onto terminals.
+
+    Examples
+    --------
+    >>> is_plain("J1 (süd)"), is_plain("J1\nsystem"), is_plain("J\t1")
+    (True, False, False)
+    """
+    return "\t" not in name and one_line(name) == name
+
+
 class Rules:
     """Collects what is wrong with the values of one named thing.
 
@@ -57,7 +74,7 @@ class Rules:
     """
 
     def __init__(self, thing: str, name: object = "") -> None:
-        self.thing = f"{thing} '{name}'" if isinstance(name, str) and name else thing
+        self.thing = f"{thing} '{one_line(name)}'" if isinstance(name, str) and name else thing
         self.faults: list[str] = []
 
     def numbers(self, owner: Any, *, without: Collection[str] = ()) -> None:
@@ -92,18 +109,29 @@ class Rules:
             self.number(f"{name} {axis}", part, quantity)
         return (float(parts[0]), float(parts[1])) if len(self.faults) == before else (0.0, 0.0)
 
-    def text(self, name: str, value: object, *, optional: bool = False) -> None:
-        """Demand a text; None (not given) passes where `optional`."""
+    def text(self, name: str, value: object, *, optional: bool = False, free: bool = False) -> None:
+        """Demand a name, or any text where it is `free`; None (not given) passes where `optional`."""
         if not (isinstance(value, str) or (optional and value is None)):
             self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be a text, in quotes")
+        elif not free:
+            self._plain(name, [value])
 
     def texts(self, name: str, value: object) -> tuple[str, ...]:
-        """Demand a list of texts, and return it; empty where the rule is broken."""
+        """Demand a list of names, and return it; empty where the rule is broken."""
         parts = parts_of(value)
         if parts is None or not all(isinstance(part, str) for part in parts):
             self.faults.append(f"{self.thing}: {name} = {as_given(value)} must be a list of texts, in brackets")
             return ()
+        self._plain(name, parts)
         return tuple(parts)
+
+    def _plain(self, name: str, values: Iterable[str | None]) -> None:
+        """Demand names that are one line of plain text."""
+        self.faults.extend(
+            f"{self.thing}: {name}: {as_given(value)} {STRANGE}"
+            for value in values
+            if value is not None and not is_plain(value)
+        )
 
     def choice(self, name: str, value: object, known: Collection[str]) -> None:
         """Demand one of a few texts."""
@@ -115,6 +143,7 @@ class Rules:
     def mapping(self, name: str, value: object) -> Mapping[str, Any]:
         """Demand a mapping by names, and return it; empty where the rule is broken."""
         if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
+            self._plain(name, value)
             return value
         self.faults.append(f'{self.thing}: {name} = {as_given(value)} must be a mapping by names: {{"a name": ...}}')
         return {}
@@ -154,6 +183,8 @@ class Rules:
         """Demand a non-empty text as the thing's name."""
         if not isinstance(value, str) or not value.strip():
             self.faults.append(f"{self.thing}: the name must be a non-empty text")
+        elif not is_plain(value):
+            self.faults.append(f"{self.thing}: the name {STRANGE}")
 
 
 def _named(kinds: tuple[type, ...]) -> str:

@@ -43,6 +43,11 @@ def heading(model: Model) -> str:
     return one_line(f"{model.title or 'a model'} of bsm-mesh, in m, N, Pa, kg/m^3")
 
 
+def quoted(name: str) -> str:
+    """Return a name in quotation marks, in one line, with none in it: it ends no line, and continues none (``&``)."""
+    return '"' + one_line(name).replace('"', "'") + '"'
+
+
 def unit_weights(model: Model) -> FloatArray:
     """Return the unit weight of every block, (n,) [N/m^3]."""
     by_name = {rock.name: rock.unit_weight for rock in model.rocks}

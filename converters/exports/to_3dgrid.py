@@ -19,13 +19,15 @@ from bsm_mesh.converters.exports.parts import (
     friction_and_cohesion,
     heading,
     left_out,
+    quoted,
     unit_weights,
 )
 from bsm_mesh.converters.exports.prisms import refuse_concave
-from bsm_mesh.errors import ModelError, one_line
+from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.values import is_plain
 
 UNBROKEN = "friction 45 cohesion 1e20 tension 1e20"
 PAIRS = 8  # of blocks in a line
@@ -42,6 +44,8 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
     """
     if path.suffix != ".3dgrid":
         raise ModelError(f"{path}: a grid of 3DEC is written, and a .dat beside it; give a name that ends in .3dgrid")
+    if not is_plain(path.name) or "'" in path.name:
+        raise ModelError(f"{path}: 3DEC reads the grid by this name, in quotation marks; give one without any")
     refuse_concave(model)
     jointed = JointedFaces.of(model)
     pairs = np.stack([model.blocks.owner[edge] for edge in (jointed.faces.edge_a, jointed.faces.edge_b)], axis=1)
@@ -88,7 +92,7 @@ def _grid(model: Model, told: dict[int, np.ndarray]) -> list[str]:
         f"B {block} {rock + 1} F " + " ".join(map(str, own))
         for block, (rock, own) in enumerate(zip(blocks.rock, faces, strict=True), 1)
     ]
-    lines.append("* JOINT SETS: " + ", ".join(f"{k} {joint.name}" for k, joint in enumerate(model.joints, 1)))
+    lines.append("* JOINT SETS: " + ", ".join(f"{k} {quoted(joint.name)}" for k, joint in enumerate(model.joints, 1)))
     for joint, pairs in told.items():
         if joint >= 0:
             texts = [f"{a + 1}-{b + 1}" for a, b in pairs]
@@ -117,7 +121,7 @@ def _commands(model: Model, grid: str, told: dict[int, np.ndarray], remarks: lis
     later = [contacts[joint] for joint in sorted(told) if joint >= 0] or [unjointed]
     for joint, pairs in told.items():
         if joint >= 0:
-            lines.append(f"; joint {one_line(model.joints[joint].name)}")
+            lines.append(f"; joint {quoted(model.joints[joint].name)}")
             ranges = (f"range group-intersection 'bsm=b{a + 1}' 'bsm=b{b + 1}'" for a, b in pairs)
             lines += [f"block contact property {contacts[joint]} {where}" for where in ranges]
     lines.append(f"block contact material-table default property {later[0]}")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.exports.parts import GRAVITY, JointedFaces, heading, left_out
+from bsm_mesh.converters.exports.parts import GRAVITY, JointedFaces, heading, left_out, quoted
 from bsm_mesh.files import write_text
 from bsm_mesh.model.loads import Pressure
 from bsm_mesh.model.model import Model
@@ -26,7 +26,7 @@ def write(model: Model, path: Path) -> tuple[str, ...]:
     blocks = model.blocks
     remarks = left_out(model, ("laws",))
     mesh = _elements(model)
-    lines = ["*HEADING", heading(model)]
+    lines = ["*HEADING", f"Model: {heading(model)}"]  # a title that begins with * is no keyword
     lines += ["*NODE", *(f"{k}, {x:.17g}, {y:.17g}" for k, (x, y) in enumerate(mesh.points, start=1))]
     number, owner = 1, dict[int, int]()
     for size, kind in ((3, "CPE3"), (4, "CPE4")):
@@ -107,7 +107,7 @@ def _sixteen(numbers: IntArray | Iterable[int]) -> list[str]:
 
 
 def _name(kind: str, name: str) -> str:
-    return f'"{kind}:{name}"'
+    return quoted(f"{kind}:{name}")
 
 
 def _materials(model: Model, remarks: list[str]) -> list[str]:

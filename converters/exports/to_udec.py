@@ -20,6 +20,7 @@ from bsm_mesh.converters.exports.parts import (
     friction_and_cohesion,
     heading,
     left_out,
+    quoted,
 )
 from bsm_mesh.files import write_text
 from bsm_mesh.model.edges import LongArray
@@ -61,7 +62,7 @@ def _materials(model: Model) -> list[str]:
     lines = []
     for number, name in enumerate(model.blocks.rock_names, start=1):
         (weight,) = {rock.unit_weight for rock in model.rocks if rock.name == name}
-        lines.append(f"prop mat={number} dens={weight / GRAVITY:.9g} ; rock {name}")
+        lines.append(f"prop mat={number} dens={weight / GRAVITY:.9g} ; rock {quoted(name)}")
     inside = _inner_points(model)
     reach = 1e-3 * np.sqrt(model.blocks.moments.area)
     for block in np.flatnonzero(model.blocks.rock > 0):
@@ -84,7 +85,9 @@ def _joints(model: Model, jointed: JointedFaces, remarks: list[str]) -> list[str
         normal, shear = joint.contact_stiffness
         strength = "jfric=45 jcoh=1e20 jten=1e20" if friction is None else f"jfric={friction:g} jcoh={cohesion:g}"
         tension = "" if friction is None else f" jten={joint.tensile_strength:g}"
-        lines.append(f"prop jmat={number} jkn={normal:g} jks={shear:g} {strength}{tension} ; joint {joint.name}")
+        lines.append(
+            f"prop jmat={number} jkn={normal:g} jks={shear:g} {strength}{tension} ; joint {quoted(joint.name)}"
+        )
     lines.append("change jmat=1 jcons=2")
     start, end = jointed.faces.start, jointed.faces.end
     length = np.hypot(*(end - start).T)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bsm_mesh.errors import ModelError
+from bsm_mesh.reading import as_given_text
 
 DECIMAL_COMMAS = "where commas are decimal points part columns by semicolons"
 
@@ -70,7 +71,7 @@ def read_rows(path: Path, holds: str) -> Rows:
     parting = next((sign for sign in ";\t" if text and sign in text[0]), ",")
     reader = csv.reader(text, delimiter=parting)
     try:
-        table = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
+        table = [(reader.line_num, [as_given_text(cell.strip()) for cell in row]) for row in reader if any(row)]
     except csv.Error:
         table = []
     if len(table) < 2:

@@ -71,7 +71,7 @@ def test_udec_has_every_block_joint_and_load(tmp_path: Path) -> None:
     blocks = model.blocks
     assert len(outlines) == blocks.count
     assert_allclose(np.concatenate(outlines), blocks.vertices, atol=1e-8)
-    assert "prop jmat=2 jkn=1e+10 jks=1e+10 jfric=40 jcoh=0 jten=0 ; joint J" in lines
+    assert 'prop jmat=2 jkn=1e+10 jks=1e+10 jfric=40 jcoh=0 jten=0 ; joint "J"' in lines
     assert sum(line.startswith("change jmat=2 range ") for line in lines) == 6  # joints of five stones
     assert sum(line.startswith("fix range ") for line in lines) == 2
     assert "gravity 0 -9.81" in lines

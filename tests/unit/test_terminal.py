@@ -55,7 +55,7 @@ def test_texts_of_a_model_file(case: Case, old: str, new: str, arguments: tuple[
 
 def test_names_of_groups(case: Case) -> None:
     case.write("mesh.msh", msh(surface="rock:\x1b[31m\x07"))
-    err = case.refuses("check", "model.toml", says=[r"rock '\x1b[31m\x07' of 4 blocks"])
+    err = case.refuses("check", "model.toml", says=[r"'\x1b[31m\x07' holds a line break or a control character"])
     assert not steers(err)
 
 
