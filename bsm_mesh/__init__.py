@@ -79,8 +79,8 @@ _HOME = {
 _MODULES = ("bolt_patterns", "library")
 
 
-def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAnalysis:
-    """Return whether the model is statically admissible, and the greatest factor on loads.
+def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None) -> LimitAnalysis:
+    """Return whether a stage of the model, the last by default, is statically admissible, and the greatest load factor.
 
     See `bsm_mesh.solve.limit_analysis.limit_analysis`; what it proves is one-sided.
 
@@ -105,7 +105,7 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
     """
     from bsm_mesh.solve import limit_analysis as limit
 
-    return limit.limit_analysis(model, live)
+    return limit.limit_analysis(model, live, stage=stage)
 
 
 def load(path: str | os.PathLike[str], *, scripts: bool = True) -> Model:

@@ -17,6 +17,7 @@ from bsm_mesh.converters.flow_files import flow_grid
 from bsm_mesh.converters.vtk_files import POLYGON, Compression, Grid, numbered, spatial, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
+from bsm_mesh.model.submodel import some_blocks
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -179,14 +180,17 @@ def corner_displacement(blocks: Blocks, displacement: FloatArray) -> FloatArray:
     return displacement_of(blocks, displacement, blocks.owner, blocks.vertices)
 
 
-def write_mechanism(blocks: Blocks, velocity: FloatArray, path: Path) -> None:
+def write_mechanism(blocks: Blocks, velocity: FloatArray, present: BoolArray, path: Path) -> None:
     """Write a collapse mechanism (n, 3): the point array ``velocity`` of the corners, and that of the centroids.
+
+    Blocks that are not there, (n,) of `present`, are left out; ``block_id`` holds the numbers of the others.
 
     Raises
     ------
     ModelError
         If the file cannot be written.
     """
+    blocks, velocity = some_blocks(blocks, present), velocity[present]
     arm = blocks.vertices - blocks.moments.centroid[blocks.owner]
     u, v, turn = velocity[blocks.owner].T
     corners = np.stack([u - turn * arm[:, 1], v + turn * arm[:, 0]], axis=1)
@@ -197,7 +201,7 @@ def write_mechanism(blocks: Blocks, velocity: FloatArray, path: Path) -> None:
         cell_type=POLYGON,
         point_data={"velocity": spatial(corners)},
         cell_data={
-            "block_id": np.arange(blocks.count, dtype=np.int32),
+            "block_id": np.flatnonzero(present).astype(np.int32),
             "centroid_velocity": spatial(velocity[:, :2]),
             "turn": velocity[:, 2],
         },

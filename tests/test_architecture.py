@@ -49,7 +49,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "stages": {"contacts"},
     "step": {"algebra", "bolts", "contacts", "options"},
     "linear": {"algebra", "bolts", "contacts", "options", "stages"},
-    "limit": {"algebra", "bolts"},
+    "limit": {"algebra", "bolts", "stages"},
     "motion": {"algebra", "bolts", "contacts", "step"},
     "methods": {"algebra", "contacts", "step"},
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},

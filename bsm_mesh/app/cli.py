@@ -200,6 +200,7 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
 
 @cli.command(cls=SeveralNames)
 @model_argument
+@click.option("--stage", metavar="NAME", help="The stage in question; the last by default, `initial` is the first.")
 @click.option("--load", "numbers", type=int, multiple=True, metavar="K", help="Find the factor on [[load]] number K.")
 @click.option("--tilt", type=click.Choice(["left", "right"]), help="Find the greatest tilt of the model to that side.")
 @click.option("--strength", is_flag=True, help="Find the greatest factor by which strength may be divided.")
@@ -210,7 +211,7 @@ def export(model: Path, program: str, output: Path | None, as_json: bool, no_scr
 @json_option
 @no_scripts_option
 def limit(model: Path, output: Path | None, as_json: bool, no_scripts: bool, **asked: Any) -> None:
-    """Ask statics alone whether MODEL can be at rest.
+    """Ask statics alone whether a stage of MODEL can be at rest, its blocks where they were given.
 
     A linear program over the contact forces, without stiffness or movement. "Inadmissible" proves that the blocks
     must move; "admissible" proves nothing. With --load or --tilt it finds the greatest factor or angle; with --strength

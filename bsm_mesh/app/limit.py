@@ -10,7 +10,6 @@ from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.build import LoadedModel, load_model_file
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.arrays import FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.notes import notes_of
@@ -22,6 +21,7 @@ def analyse_limit(
     path: Path,
     output: Path | None,
     *,
+    stage: str | None,
     numbers: tuple[int, ...],
     tilt: str | None,
     strength: bool,
@@ -41,14 +41,14 @@ def analyse_limit(
     model = loaded.model
     if strength:
         rocks = not joints if rocks is None else rocks
-        divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts)
-        _tell(loaded, added, divided.mechanism, str(divided), _strength_told(divided), _strength_rows(divided), as_json)
+        divided = strength_limit(model, joints or None, rocks=rocks, bolts=bolts, stage=stage)
+        _tell(loaded, added, divided, _strength_told(divided), _strength_rows(divided), as_json)
         return
-    found = _with_live_loads(model, numbers) if numbers else limit_analysis(model)
-    told: dict[str, Any] = {"admissible": found.admissible, "factor": _finite(found.factor)}
+    found = _with_live_loads(model, numbers, stage) if numbers else limit_analysis(model, stage=stage)
+    told: dict[str, Any] = {"stage": found.stage, "admissible": found.admissible, "factor": _finite(found.factor)}
     if tilt:
-        told["tilt"] = limit_tilt(model, clockwise=tilt == "left")
-    _tell(loaded, added, found.mechanism, str(found), told, _rows(found, numbers, told.get("tilt"), tilt), as_json)
+        told["tilt"] = limit_tilt(model, stage=stage, clockwise=tilt == "left")
+    _tell(loaded, added, found, told, _rows(found, numbers, told.get("tilt"), tilt), as_json)
     if found.admissible and not as_json:
         say(_meaning(found.factor, f"load {', '.join(map(str, numbers))}" if numbers else "weights and loads"))
     if numbers and found.admissible and found.factor < 1 and not as_json:
@@ -58,22 +58,21 @@ def analyse_limit(
 def _tell(
     loaded: LoadedModel,
     added: AddedFiles,
-    mechanism: FloatArray,
-    text: str,
+    found: LimitAnalysis | StrengthLimit,
     told: dict[str, Any],
     rows: list[tuple[str, str]],
     as_json: bool,
 ) -> None:
     """Print an answer, as JSON or as a table and in words, and write its mechanism where there is one."""
     model, file = loaded.model, None
-    if mechanism.any():
+    if found.mechanism.any():
         from bsm_mesh.converters.result_files import write_mechanism
 
         with added.file("limit.vtu") as draft:
-            write_mechanism(model.blocks, mechanism, draft)
+            write_mechanism(model.blocks, found.mechanism, found.present, draft)
         file = added.folder.path / "limit.vtu"
     if as_json:
-        notes = [*loaded.notes, *notes_of(model), text]
+        notes = [*loaded.notes, *notes_of(model), str(found)]
         say_json({**told, "file": None if file is None else str(file), "notes": notes})
         return
     for note in loaded.notes:
@@ -81,19 +80,19 @@ def _tell(
     for note in notes_of(model):
         say(f"note: {note}", err=True)
     print_table(model.title or str(loaded.path), ("", ""), rows)
-    say(f"{text}.")
+    say(f"{found}.")
     if file is not None:
         say(f"collapse mechanism written to {file}")
 
 
-def _with_live_loads(model: Model, numbers: tuple[int, ...]) -> LimitAnalysis:
+def _with_live_loads(model: Model, numbers: tuple[int, ...], stage: str | None) -> LimitAnalysis:
     """Return the analysis with the factor on the loads of these numbers, from 1, the others staying."""
     outside = [k for k in numbers if not 1 <= k <= len(model.loads)]
     if outside:
         raise ModelError(f"limit: there is no [[load]] number {outside[0]}; the model has {len(model.loads)}")
     live = [model.loads[k - 1] for k in numbers]
     dead = tuple(load for k, load in enumerate(model.loads) if k + 1 not in numbers)
-    return limit_analysis(model.replace(loads=dead), live)
+    return limit_analysis(model.replace(loads=dead), live, stage=stage)
 
 
 def _finite(factor: float) -> float | None:
@@ -104,6 +103,7 @@ def _finite(factor: float) -> float | None:
 def _strength_told(found: StrengthLimit) -> dict[str, Any]:
     """Return what JSON tells of a factor of strength."""
     return {
+        "stage": found.stage,
         "factor": _finite(found.factor),
         "beyond": _finite(found.beyond),
         "proved": found.proof.witness is not None,
@@ -115,6 +115,7 @@ def _strength_told(found: StrengthLimit) -> dict[str, Any]:
 def _strength_rows(found: StrengthLimit) -> list[tuple[str, str]]:
     """Return what the table tells of a factor of strength."""
     return [
+        ("stage", found.stage),
         ("greatest factor on the strength", f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"),
         ("contacts", str(found.contacts.count)),
         ("of them without a limit of strength", str(found.unlimited)),
@@ -146,6 +147,7 @@ def _rows(
     without = f", without load {', '.join(map(str, numbers))}" if numbers else ""
     factor = f"{found.factor:.6g}" if math.isfinite(found.factor) else "no limit"
     rows = [
+        ("stage", found.stage),
         (f"can forces within strength balance the loads{without}?", _admitted(found)),
         ("contacts", str(found.contacts.count)),
         ("of them without a limit of strength", str(found.unlimited)),

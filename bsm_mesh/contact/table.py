@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.model.face_stiffness import face_stiffness
 from bsm_mesh.model.faces import Faces, find_faces
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.submodel import SubModel
 
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0)  # distance of a Gauss point from the nearer end, over the length
 
@@ -50,6 +51,11 @@ class ContactTable:
     def count(self) -> int:
         """Number of contacts."""
         return len(self.block_a)
+
+    def in_whole(self, part: SubModel) -> ContactTable:
+        """Return the contacts of a part in the numbers of the whole."""
+        blocks = {name: part.block[getattr(self, name)] for name in ("block_a", "block_b")}
+        return replace(self, **blocks, edge=part.corner[self.edge])
 
 
 def initial_contacts(model: Model) -> ContactTable:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.strength import joints_and_rocks_at, resolved
 
 
@@ -55,3 +57,19 @@ def model_up_to(model: Model, number: int) -> Model:
     there = [None, *(stage.name for stage in stages)]
     bolts = [bolt for bolt in model.bolts if bolt.stage in there]
     return model.replace(stages=stages, bolts=bolts, histories=())  # which may be of bolts that are not there
+
+
+def stage_number(model: Model, stage: str | None) -> int:
+    """Return the number of a stage, 0 for ``initial``; None is the last.
+
+    Raises
+    ------
+    ModelError
+        If there is none of that name.
+    """
+    names = [INITIAL, *(each.name for each in model.stages)]
+    if stage is None:
+        return len(model.stages)
+    if stage not in names:
+        raise ModelError(f"there is no stage '{stage}'{nearest(stage, names)}")
+    return names.index(stage)

@@ -41,6 +41,11 @@ class SubModel:
     corner: IntArray
     bar: IntArray
 
+    def acting(self, forces: PointForces) -> PointForces:
+        """Return forces on blocks of the whole as forces on those that are there; the others are left out."""
+        number = np.cumsum(self.present, dtype=np.int32) - 1
+        return _rows(forces, np.flatnonzero(self.present[forces.block]), number)
+
     def in_whole(self, rows: FloatArray) -> FloatArray:
         """Return one row a block of the whole: zeros for those that are not there."""
         whole = np.zeros((len(self.present), *rows.shape[1:]), dtype=rows.dtype)

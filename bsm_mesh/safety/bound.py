@@ -11,8 +11,8 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
 from bsm_mesh.results.evidence import Proof
-from bsm_mesh.safety.as_built import as_built, part_of, small_blocks
 from bsm_mesh.safety.trials import Reduction
+from bsm_mesh.solve.stages.as_built import as_built, part_of, small_blocks
 from bsm_mesh.solve.stages.falls import Falls
 
 MOVES = 1e-6  # of the greatest velocity in a mechanism
@@ -59,7 +59,7 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
     except ModelError as error:
         return Limit(factor=math.inf, text=f"no bound by limit analysis: {error}")
     if math.isinf(found.beyond):  # nothing is proved: no limit, or contacts that limit analysis leaves out
-        return Limit(factor=math.inf, text=f"no bound by limit analysis: {found}")
+        return Limit(factor=math.inf, text=f"no bound by limit analysis: {found.proof.text}")
     text = f"beyond {found.beyond:.5g} no forces within strength balance the loads where the blocks were given"
     if found.factor == 0:
         text = "whatever the strength, no forces balance the loads where the blocks were given: they must move"

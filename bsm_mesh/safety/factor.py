@@ -8,19 +8,19 @@ from dataclasses import replace
 from typing import get_args
 
 from bsm_mesh.errors import raise_faults
-from bsm_mesh.model.in_stage import model_up_to
+from bsm_mesh.model.in_stage import model_up_to, stage_number
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.values import Rules
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
-from bsm_mesh.safety.as_built import counted_blocks
 from bsm_mesh.safety.bound import Limit, limit_of
 from bsm_mesh.safety.bracket import Bracket, Range
 from bsm_mesh.safety.criterion import Failure
 from bsm_mesh.safety.driver import Found, Search
-from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, stage_number, strength_trials
+from bsm_mesh.safety.trials import STARTS, Reduction, Start, StrengthTrials, strength_trials
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.as_built import counted_blocks
 
 LEAST, GREATEST = 0.05, 20.0  # factors beyond are not tried
 STIFFER = 10.0  # of the joints, in the spread

@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.in_stage import model_up_to
+from bsm_mesh.model.in_stage import model_up_to, stage_number
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
-from bsm_mesh.safety.as_built import counted_blocks
 from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.bracket import Range
 from bsm_mesh.safety.criterion import Ended, Failure
 from bsm_mesh.safety.driver import Search
-from bsm_mesh.safety.trials import ended, limited, stage_number
+from bsm_mesh.safety.trials import ended, limited
 from bsm_mesh.solve.options import Options
+from bsm_mesh.solve.stages.as_built import counted_blocks
 
 ModelAt: TypeAlias = Callable[[float], Model]
 """Returns the model with a value; what is given to other processes must be picklable."""

@@ -10,9 +10,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from bsm_mesh.errors import ModelError, nearest
-from bsm_mesh.model.in_stage import model_up_to, strength_in_stage
+from bsm_mesh.model.in_stage import model_up_to, stage_number, strength_in_stage
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.stages import INITIAL, Stage
+from bsm_mesh.model.stages import Stage
 from bsm_mesh.model.strength import with_bolt_capacities, with_strength
 from bsm_mesh.results.results import Results
 from bsm_mesh.run import solve
@@ -84,22 +84,6 @@ class Reduction:
         parts = ["all joints" if self.joints is None else f"joint {', '.join(self.joints)}"]
         parts += ["rock faces"] * self.rocks + ["bolts"] * self.bolts
         return ", ".join(parts)
-
-
-def stage_number(model: Model, stage: str | None) -> int:
-    """Return the number of a stage, 0 for ``initial``; None is the last.
-
-    Raises
-    ------
-    ModelError
-        If there is none of that name.
-    """
-    names = [INITIAL, *(each.name for each in model.stages)]
-    if stage is None:
-        return len(model.stages)
-    if stage not in names:
-        raise ModelError(f"safety: there is no stage '{stage}'{nearest(stage, names)}")
-    return names.index(stage)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)

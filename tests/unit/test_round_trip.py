@@ -40,7 +40,7 @@ def results() -> Results:
 def folder(results: Results, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with every kind of VTU file that the package writes."""
     place = results.save(tmp_path_factory.mktemp("out"), tables=True)
-    write_mechanism(results.blocks, results.stages[0].displacement, place / "limit.vtu")
+    write_mechanism(results.blocks, results.stages[0].displacement, results.stages[0].present, place / "limit.vtu")
     write_polygons(results.blocks, place / "mended.vtu")
     return place
 

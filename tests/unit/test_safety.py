@@ -8,12 +8,12 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.results.records import Status
-from bsm_mesh.safety.as_built import counted_blocks
 from bsm_mesh.safety.bracket import Range, Verdict
 from bsm_mesh.safety.criterion import Ended, Failure
 from bsm_mesh.safety.driver import Search
 from bsm_mesh.safety.factor import factor_of_safety
 from bsm_mesh.safety.trials import Reduction, strength_trials
+from bsm_mesh.solve.stages.as_built import counted_blocks
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 

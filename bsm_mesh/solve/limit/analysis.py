@@ -14,23 +14,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.table import ContactTable
-from bsm_mesh.errors import ModelError, raise_faults
-from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces
+from bsm_mesh.errors import ModelError, named_stage, raise_faults
+from bsm_mesh.model.loads import GIVEN_LOADS, Load, PointForces, point_forces_of
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.stages import INITIAL
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
-from bsm_mesh.solve.algebra.loads import external_loads
+from bsm_mesh.solve.algebra.loads import external_loads, force_sums
 from bsm_mesh.solve.limit.program import LimitProgram, Optimum, Shortfall
+from bsm_mesh.solve.stages.as_built import in_stage
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class LimitAnalysis:
     """What the linear program says of the geometry as it is given.
 
+    Blocks, edges and contacts have the numbers of the whole model.
+
     Attributes
     ----------
+    stage : str
+        The stage in question.
+    present : (n,) bool
+        The blocks that are there.
     admissible : bool
         Whether forces in equilibrium and within strength exist. False proves that the blocks must move; True
         proves nothing.
@@ -47,9 +55,11 @@ class LimitAnalysis:
     unlimited : int
         Number of contacts of unlimited strength: joints without a law, faces of rock without strength.
     bolt_force : (n_elements,) float64 [N]
-        Tension of the bolts' elements in that field, of one bolt each; bolts that name a stage are not there.
+        Tension of the bolts' elements in that field, of one bolt each; bolts of later stages are not there.
     """
 
+    stage: str
+    present: BoolArray
     admissible: bool
     factor: float
     mechanism: FloatArray
@@ -61,26 +71,30 @@ class LimitAnalysis:
 
     def __str__(self) -> str:
         """Return what is proved, in words."""
+        where = f"in {named_stage(self.stage)}"
         if not self.admissible:
-            return "inadmissible: no forces within strength balance the loads; this geometry must move"
-        return "admissible: forces within strength exist; that alone does not prove that the blocks stay at rest"
+            return f"inadmissible {where}: no forces within strength balance the loads; this geometry must move"
+        return f"admissible {where}: forces within strength exist; that does not prove that the blocks stay at rest"
 
 
-def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAnalysis:
-    """Return whether the model is statically admissible, and the greatest factor on loads.
+def limit_analysis(model: Model, live: Sequence[Load] | None = None, *, stage: str | None = None) -> LimitAnalysis:
+    """Return whether a stage of the model is statically admissible, and the greatest factor on loads.
 
     Parameters
     ----------
     model : Model
-        What is given; the contacts are those of the geometry as it is.
+        What is given; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
     live : sequence of load, optional
-        Loads that the factor multiplies, beside the model's own, which stay as they are. Without them the factor
-        multiplies everything: weights and loads together.
+        Loads that the factor multiplies, beside those of the model and its stages, which stay as they are. Without
+        them the factor multiplies everything: weights and loads together.
+    stage : str, optional
+        The stage in question, ``initial`` for the first; None: the last.
 
     Raises
     ------
     ModelError
-        If the model has no weight and no load, blocks overlap, or the linear program cannot be solved.
+        If there is no such stage, or statics cannot tell what acts there; if there is no weight and no load, blocks
+        overlap, or the linear program cannot be solved.
 
     References
     ----------
@@ -90,8 +104,26 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
     rules.a_thing("model", model, Model)
     chosen_loads = () if live is None else rules.things("live", live, *GIVEN_LOADS, derived=(PointForces,))
     raise_faults(rules.faults)
-    program = LimitProgram(model.replace(contact_points="ends"))
-    dead = external_loads(model)
+    name, part = in_stage(model.replace(contact_points="ends"), stage)
+    chosen = None
+    if live is not None:
+        forces = point_forces_of(model.replace(loads=chosen_loads).acting_loads, model.blocks)
+        chosen = force_sums(part.acting(forces), part.model.blocks)
+        if not chosen.any():
+            raise ModelError(f"limit analysis: the chosen loads are zero in {named_stage(name)}")
+    found = _analysed(part.model, chosen)
+    return replace(
+        found,
+        stage=name,
+        present=part.present,
+        mechanism=part.in_whole(found.mechanism),
+        contacts=found.contacts.in_whole(part),
+    )
+
+
+def _analysed(model: Model, live: FloatArray | None) -> LimitAnalysis:
+    """Return what is said of a model without stages, with a factor on loads (n, 3), or on all of them."""
+    program, dead = LimitProgram(model), external_loads(model)
     if live is None:
         if not dead.any():
             raise ModelError("limit analysis: the model has neither weight nor load; nothing can fail")
@@ -100,13 +132,10 @@ def limit_analysis(model: Model, live: Sequence[Load] | None = None) -> LimitAna
             limit = None if program.strength.is_cone else program.maximise(np.zeros_like(dead), dead)
             return _admissible(program, whole, limit)
         return _inadmissible(program, dead, whole)
-    chosen = external_loads(model.replace(loads=chosen_loads)) - external_loads(model.replace(loads=()))
-    if not chosen.any():
-        raise ModelError("limit analysis: the chosen loads are zero")
     unloaded = program.balance(dead)
     if not unloaded.stands:
         return replace(_inadmissible(program, dead, unloaded), factor=0.0)
-    return _admissible(program, unloaded, program.maximise(dead, chosen))
+    return _admissible(program, unloaded, program.maximise(dead, live))
 
 
 def _admissible(program: LimitProgram, balance: Shortfall, limit: Optimum | None) -> LimitAnalysis:
@@ -127,6 +156,8 @@ def _result(
 ) -> LimitAnalysis:
     m = program.contacts.count
     return LimitAnalysis(
+        stage=INITIAL,
+        present=np.ones(program.blocks.count, dtype=bool),
         admissible=admissible,
         factor=factor,
         mechanism=mechanism,
@@ -138,28 +169,29 @@ def _result(
     )
 
 
-def limit_tilt(model: Model, *, clockwise: bool = False, accuracy: float = 1e-6) -> float:
-    """Return the greatest angle by which gravity may turn before the model is inadmissible [degrees].
+def limit_tilt(model: Model, *, stage: str | None = None, clockwise: bool = False, accuracy: float = 1e-6) -> float:
+    """Return the greatest angle by which gravity may turn before a stage of the model is inadmissible [degrees].
 
     Found by halving between 0 and 90 degrees; 0 where the model is inadmissible as it stands, 90 where it never is.
 
     Parameters
     ----------
     model : Model
-        What is given. Its loads keep their directions; what an earthquake adds to gravity turns with it.
+        What is given. Its loads keep their directions, a ground surface its place; what an earthquake adds to gravity
+        turns with it.
+    stage : str, optional
+        The stage in question, ``initial`` for the first; None: the last.
     clockwise : bool
         Turn gravity clockwise, as if the model were tilted counter-clockwise; else the other way.
     accuracy : float [degrees]
         Width of the last interval.
     """
     sense = -1.0 if clockwise else 1.0
-    bolts = tuple(bolt for bolt in model.bolts if bolt.stage is None)
-    # a ground surface is not tilted
-    model = model.replace(loads=model.acting_loads, bolts=bolts, in_situ=None, stages=())
+    _, part = in_stage(model.replace(contact_points="ends"), stage)
 
     def stands(tilt: float) -> bool:
-        turned = _with_gravity_turned(model, sense * tilt)
-        return LimitProgram(turned.replace(contact_points="ends")).balance(external_loads(turned)).stands
+        turned = _with_gravity_turned(part.model, sense * tilt)
+        return LimitProgram(turned).balance(external_loads(turned)).stands
 
     if not stands(0.0):
         return 0.0

@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray
+from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.contact.table import ContactTable
-from bsm_mesh.errors import ModelError, raise_faults
+from bsm_mesh.errors import ModelError, named_stage, raise_faults
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.strength import ALL_JOINTS, OF_ROCK, with_bolt_capacities, with_strength
 from bsm_mesh.model.values import Rules
@@ -27,6 +27,7 @@ from bsm_mesh.results.evidence import Proof
 from bsm_mesh.solve.algebra.loads import external_loads
 from bsm_mesh.solve.limit.program import LimitProgram, Shortfall
 from bsm_mesh.solve.limit.proof import witness_of
+from bsm_mesh.solve.stages.as_built import in_stage
 
 MOST = 1000.0  # greatest factor sought: friction of a thirtieth of a degree is none; 1 / MOST: the least
 ACCURACY = 1e-5  # relative, of the factor: far below what strength is known to
@@ -41,8 +42,14 @@ ENORMOUS = 1e6  # times all loads together: forces that no rock bears
 class StrengthLimit:
     """Up to which factor strength may be divided, by statics alone.
 
+    Blocks, edges and contacts have the numbers of the whole model.
+
     Attributes
     ----------
+    stage : str
+        The stage in question.
+    present : (n,) bool
+        The blocks that are there.
     factor : float
         Greatest factor at which forces in equilibrium and within strength were found; infinite where they exist at a
         thousandth of the strength still, 0 where a thousandfold strength does not suffice.
@@ -56,7 +63,7 @@ class StrengthLimit:
     contacts : ContactTable
         The contacts that they belong to.
     bolt_force : (n_elements,) float64 [N]
-        Tension of the bolts' elements in that field, of one bolt each; bolts that name a stage are not there.
+        Tension of the bolts' elements in that field, of one bolt each; bolts of later stages are not there.
     unlimited : int
         Number of contacts of unlimited strength, which no factor reduces.
     proof : Proof
@@ -67,6 +74,8 @@ class StrengthLimit:
         Time that it took.
     """
 
+    stage: str
+    present: BoolArray
     factor: float
     beyond: float
     mechanism: FloatArray
@@ -81,54 +90,64 @@ class StrengthLimit:
 
     def __str__(self) -> str:
         """Return what is proved, in words."""
-        return self.proof.text
+        return f"in {named_stage(self.stage)}: {self.proof.text}"
 
 
 def strength_limit(
-    model: Model, joints: Sequence[str] | None = None, rocks: bool = True, bolts: bool = False
+    model: Model,
+    joints: Sequence[str] | None = None,
+    rocks: bool = True,
+    bolts: bool = False,
+    *,
+    stage: str | None = None,
 ) -> StrengthLimit:
-    """Return the greatest factor by which strength may be divided while forces that balance the loads exist.
+    """Return the greatest factor by which strength may be divided while forces that balance a stage's loads exist.
 
     Divided are the tangent of friction angles, cohesion and tensile strength, of peak values.
 
     Parameters
     ----------
     model : Model
-        What is given; the contacts are those of the geometry as it is, without stages.
+        What is given; the contacts are those of the geometry as it is, of the blocks that are there in the stage.
     joints : sequence of str, optional
         Names of the joints whose strength is divided; all by default.
     rocks : bool
         Whether that of faces of rock without a joint is.
     bolts : bool
         Whether all that limits the bolts' forces is.
+    stage : str, optional
+        The stage in question, ``initial`` for the first; None: the last.
 
     Raises
     ------
     ModelError
-        If the model has no weight and no load, nothing has a strength that could be divided, blocks overlap, or a
-        linear program cannot be solved.
+        If there is no such stage, or statics cannot tell what acts there; if there is no weight and no load, nothing
+        has a strength that could be divided, blocks overlap, or a linear program cannot be solved.
     """
     began = time.perf_counter()
     rules = Rules("limit analysis")
     rules.a_thing("model", model, Model)
     raise_faults(rules.faults)
-    model = model.replace(contact_points="ends")
-    search = _Search(model, joints, rocks=rocks, bolts=bolts)
+    name, part = in_stage(model.replace(contact_points="ends"), stage)
+    search = _Search(part.model, joints, rocks=rocks, bolts=bolts)
     search.run()
     proof = search.proof()
     program, failed, m = search.program, search.failed, search.program.contacts.count
     forces = np.zeros(program.unknowns) if search.held is None else search.held.forces
     limited = failed is not None and search.factor < math.inf
+    still = np.zeros((part.model.blocks.count, 3))
     return StrengthLimit(
+        stage=name,
+        present=part.present,
         factor=search.factor,
         beyond=math.inf if proof.witness is None else 1 / search.low,
-        mechanism=failed.velocity if limited and failed is not None else np.zeros((model.blocks.count, 3)),
+        mechanism=part.in_whole(failed.velocity if limited and failed is not None else still),
         normal_force=-forces[:m],
         shear_force=forces[m : 2 * m],
-        contacts=program.contacts,
+        contacts=program.contacts.in_whole(part),
         bolt_force=program.bolt_force(forces),
         unlimited=int(program.strength.unlimited.sum()),
-        proof=proof,
+        proof=proof if proof.witness is None else replace(proof, witness=proof.witness.in_whole(part)),
         programs=search.programs,
         seconds=time.perf_counter() - began,
     )

@@ -8,10 +8,10 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray
 from bsm_mesh.errors import ModelError
-from bsm_mesh.model.in_stage import model_in_stage
+from bsm_mesh.model.in_stage import model_in_stage, model_up_to, stage_number
 from bsm_mesh.model.loads import point_forces_of
 from bsm_mesh.model.model import Model
-from bsm_mesh.model.stages import presence
+from bsm_mesh.model.stages import INITIAL, presence
 from bsm_mesh.model.submodel import SubModel, submodel_of
 from bsm_mesh.model.supports import bars_of
 from bsm_mesh.solve.stages.falls import Falls
@@ -28,10 +28,14 @@ def as_built(model: Model) -> SubModel:
     """
     if model.stages and model.stages[-1].relaxation[-1] < 1:
         raise ModelError(
-            f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot tell"
+            f"stage '{model.stages[-1].name}' holds part of the excavation forces, which statics cannot tell; "
+            "ask about another stage"
         )
     if model.flow is not None:
-        raise ModelError("water flows in the joints, whose apertures and pressures statics cannot tell")
+        raise ModelError(
+            "water flows in the joints, whose apertures and pressures statics cannot tell; give [water] instead of "
+            "[flow], or run the model"
+        )
     here = presence(model.stages, model.blocks)
     forces = [point_forces_of(model.acting_loads, model.blocks)]
     water = model.water
@@ -46,6 +50,19 @@ def as_built(model: Model) -> SubModel:
     part = submodel_of(changed, here[-1], bars_of(model.supports, model.blocks), concatenate(forces), water)
     bolts = [replace(bolt, stage=None) for bolt in model.bolts if bolt.stage in there]
     return replace(part, model=part.model.replace(bolts=bolts))
+
+
+def in_stage(model: Model, stage: str | None) -> tuple[str, SubModel]:
+    """Return the name of a stage, the last by default, and a model's blocks as built there.
+
+    Raises
+    ------
+    ModelError
+        If there is no such stage, or statics cannot tell what acts there.
+    """
+    number = stage_number(model, stage)
+    model = model_up_to(model, number)
+    return ([INITIAL, *(each.name for each in model.stages)][number], as_built(model))
 
 
 def counted_blocks(model: Model, falls: Falls) -> BoolArray:
