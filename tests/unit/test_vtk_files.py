@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-from bsm_mesh.converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, write_pvd, write_vtu
+from bsm_mesh.app.verify_certificate.model_file import mesh_arrays
+from bsm_mesh.converters.vtk_files import POLYGON, VERTEX, Grid, read_pvd, read_vtu, vtk_of_grid, write_pvd, write_vtu
 from bsm_mesh.errors import ModelError
 
 NAMES = {"b:<\t\"&'>": 1, "b:ä b": 0, "b:": 2, "other:c:d": -1}
@@ -32,6 +36,43 @@ def test_round_trip_keeps_types_names_and_digits(tmp_path: Path) -> None:
     assert read.names == NAMES
     assert read.names_of("b") == ("ä b", "<\t\"&'>", "")
     assert read.names_of("c") == ()
+
+
+@pytest.mark.parametrize("compression", ["zlib", "lz4"])
+def test_data_are_inline_and_in_base64(tmp_path: Path, compression: Literal["zlib", "lz4"]) -> None:
+    """ParaView 5.11 with a patched expat reads no file with appended data (VTK issue 19258)."""
+    grid = square(cell_data={"a": np.linspace(0, 1, 5000).reshape(1, -1)}, names=NAMES)
+    write_vtu(tmp_path / "a.vtu", grid, compression=compression)
+    content = (tmp_path / "a.vtu").read_text("utf-8")
+    assert "AppendedData" not in content
+    assert set(re.findall(r'format="(\w+)"', content)) == {"binary"}
+    np.testing.assert_array_equal(read_vtu(tmp_path / "a.vtu").cell_data["a"], grid.cell_data["a"])
+
+
+@pytest.mark.parametrize("mode", ["inline", "appended"])
+def test_vtu_files_of_this_and_of_former_versions_are_read(tmp_path: Path, mode: str) -> None:
+    """By VTK, and by the check of certificates, which does without it; arrays of several compressed blocks too."""
+    path, count = tmp_path / "a.vtu", 9000
+    points = np.random.default_rng(3).random((4 * count, 2))
+    grid = Grid(
+        points=points, offsets=np.arange(0, 4 * count + 1, 4), connectivity=np.arange(4 * count), cell_type=POLYGON
+    )
+    if mode == "inline":
+        write_vtu(path, grid)
+    else:
+        writer = vtkXMLUnstructuredGridWriter()
+        writer.SetFileName(str(path))
+        writer.SetInputData(vtk_of_grid(grid))
+        writer.SetCompressorTypeToZLib()
+        writer.SetDataModeToAppended()
+        writer.EncodeAppendedDataOn()
+        assert writer.Write() == 1
+    np.testing.assert_array_equal(read_vtu(path).points, points)
+    arrays = mesh_arrays(path.read_bytes())
+    np.testing.assert_array_equal(arrays["Points"].reshape(-1, 3)[:, :2], points)
+    assert arrays["connectivity"].tolist() == list(range(4 * count))
+    assert arrays["offsets"].tolist() == list(range(4, 4 * count + 1, 4))
+    assert set(arrays["types"]) == {POLYGON}
 
 
 def test_names_that_xml_cannot_hold(tmp_path: Path) -> None:

@@ -183,16 +183,19 @@ def polygons(arrays: Arrays) -> tuple[Any, Any]:
 
 
 def mesh_arrays(content: bytes) -> Arrays:
-    """Return the arrays of a VTU file whose data are appended, in base64 and compressed by zlib; none of another."""
+    """Return the arrays of a VTU file in base64 and compressed by zlib, inline or appended; none of another."""
     head, _, tail = content.partition(b'<AppendedData encoding="base64">')
-    if not tail or b"vtkZLibDataCompressor" not in head or b'header_type="UInt32"' not in head:
+    if b"vtkZLibDataCompressor" not in head or b'header_type="UInt32"' not in head:
         return {}
-    data = tail[tail.index(b"_") + 1 :]
+    appended = tail[tail.index(b"_") + 1 :] if tail else b""
     found = {}
-    for tag in re.findall(rb"<DataArray[^>]*>", head):
+    for tag, inline in re.findall(rb"(<DataArray[^>]*>)\s*([A-Za-z0-9+/=]*)", head):
         told = dict(re.findall(r'(\w+)="([^"]*)"', tag.decode()))
-        if told.get("format") == "appended" and told["type"] in TYPES:
-            found[told["Name"]] = np.frombuffer(blocks_at(data, int(told["offset"])), TYPES[told["type"]])
+        if told.get("format") not in ("binary", "appended") or told["type"] not in TYPES:
+            continue
+        data, offset = (inline, 0) if told["format"] == "binary" else (appended, int(told["offset"]))
+        if data:
+            found[told["Name"]] = np.frombuffer(blocks_at(data, offset), TYPES[told["type"]])
     return found
 
 
