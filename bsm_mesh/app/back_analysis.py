@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ from bsm_mesh.app.build_mesh import stdout_to_stderr
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.app.varied import Varied
+from bsm_mesh.app.units import typed
+from bsm_mesh.app.variation import Variation
 from bsm_mesh.safety.measurements import BackAnalysis, Measured, back_analysis
 
 EXIT_DONE, EXIT_NOT_FOUND = 0, 3
@@ -20,21 +22,22 @@ def analyse_back(
     path: Path,
     told: Progress,
     *,
-    vary: tuple[str, float, float],
+    vary: tuple[str, str, str],
     measured: tuple[tuple[float, float, str, float, float], ...],
     as_json: bool,
     scripts: bool,
     **asked: Any,
 ) -> int:
     """Find the value, print it, and return the exit code: 3 where none in the range gives what was measured."""
-    name, good, bad = vary
+    name = vary[0]
     rows = [Measured(point=(x, y), component=part, movement=m, deviation=d) for x, y, part, m, d in measured]  # type: ignore[arg-type]
     with told as progress, stdout_to_stderr():
-        varied = Varied(path, name, scripts=scripts)
-        loaded = varied.given()
-        found = back_analysis(
-            varied, good, bad, rows, options=loaded.options, quantity=name, report=progress.report, **asked
-        )
+        variation = Variation(path, scripts=scripts)
+        good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
+        loaded = variation.model({})
+        asked |= {"options": loaded.options, "quantity": name, "unit": variation.unit(name)}
+        at = partial(variation.with_value, name)
+        found = back_analysis(at, good, bad, rows, report=progress.report, **asked)
     if as_json:
         say_json(told_of(found))
     else:
@@ -60,6 +63,7 @@ def told_of(found: BackAnalysis) -> dict[str, Any]:
     """Return the answer as JSON holds it."""
     return {
         "quantity": found.quantity,
+        "unit": found.unit,
         "value": found.value,
         "deviation": found.deviation,
         "estimates": [

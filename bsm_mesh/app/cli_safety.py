@@ -14,7 +14,7 @@ from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argu
 vary_option = partial(
     click.option,
     "--vary",
-    type=(str, float, float),
+    type=(str, str, str),
     metavar="KEY GOOD BAD",
 )
 search_options = (
@@ -46,7 +46,7 @@ def _search_options(command: Any) -> Any:
     show_default=True,
     help="Reduced as the stage begins; once it has come to rest; in all stages before as well.",
 )
-@vary_option(help="Find the limit of this number instead: stable at GOOD, failing towards BAD.")
+@vary_option(help="Find the limit of this number instead: stable at GOOD, failing towards BAD, with units or without.")
 @click.option(
     "--movement",
     type=float,
@@ -67,8 +67,8 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     analysis gives an upper bound with proof first. A trial without a verdict is never counted as a failure. Exit code
     3 where such trials keep the bracket open.
 
-    --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), or load.N.factor, water.rise,
-    tilt.left, tilt.right.
+    --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), or load.N.factor,
+    stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right: what a study varies too. Values may have units.
     """
     from bsm_mesh.app.progress import Progress
     from bsm_mesh.app.safety import ask_safety

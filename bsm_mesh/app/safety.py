@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ from bsm_mesh.app.safety_files import write_safety
 from bsm_mesh.app.safety_text import answer_rows, spread_rows, told_of
 from bsm_mesh.app.tables import print_table
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.app.varied import Varied
+from bsm_mesh.app.units import typed
+from bsm_mesh.app.variation import Variation
 from bsm_mesh.errors import ModelError, placed
 from bsm_mesh.safety.answer import Safety
 from bsm_mesh.safety.criterion import Failure
@@ -34,7 +36,7 @@ def ask_safety(
     output: Path | None,
     told: Progress,
     *,
-    vary: tuple[str, float, float] | None,
+    vary: tuple[str, str, str] | None,
     movement: float,
     as_json: bool,
     scripts: bool,
@@ -51,8 +53,9 @@ def ask_safety(
             loaded = load_model_file(path, progress.report, scripts=scripts)
         else:
             _refuse_reductions(asked)
-            varied = Varied(path, vary[0], scripts=scripts)
-            loaded = varied.given()
+            variation, name = Variation(path, scripts=scripts), vary[0]
+            good, bad = variation.ends(name, [typed(word) for word in vary[1:]])
+            loaded = variation.model({})
         folder = output or safety_folder(loaded)
         added = AddedFiles(folder)  # refused before anything is solved
         common |= {"options": loaded.options, "failure": failure, "report": progress.report}
@@ -60,7 +63,8 @@ def ask_safety(
             with placed(path.name):
                 answer = factor_of_safety(loaded.model, **common, **asked)
         else:
-            answer = limit_value(varied, *vary[1:], quantity=vary[0], **common)
+            at, unit = partial(variation.with_value, name), variation.unit(name)
+            answer = limit_value(at, good, bad, quantity=name, unit=unit, **common)
         progress.report(f"writing {folder}")
         files = write_safety(answer, failure, loaded, added)
     if as_json:

@@ -17,7 +17,7 @@ from bsm_mesh.arrays import FloatArray, IntArray
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
-from bsm_mesh.safety.answer import Safety
+from bsm_mesh.safety.answer import Safety, with_unit
 from bsm_mesh.safety.bracket import Verdict
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def draw_movement(safety: Safety, limit_of_movement: float, title: str, path: Pa
         axes.axvline(safety.limit.factor, color="black", linestyle="--", linewidth=1, label="bound by limit analysis")
     axes.axhline(limit_of_movement, color="#777777", linestyle=":", label="counts as failure from here on")
     axes.set_yscale("log")
-    axes.set_xlabel(safety.quantity, parse_math=False)
+    axes.set_xlabel(f"{safety.quantity} [{safety.unit}]" if safety.unit else safety.quantity, parse_math=False)
     axes.set_ylabel("greatest movement of a block over its size")
     axes.legend(fontsize=8, frameon=False)
     entitle(figure, title)
@@ -66,12 +66,12 @@ def draw_mechanism(safety: Safety, title: str, path: Path) -> None:
     sheets = []
     if good is not None and good in safety.states:
         sheet = new_sheet(_scene(safety.states[good]), figure, (1, 2, 1))
-        sheets.append((sheet, f"last stable, {good:.4g}: {draw_state(sheet) or 'no joints'}"))
+        sheets.append((sheet, f"last stable, {with_unit(good, safety.unit)}: {draw_state(sheet) or 'no joints'}"))
     if bad is not None and bad in safety.states:
         fails = np.zeros(0, dtype=np.int32) if safety.mechanism is None else safety.mechanism.blocks
         sheet, factor = _draw_failure(_scene(safety.states[bad]), fails, figure)
         shown = f", drawn {factor:.2g} times as far" if factor > 1.05 else ""
-        sheets.append((sheet, f"first unstable, {bad:.4g}: where the blocks go{shown}"))
+        sheets.append((sheet, f"first unstable, {with_unit(bad, safety.unit)}: where the blocks go{shown}"))
     for sheet, caption in sheets:
         sheet.axes.set_title(caption, loc="left", fontsize=10, color=TEXT, parse_math=False)
     add_key(figure, [line for sheet, _ in sheets for line in sheet.key])

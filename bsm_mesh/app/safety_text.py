@@ -8,11 +8,11 @@ from typing import Any
 
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.errors import numbered, place
-from bsm_mesh.safety.answer import Safety
+from bsm_mesh.safety.answer import Safety, with_unit
 
 
-def _value(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
+def _value(value: float | None, unit: str = "") -> str:
+    return "-" if value is None else with_unit(value, unit)
 
 
 def answer_rows(answer: Safety) -> list[tuple[str, str]]:
@@ -22,10 +22,11 @@ def answer_rows(answer: Safety) -> list[tuple[str, str]]:
 
 def rows_of(told: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return an answer as JSON holds it (`told_of`) in rows for a reader."""
+    unit = told.get("unit", "")
     rows = [
-        (f"{told['quantity']}: last stable", _value(told["stable"])),
-        ("first unstable", _value(told["unstable"])),
-        ("undecided between", ", ".join(f"{value:.4g}" for value in told["undecided"]) or "none"),
+        (f"{told['quantity']}: last stable", _value(told["stable"], unit)),
+        ("first unstable", _value(told["unstable"], unit)),
+        ("undecided between", ", ".join(_value(value, unit) for value in told["undecided"]) or "none"),
         ("limit analysis", told["limit_analysis"]["text"]),
     ]
     fails = told["mechanism"]
@@ -58,6 +59,7 @@ def told_of(answer: Safety) -> dict[str, Any]:
     fails = answer.mechanism
     return {
         "quantity": answer.quantity,
+        "unit": answer.unit,
         "stable": answer.stable,
         "unstable": answer.unstable,
         "undecided": list(answer.undecided),

@@ -12,12 +12,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import ConfigDict, Field, ValidationError
 
+from bsm_mesh.app.keys import key_parts
 from bsm_mesh.app.mesh_tables import PathText, Table
 from bsm_mesh.app.model_file import read_toml, sentences
 from bsm_mesh.app.model_tables import ReportTable
 from bsm_mesh.app.reach import Reach
-from bsm_mesh.app.units import In, in_unit
-from bsm_mesh.app.variation import Variation, key_parts
+from bsm_mesh.app.units import In, number_of
+from bsm_mesh.app.variation import Variation
 from bsm_mesh.errors import ModelError, counted, placed, raise_faults
 from bsm_mesh.model.quantities import DISPLACEMENT_LIMIT, Quantity
 from bsm_mesh.studies.distributions import Distribution
@@ -229,15 +230,11 @@ def _number(value: Number | None, name: str, quantity: Quantity | None) -> float
     """Return a number of the study file in the unit of its key."""
     if value is None:
         return None
-    if quantity is None and isinstance(value, str):
-        raise ModelError(f'{name} = "{value}": needs a plain number here, without quotes, in SI units')
     try:
-        number = float(value) if quantity is None else in_unit(value, quantity)
+        return number_of(value, quantity)
     except ValueError as error:
-        raise ModelError(f'{name} = "{value}": {error}') from None
-    if not np.isfinite(number):
-        raise ModelError(f"{name} = {value}: is no finite number")
-    return number
+        shown = f'"{value}"' if isinstance(value, str) else value
+        raise ModelError(f"{name} = {shown}: {error}") from None
 
 
 def _listed(values: list[Number], quantity: Quantity | None) -> Iterator[Value]:

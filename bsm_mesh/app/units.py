@@ -76,6 +76,30 @@ def in_unit(value: float | str, quantity: Quantity) -> float:
     return _from_text(value, quantity.unit, f"give {quantity.unit}, for example {quantity.example}")
 
 
+def number_of(value: float | str, quantity: Quantity | None) -> float:
+    """Return a number that a key takes, in the key's unit, whatever its range; of keys of no one kind a plain number.
+
+    Raises
+    ------
+    ValueError
+        If a text cannot be read or has another dimension, or the number is not finite.
+    """
+    if quantity is None and isinstance(value, str):
+        raise ValueError("needs a plain number here, without quotes, in SI units")
+    number = float(value) if quantity is None else in_unit(value, quantity)
+    if not math.isfinite(number):
+        raise ValueError("is no finite number")
+    return number
+
+
+def typed(word: str) -> float | str:
+    """Return a word of a command line as a file would hold it: a number, or a text such as ``20 kPa``."""
+    try:
+        return float(word)
+    except ValueError:
+        return word
+
+
 def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
@@ -145,6 +169,13 @@ def schema_of(quantity: Quantity) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True, slots=True)
+class Each:
+    """What every entry of a list is a number of."""
+
+    quantity: Quantity
+
+
 def pair(quantity: Quantity) -> Any:
     """Return the pydantic type of a pair such as a point [x, y]."""
 
@@ -157,6 +188,7 @@ def pair(quantity: Quantity) -> Any:
         Any,
         PlainValidator(read),
         WithJsonSchema({"type": "array", "items": schema_of(quantity), "minItems": 2, "maxItems": 2}),
+        Each(quantity),
     ]
 
 
@@ -185,6 +217,7 @@ LinearStressPair = Annotated[
     Any,
     PlainValidator(_linear_stress_pair),
     WithJsonSchema({"type": "array", "items": _linear_schema(), "minItems": 2, "maxItems": 2}),
+    Each(STRESS),
 ]
 
 

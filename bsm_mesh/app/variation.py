@@ -1,39 +1,44 @@
-"""A model file with other values of some of its keys: read once, meshed once, built for every set of values."""
+"""A model file with other values of some of its numbers: read once, meshed once, built for every set of values.
+
+What can be varied, and how a value is given, is said here for every command: `study`, `safety --vary`, `back-analysis`.
+"""
 
 from __future__ import annotations
 
 import copy
 import hashlib
 import json
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bsm_mesh.app.build import LoadedModel, build_model
 from bsm_mesh.app.build_marks import places_in
 from bsm_mesh.app.build_mesh import geometry_faults, read_blocks
-from bsm_mesh.app.mesh_tables import Table
+from bsm_mesh.app.keys import PARTS, entry_number, key_parts, put, quantity_in
 from bsm_mesh.app.model_file import read_toml, validated
 from bsm_mesh.app.model_tables import ModelFile
 from bsm_mesh.app.reach import Reach
-from bsm_mesh.app.units import In
-from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.app.units import convert, number_of
+from bsm_mesh.errors import ModelError, nearest, placed, raise_faults
 from bsm_mesh.model.blocks import Blocks
+from bsm_mesh.model.changes import NAMES, Change, change_of
+from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import Quantity
 
 if TYPE_CHECKING:
     from bsm_mesh.converters import MeshReport
 
-PART = re.compile(r'"([^"]+)"|([^."]+)')
 NOT_OF_BLOCKS = ("default_joint", "contact_points", "allow_unused")  # keys of [mesh] that leave the blocks as they are
 
 
 class Variation:
-    """A model file whose keys take other values.
+    """A model file whose numbers take other values.
+
+    Their names are keys of the file, or those of numbers that no key holds (`bsm_mesh.model.changes`).
 
     A key is the way to it: ``joint.J1.friction``, ``gravity.direction``, ``mesh.parameters.seed``. Of what may stand
     more than once the number from 1, or the name, says which: ``load.1.pressure``, ``stage.crown.pressure``; so does
@@ -85,12 +90,35 @@ class Variation:
         ModelError
             With every key that is not known and every value that is wrong, and for faults of the model as a whole.
         """
-        content = self._with(values)
-        return build_model(validated(content, self.path.name), self.path, self._reach, mesher=self._read_blocks)
+        changes = _changes(values)
+        content = self._with({key: value for key, value in values.items() if key not in changes})
+        loaded = build_model(validated(content, self.path.name), self.path, self._reach, mesher=self._read_blocks)
+        model = loaded.model
+        for name, change in changes.items():
+            value = values[name]
+            with placed(f"{name} = {value}"):
+                model = change.apply(model, convert(value, change.quantity))
+        return replace(loaded, model=model)
+
+    def with_value(self, name: str, value: float) -> Model:
+        """Return the model with a value of one number: by `functools.partial` what a search takes, picklable."""
+        return self.model({name: value}).model
 
     def check(self, keys: Sequence[str]) -> None:
-        """Raise a `ModelError` for the keys that the model file cannot have."""
-        self._with(dict.fromkeys(keys, 0))
+        """Raise a `ModelError` for the numbers that the model cannot have."""
+        changes = _changes(keys)
+        try:
+            self._with(dict.fromkeys((key for key in keys if key not in changes), 0))
+        except ModelError as error:
+            raise ModelError(
+                [f"{fault}; beside keys of the file there are {NAMES}" for fault in error.faults]
+            ) from None
+        if changes:
+            self.model({key: change.neutral for key, change in changes.items()})
+        self._check_parameters(keys)
+
+    def _check_parameters(self, keys: Sequence[str]) -> None:
+        """Raise for parameters that the geometry does not have."""
         given = [key_parts(key)[2] for key in keys if key.startswith("mesh.parameters.") and len(key_parts(key)) > 2]
         if not given or self.file.mesh.geometry is None:
             return
@@ -109,14 +137,45 @@ class Variation:
             )
 
     def quantity(self, key: str) -> Quantity | None:
-        """Return what kind of number a key holds; None where it holds something else, or several kinds.
+        """Return what kind of number a name stands for; None where a key holds something else, or several kinds.
 
         Raises
         ------
         ModelError
             If the model file cannot have the key.
         """
-        return _quantity_in(_put(copy.deepcopy(self._content), key, None))
+        change = change_of(key_parts(key))
+        if change is not None:
+            return change.quantity
+        return quantity_in(put(copy.deepcopy(self._content), key, None))
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a number; empty for none."""
+        quantity = self.quantity(name)
+        return "" if quantity is None else quantity.unit
+
+    def ends(self, name: str, given: Sequence[float | str]) -> tuple[float, ...]:
+        """Return values between which a number is looked for, in its unit.
+
+        Raises
+        ------
+        ModelError
+            If the model cannot have the number, or the number no such value.
+        """
+        self.check([name])
+        quantity, found, faults = self.quantity(name), list[float](), list[str]()
+        if quantity is not None and quantity.whole:
+            raise ModelError(f"{name}: is a whole number, between two of which no limit can be looked for")
+        for value in given:
+            try:
+                found.append(number_of(value, quantity))
+            except ValueError as error:
+                faults.append(f"{name} = {value}: {error}")
+                continue
+            if quantity is not None and not quantity.holds(found[-1]):
+                faults.append(f"{name} = {value}: {quantity.rule_in_file}")
+        raise_faults(faults)
+        return tuple(found)
 
     def base(self, key: str) -> object:
         """Return the value that the file gives a key; None where it leaves the key out."""
@@ -125,7 +184,7 @@ class Variation:
             if isinstance(place, dict):
                 place = place.get(part)
             elif isinstance(place, list):
-                number = _number_of(part, place)
+                number = entry_number(part, place)
                 place = None if number is None else place[number]
             else:
                 return None
@@ -135,7 +194,7 @@ class Variation:
         content, faults = copy.deepcopy(self._content), list[str]()
         for key, value in values.items():
             try:
-                _put(content, key, value.item() if isinstance(value, np.generic) else value)
+                put(content, key, value.item() if isinstance(value, np.generic) else value)
             except ModelError as error:
                 faults.extend(f"{self.path.name}: {fault}" for fault in error.faults)
         raise_faults(faults)
@@ -152,101 +211,6 @@ class Variation:
         return self._mesh
 
 
-def key_parts(key: str) -> list[str]:
-    """Return the parts of a key.
-
-    Examples
-    --------
-    >>> key_parts('joint."J1.5".friction')
-    ['joint', 'J1.5', 'friction']
-
-    Raises
-    ------
-    ModelError
-        If it is no key.
-    """
-    found = [match[1] or match[2] for match in PART.finditer(key)]
-    if not found or not re.fullmatch(rf"(?:{PART.pattern})(?:\.(?:{PART.pattern}))*", key):
-        raise ModelError(f"'{key}' is no key; write the way to it with dots, for example joint.J1.friction")
-    return found
-
-
-def _put(content: dict[str, Any], key: str, value: object) -> Any:
-    """Put a value where a key leads to, in the content of a model file; return the type that the schema gives it."""
-    parts = key_parts(key)
-    place: Any = content
-    schema: Any = ModelFile  # the type of `place`; None where anything may stand
-    for k, part in enumerate(parts):
-        way, last = ".".join(parts[:k]) or "a model file", k == len(parts) - 1
-        if not isinstance(place, dict | list):
-            raise ModelError(f"'{key}': {way} is a value, which has no keys")
-        name: Any = _entry(place, part, way, key) if isinstance(place, list) else part
-        schema = _type_of(_bare(schema), place, part, way, key)
-        bare = _bare(schema)
-        if last and _is_table(bare):
-            raise ModelError(f"'{key}' is a table; add one of its keys{nearest(part, bare.model_fields)}")
-        if last:
-            place[name] = value
-        elif isinstance(place, dict):
-            place = place.setdefault(name, [] if get_origin(bare) is list else {})
-        else:
-            place = place[name]
-    return schema
-
-
-def _type_of(schema: Any, place: Any, part: str, way: str, key: str) -> Any:
-    """Return the type of what a part of a key holds; raise where the table has no such key."""
-    if _is_table(schema):
-        if part not in schema.model_fields:
-            raise ModelError(f"'{key}': {way} has no key '{part}'{nearest(part, schema.model_fields)}")
-        field = schema.model_fields[part]
-        return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
-    member = get_args(schema)[-1] if get_origin(schema) in (list, dict) else None
-    if isinstance(place, dict) and _is_table(member) and part not in place:
-        raise ModelError(f"'{key}': the model file has no [{way}.{part}]{nearest(part, place)}")
-    return member
-
-
-def _entry(place: list[Any], part: str, way: str, key: str) -> int:
-    """Return which entry of a list a part of a key means, from 0."""
-    number = _number_of(part, place)
-    if number is not None:
-        return number
-    names = [entry["name"] for entry in place if isinstance(entry, dict) and isinstance(entry.get("name"), str)]
-    if not place:
-        raise ModelError(f"'{key}': the model file has no {way}")
-    if names and not part.isdecimal():
-        raise ModelError(f"'{key}': no {way} has the name '{part}'{nearest(part, names)}")
-    raise ModelError(f"'{key}': write which {way} is meant by its number, 1 to {len(place)}")
-
-
-def _number_of(part: str, place: list[Any]) -> int | None:
-    """Return the place in a list of the entry of this name, or of this number from 1."""
-    named = [k for k, entry in enumerate(place) if isinstance(entry, dict) and entry.get("name") == part]
-    if named:
-        return named[0]
-    return int(part) - 1 if part.isdecimal() and 1 <= int(part) <= len(place) else None
-
-
-def _is_table(schema: Any) -> bool:
-    return isinstance(schema, type) and get_origin(schema) is None and issubclass(schema, Table)
-
-
-def _bare(annotation: Any) -> Any:
-    """Return a type without what is said of it, and without that it may be left out."""
-    if get_origin(annotation) is Annotated:
-        return _bare(get_args(annotation)[0])
-    kinds = [kind for kind in get_args(annotation) if kind is not NoneType]
-    is_optional = get_origin(annotation) in (Union, UnionType) and len(kinds) == 1
-    return _bare(kinds[0]) if is_optional else annotation
-
-
-def _quantity_in(annotation: Any) -> Quantity | None:
-    """Return what kind of number a type is of, if it is one."""
-    if get_origin(annotation) is Annotated:
-        inner, *said = get_args(annotation)
-        kinds = (one.quantity if isinstance(one, In) else one for one in said)
-        return next((kind for kind in kinds if isinstance(kind, Quantity)), None) or _quantity_in(inner)
-    if get_origin(annotation) in (Union, UnionType):
-        return next((found for part in get_args(annotation) if (found := _quantity_in(part)) is not None), None)
-    return None
+def _changes(names: Iterable[str]) -> dict[str, Change]:
+    """Return what changes those of some numbers that no key holds."""
+    return {name: change for name in names if PARTS.fullmatch(name) and (change := change_of(key_parts(name)))}

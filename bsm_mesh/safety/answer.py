@@ -81,6 +81,8 @@ class Safety:
         The brackets of other starts and of stiffer joints; none where it was not asked.
     notes : tuple of str
         What a reader should know, a sentence each.
+    unit : str
+        Unit of the quantity; empty: none.
     """
 
     quantity: str
@@ -98,6 +100,7 @@ class Safety:
     reference: float | None
     spread: tuple[tuple[str, Bracket], ...] = ()
     notes: tuple[str, ...] = ()
+    unit: str = ""
 
     def __repr__(self) -> str:
         return f"Safety: {self}"
@@ -123,12 +126,24 @@ class Safety:
         """Return the answer in a sentence."""
         if self.stable is None:
             return f"{self.quantity}: none found; no trial was stable"
+        stable = with_unit(self.stable, self.unit)
         if self.unstable is None:
-            return f"{self.quantity}: beyond {self.stable:.4g}; no trial failed"
-        text = f"{self.quantity} {self.stable:.4g}: stable there, unstable at {self.unstable:.4g}"
+            return f"{self.quantity}: beyond {stable}; no trial failed"
+        text = f"{self.quantity} {stable}: stable there, unstable at {with_unit(self.unstable, self.unit)}"
         if self.undecided:
-            text += f", undecided at {', '.join(f'{value:.4g}' for value in self.undecided)}"
+            text += f", undecided at {', '.join(with_unit(value, self.unit) for value in self.undecided)}"
         return text
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Return a value with four digits and its unit.
+
+    Examples
+    --------
+    >>> with_unit(1.2345678, ""), with_unit(20e3, "Pa")
+    ('1.235', '2e+04 Pa')
+    """
+    return f"{value:.4g} {unit}".rstrip()
 
 
 def run_options(model: Model, options: Options | None, processes: int) -> Options:

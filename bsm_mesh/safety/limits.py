@@ -11,7 +11,7 @@ from bsm_mesh.errors import ModelError
 from bsm_mesh.model.in_stage import model_up_to, stage_number
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.stages import INITIAL
-from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options
+from bsm_mesh.safety.answer import Safety, Settings, answer_of, notes_on, run_options, with_unit
 from bsm_mesh.safety.bound import Limit
 from bsm_mesh.safety.bracket import Range
 from bsm_mesh.safety.criterion import Ended, Failure
@@ -48,6 +48,7 @@ def limit_value(
     options: Options | None = None,
     stage: str | None = None,
     quantity: str = "value",
+    unit: str = "",
     tolerance: float = 0.005,
     failure: Failure | None = None,
     trials: int = 40,
@@ -68,6 +69,8 @@ def limit_value(
         The stage in question, ``initial`` for the first; None: the last.
     quantity : str
         What the number is, for words and pictures.
+    unit : str
+        Its unit, for words and pictures.
     tolerance : float
         Width of the bracket over the range.
     failure, trials, processes, report
@@ -107,8 +110,9 @@ def limit_value(
         settings.trials, settings.processes
     )
     start = f"whole runs up to stage '{name}'"
-    answer = answer_of(found, NO_BOUND, quantity, name, start, f"{quantity} from {good:g} to {bad:g}")
-    return replace(answer, notes=notes_on(found, settings))
+    changed = f"{quantity} from {with_unit(good, unit)} to {with_unit(bad, unit)}"
+    answer = answer_of(found, NO_BOUND, quantity, name, start, changed)
+    return replace(answer, unit=unit, notes=notes_on(found, settings))
 
 
 def range_of(good: float, bad: float, tolerance: float) -> Range:

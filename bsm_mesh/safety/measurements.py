@@ -18,7 +18,7 @@ from bsm_mesh.model.quantities import COORDINATE
 from bsm_mesh.model.values import Rules
 from bsm_mesh.results.movement import displacement_of
 from bsm_mesh.results.records import Status
-from bsm_mesh.safety.answer import Settings, run_options
+from bsm_mesh.safety.answer import Settings, run_options, with_unit
 from bsm_mesh.safety.bracket import Bracket, Verdict
 from bsm_mesh.safety.criterion import Ended, Failure, Judgement
 from bsm_mesh.safety.driver import Search, Trial
@@ -145,6 +145,8 @@ class BackAnalysis:
         What every measurement says.
     trials : tuple of Trial
         What was run, by value.
+    unit : str
+        Unit of the quantity; empty: none.
     """
 
     quantity: str
@@ -152,13 +154,14 @@ class BackAnalysis:
     deviation: float | None
     estimates: tuple[Estimate, ...]
     trials: tuple[Trial, ...]
+    unit: str = ""
 
     def __str__(self) -> str:
         """Return the answer in a sentence."""
         if self.value is None:
             return f"{self.quantity}: no value in the range gives what was measured"
-        scatter = f" with a standard deviation of {self.deviation:.3g}" if self.deviation else ""
-        return f"{self.quantity} = {self.value:.4g}{scatter} gives what was measured"
+        scatter = f" with a standard deviation of {self.deviation:.3g} {self.unit}".rstrip() if self.deviation else ""
+        return f"{self.quantity} = {with_unit(self.value, self.unit)}{scatter} gives what was measured"
 
 
 def back_analysis(
@@ -170,6 +173,7 @@ def back_analysis(
     options: Options | None = None,
     stage: str | None = None,
     quantity: str = "value",
+    unit: str = "",
     tolerance: float = 0.005,
     trials: int = 40,
     processes: int = 1,
@@ -182,7 +186,7 @@ def back_analysis(
 
     Parameters
     ----------
-    model_at, good, bad, options, stage, quantity, tolerance, trials, processes, report
+    model_at, good, bad, options, stage, quantity, unit, tolerance, trials, processes, report
         As in `limit_value`.
     measured : sequence of Measured
         What was measured in the stage; movements count from its start.
@@ -237,7 +241,7 @@ def back_analysis(
         )
     value, deviation = _together(estimates)
     return BackAnalysis(
-        quantity=quantity, value=value, deviation=deviation, estimates=tuple(estimates), trials=tuple(shown)
+        quantity=quantity, value=value, deviation=deviation, estimates=tuple(estimates), trials=tuple(shown), unit=unit
     )
 
 

@@ -126,11 +126,13 @@ def test_the_limit_of_a_key(given, tmp_path):
     """The block slides at a friction of 30 degrees."""
     out = tmp_path / "out"
     code, shown, _, _ = asked(
-        "safety", given, "--vary", "joint.J.friction", 40, 20, "-o", out, "-q", "--tolerance", 0.01
+        "safety", given, "--vary", "joint.J.friction", 40, "0.35 rad", "-o", out, "-q", "--tolerance", 0.01
     )
     assert code == 0
     told = json.loads((out / "safety.json").read_text(encoding="utf-8"))
-    assert told["quantity"] == "joint.J.friction"
+    assert (told["quantity"], told["unit"]) == ("joint.J.friction", "degrees")
+    assert told["changed"] == "joint.J.friction from 40 degrees to 20.05 degrees"
+    assert f"joint.J.friction {told['stable']:.4g} degrees: stable there" in " ".join(shown.split())
     assert told["unstable"] <= 30.0 <= told["stable"] <= told["unstable"] + 0.2
     assert "joint.J.friction" in shown
 
@@ -141,7 +143,10 @@ def test_the_limit_of_a_key(given, tmp_path):
         (["--vary", "joint.K.friction", 40, 20], "'joint.K.friction': the model file has no [joint.K]"),
         (["--vary", "joint.J.fricton", 40, 20], "no key 'fricton'; did you mean 'friction'"),
         (["--vary", "load.1.factor", 0, 20], "there is no [[load]] number 1"),
-        (["--vary", "tilt.left", 5, 5], "two different ends"),
+        (["--vary", "joint.J.friction", "40 kPa", 20], "joint.J.friction = 40 kPa: is in kPa, which does not convert"),
+        (["--vary", "joint.J.friction", 40, "few"], "joint.J.friction = few: not a number with a unit"),
+        (["--vary", "joint.J.friction", 95, 20], "joint.J.friction = 95.0: must be at least 0 and below 90 degrees"),
+        (["--vary", "tilt.left", 5, "5 deg"], "two different ends"),
         (["--vary", "tilt.left", 0, 5, "--spread"], "--spread belongs to strength reduction"),
     ],
 )
@@ -156,7 +161,7 @@ def test_back_analysis_by_the_command(given):
     u, v, _ = bsm.run(incline(40.0, 30.0)).stages[0].displacement[1]
     at = incline(40.0, 30.0).blocks.moments.centroid[1]
     measured = ["--measured", *at, "total", math.hypot(u, v), 0]
-    vary = ["--vary", "joint.J.shear_stiffness", 3e10, 5e9]
+    vary = ["--vary", "joint.J.shear_stiffness", "30 GPa/m", 5e9]
     code, shown, _, _ = asked("back-analysis", given, *vary, *measured, "-q", "--json")
     assert code == 0
     assert json.loads(shown)["value"] == pytest.approx(1e10, rel=0.02)

@@ -53,6 +53,21 @@ def test_texts_bear_units(study: Case) -> None:
     assert not loaded.is_drawn
 
 
+def test_what_safety_varies_a_study_varies(study: Case) -> None:
+    """Numbers that no key holds, with their units."""
+    study.write("model.toml", MODEL + "[water]\ntable = [[-1, 0.5], [3, 0.5]]\n")
+    study.write(
+        "study.toml",
+        'model = "model.toml"\nruns = 6\n[vary]\nwater.rise = {distribution = "uniform", lower = 0, upper = "40 cm"}\n'
+        'tilt.left = {values = ["0.1 rad", 3]}\nload.1.factor = {distribution = "normal", mean = 1, deviation = 0.1}\n',
+    )
+    loaded = load_study(Path("study.toml"))
+    assert all(0 <= rise <= 0.4 for rise in loaded.plan.values["water.rise"])  # type: ignore[operator]
+    assert {round(float(tilt), 3) for tilt in loaded.plan.values["tilt.left"]} == {5.73, 3.0}
+    built = loaded.variation.model(loaded.plan.of(0)).model
+    assert built.gravity_direction == -90 - float(loaded.plan.values["tilt.left"][0])
+
+
 def test_names_with_dots(study: Case) -> None:
     study.write("model.toml", MODEL.replace("[joint.J1]", '[groups]\n"joint:J1" = "joint:J.1"\n[joint."J.1"]'))
     study.write("study.toml", STUDY.replace('"joint.J1.friction"', 'joint."J.1".friction'))
@@ -68,6 +83,11 @@ def test_names_with_dots(study: Case) -> None:
         ("runs = 6", 'runs = 6\nsampling = "latin"', "did you mean 'latin_hypercube'"),
         ("runs = 6", 'runs = 6\nanswers = ["factor"]', "is not known; did you mean 'factor_of_safety'"),
         ("J1.friction", "J1.fricton", "study.toml: model.toml: 'joint.J1.fricton': joint.J1 has no key 'fricton'"),
+        (
+            '"joint.J1.friction"',
+            '"water.rise"',
+            "water.rise = 0.0: water.rise: the model has no water table",
+        ),
         ("joint.J1", "joint.J2", "the model file has no [joint.J2]; did you mean 'J1'"),
         ('"normal"', '"norml"', "[vary] joint.J1.friction: distribution 'norml' is not known; did you mean 'normal'"),
         ("mean = 35", "maen = 35", "unknown key 'maen'; did you mean 'mean'"),

@@ -172,6 +172,11 @@ def test_the_kind_of_number_of_a_key(varied: Variation) -> None:
         "load.1.pressure": "Pa",
         "stage.crown.relaxation.1": "",
         "water.joint_pressure.J1": "Pa",
+        "load.1.factor": "",
+        "stage.crown.load.1.factor": "",
+        "water.rise": "m",
+        "tilt.left": "degrees",
+        "tilt.right": "degrees",
     }
     for key, unit in units.items():
         quantity = varied.quantity(key)
@@ -179,3 +184,55 @@ def test_the_kind_of_number_of_a_key(varied: Variation) -> None:
         assert quantity.unit == unit
     assert varied.quantity("joint.J1.law") is None
     assert varied.quantity("mesh.parameters.seed") is None
+
+
+POINT_LOAD = """
+[[load]]
+block = 3
+point = [1, 1]
+force = ["1 kN/m", 0]
+"""
+
+
+def test_numbers_of_a_list_have_its_unit(case: Case) -> None:
+    case.write("model.toml", MODEL + POINT_LOAD)
+    varied = Variation(Path("model.toml"))
+    assert varied.ends("load.2.force.1", ["2 kN/m", 3.0]) == (2e3, 3.0)
+    assert varied.unit("load.2.point.2") == "m"
+
+
+def test_numbers_that_no_key_holds(case: Case) -> None:
+    """A load's factor, the rise of the water and a tilt, beside a key."""
+    case.write("model.toml", MODEL + "[water]\ntable = [[-1, 0.5], [3, 0.5]]\n" + STAGES)
+    varied = Variation(Path("model.toml"))
+    values = {"load.1.factor": 2, "water.rise": "50 cm", "tilt.right": 3.0, "joint.J1.friction": 30}
+    varied.check([*values])
+    model = varied.model(values).model
+    assert model.loads[0].pressure[0] == 2e6  # type: ignore[union-attr]
+    assert model.water is not None
+    assert model.water.table == (((-1.0, 1.0), (3.0, 1.0)),)
+    assert model.gravity_direction == -87.0
+    assert model.joints[0].law.friction == 30  # type: ignore[union-attr]
+    assert varied.with_value("tilt.left", 3.0).gravity_direction == -93.0
+    assert pickle.loads(pickle.dumps(varied)).with_value("water.rise", 0.5).water.table == model.water.table
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("load.2.factor", "load.2.factor = 1.0: there is no [[load]] number 2; there are 1"),
+        ("stage.crwn.load.1.factor", "there is no stage 'crwn'; did you mean 'crown'"),
+        ("water.rise", "the model has no water table"),
+        ("tilt.lft", "beside keys of the file there are load.N.factor"),
+        ("a..b", "is no key"),
+    ],
+)
+def test_numbers_that_the_model_does_not_have(varied: Variation, name: str, says: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        varied.check([name])
+    assert says in str(caught.value)
+
+
+def test_ends_of_a_search_are_no_whole_numbers(varied: Variation) -> None:
+    with pytest.raises(ModelError, match="is a whole number, between two of which"):
+        varied.ends("solver.max_steps", [10, 20])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -21,17 +20,45 @@ from bsm_mesh.model.loads import (
     Traction,
 )
 from bsm_mesh.model.model import Model
+from bsm_mesh.model.quantities import COORDINATE, DIRECTION, LOAD_FACTOR, Quantity
 from bsm_mesh.model.water import Water
 
-LOAD = re.compile(r"(?:stage\.(?P<stage>.+)\.)?load\.(?P<number>\d+)\.factor")
 NAMES = "load.N.factor, stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right"
 
 
-def change_of(name: str) -> Callable[[Model, float], Model] | None:
-    """Return what changes such a number of a model, picklable, or None where the name is that of a key."""
-    if found := LOAD.fullmatch(name):
-        return partial(with_load_factor, stage=found["stage"], number=int(found["number"]))
-    return {"water.rise": with_water_rise, "tilt.left": tilted_left, "tilt.right": tilted_right}.get(name)
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What changes a number of a model that no key of its file holds.
+
+    Attributes
+    ----------
+    apply : callable
+        Returns a model with a value of the number; picklable.
+    quantity : Quantity
+        What kind of number it is.
+    neutral : float
+        The value that leaves a model as it is.
+    """
+
+    apply: Callable[[Model, float], Model]
+    quantity: Quantity
+    neutral: float
+
+
+def change_of(parts: Sequence[str]) -> Change | None:
+    """Return what changes the number with a name, given as the parts between its dots; None for the key of a file."""
+    match parts:
+        case ["load", number, "factor"] if number.isdecimal():
+            return Change(partial(with_load_factor, number=int(number)), LOAD_FACTOR, 1.0)
+        case ["stage", stage, "load", number, "factor"] if number.isdecimal():
+            return Change(partial(with_load_factor, stage=stage, number=int(number)), LOAD_FACTOR, 1.0)
+        case ["water", "rise"]:
+            return Change(with_water_rise, COORDINATE, 0.0)
+        case ["tilt", "left"]:
+            return Change(tilted_left, DIRECTION, 0.0)
+        case ["tilt", "right"]:
+            return Change(tilted_right, DIRECTION, 0.0)
+    return None
 
 
 def with_load_factor(model: Model, factor: float, *, number: int, stage: str | None = None) -> Model:
