@@ -127,7 +127,7 @@ def _vertex_clusters(blocks: Blocks) -> tuple[IntArray, IntArray]:
     n = len(blocks.vertices)
     graph = coo_array((np.ones(len(ends[0])), ends), shape=(n, n))
     clusters: IntArray = connected_components(graph, directed=False)[1]
-    corner_of_a = np.concatenate([faces.start_corner_of_a, faces.end_corner_of_a])[~same]
+    corner_of_a = np.concatenate([faces.end_corner_of_a, faces.start_corner_of_a])[~same]  # a begins at the face's end
     edge = np.where(corner_of_a, np.tile(faces.edge_b, 2)[~same], np.tile(faces.edge_a, 2)[~same])
     corner = np.where(corner_of_a, one[~same], other[~same])
     place = np.unique(np.column_stack([edge, blocks.nodes[corner]]), axis=0, return_inverse=True)[1].reshape(-1)

@@ -99,19 +99,23 @@ def test_squares_that_meet_at_a_corner_in_line_share_no_length():
     assert not bsm.limit_analysis(model_of(polygons, friction=40.0)).admissible
 
 
+@pytest.mark.parametrize("plane_is", [0, 1, 2])
 @pytest.mark.parametrize("node", [False, True])
-def test_blocks_beside_each_other_on_one_face_are_no_pair(node):
+def test_blocks_beside_each_other_on_one_face_are_no_pair(node, plane_is):
     """A wedge of a bench and one of its face meet at the toe, both on one bedding plane, with a node there or without.
 
-    They touch at a point between their faces on the plane: that point carries nothing, or it would hold the slope.
+    They touch at a point between their faces on the plane: that point carries nothing, or it would hold the slope. The
+    numbers of the blocks change nothing.
     """
     toe = [(0.0, 0.0)] if node else []
     plane = [(-4.0, 1.0), (-4.0, -4.0), (4.0, -4.0), (4.0, -1.0), *toe]
     left, right = [(-4.0, 1.0), (0.0, 0.0), (-4.0, 1.6)], [(0.0, 0.0), (4.0, -1.0), (3.5, 1.0)]
-    model = model_of([np.array(polygon) for polygon in (plane, left, right)], friction=30.0)
+    polygons = [left, right]
+    polygons.insert(plane_is, plane)
+    model = model_of([np.array(polygon) for polygon in polygons], friction=30.0, fixed=(plane_is,))
     results = bsm.run(model)
-    pairs = {tuple(sorted(pair)) for pair in zip(*map(np.ndarray.tolist, _sides(results)), strict=True)}
-    assert pairs == {(0, 1), (0, 2)}
+    pairs = {frozenset(pair) for pair in zip(*map(np.ndarray.tolist, _sides(results)), strict=True)}
+    assert pairs == {frozenset((plane_is, other)) for other in range(3) if other != plane_is}
     assert bsm.limit_analysis(model).contacts.count == 4
 
 
