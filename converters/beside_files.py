@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from bsm_mesh.converters.meshes.files import refuse_unreadable
-from bsm_mesh.converters.meshes.foreign_units import LENGTHS, POUND, factor_of, unit_in
-from bsm_mesh.converters.meshes.table_rows import Rows, read_rows
 from bsm_mesh.errors import ModelError, nearest
 from bsm_mesh.model.beside import UNITS, Beside
+from bsm_mesh.named_units import ANGLES, LENGTHS, POUND, factor_of, unit_in
+from bsm_mesh.table_rows import Rows, read_rows
 
 HOLDS = "a quantity of a history at least, a row a place and stage"
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": POUND, "kip": 1e3 * POUND}
-ANGLES = {"deg": 1.0, "degrees": 1.0, "rad": math.degrees(1.0), "mrad": math.degrees(1e-3)}
 SHARES = {"%": 0.01}
 TEXTS = ("history", "stage", "source", "note")
 UNTIL = "_until"  # a column of the other ends of ranges
@@ -53,7 +51,7 @@ def read_beside(path: Path, history: str | None = None, source: str | None = Non
     """
     refuse_unreadable(path, "table")
     rows = read_rows(path, HOLDS)
-    names = [re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", name).strip().lower() for name in rows.header]
+    names = rows.names
     texts = {name: names.index(name) for name in TEXTS if name in names}
     columns = [
         _column(path, number, name, rows.header[number])
@@ -97,7 +95,7 @@ def _values(
     path: Path, rows: Rows, row: int, columns: list[Column], stage: str | None, source: str
 ) -> Iterator[Beside]:
     """Return the values of a row."""
-    place, numbers = f"{path}: row {rows.lines[row]}", dict[str, float]()
+    place, numbers = rows.place(row), dict[str, float]()
     for column in columns:
         cell = rows.cells[row][column.number]
         if not cell:

@@ -42,7 +42,8 @@ if TYPE_CHECKING:
     from bsm_mesh.geometries.shapes import band, circle, dam, horseshoe, rectangle, slope, stope, vaulted_box
     from bsm_mesh.geometries.short_sides import close_short_sides
     from bsm_mesh.geometries.spacings import Constant, Exponential, Lognormal, Normal, PowerLaw
-    from bsm_mesh.geometries.traces import read_scan_line, read_traces
+    from bsm_mesh.geometries.trace_tables import read_scan_line
+    from bsm_mesh.geometries.traces import read_traces
 
 __all__ = [
     "BlockCut",
@@ -111,7 +112,7 @@ _HOME = {
     "joint_set_in_section": "bsm_mesh.geometries.orientations",
     "joint_sets_of_scan_line": "bsm_mesh.geometries.orientations",
     "read_fractures": "bsm_mesh.geometries.fractures",
-    "read_scan_line": "bsm_mesh.geometries.traces",
+    "read_scan_line": "bsm_mesh.geometries.trace_tables",
     "read_traces": "bsm_mesh.geometries.traces",
     "Heads": "bsm_mesh.geometries.patterns",
     "Voronoi": "bsm_mesh.geometries.patterns",

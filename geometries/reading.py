@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from bsm_mesh import reading
 from bsm_mesh.errors import ModelError
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.reading import path_fault, special_fault
+
+
+@contextmanager
+def faults_of_geometry() -> Iterator[None]:
+    """Raise what is wrong with a file as a `GeometryError`."""
+    try:
+        yield
+    except ModelError as error:
+        raise GeometryError(error.faults) from error
 
 
 def as_path(name: str, value: object) -> Path:
@@ -33,7 +44,5 @@ def read_text(path: Path) -> str:
     GeometryError
         If it cannot be read, or is in another encoding.
     """
-    try:
+    with faults_of_geometry():
         return reading.read_text(path)
-    except ModelError as error:
-        raise GeometryError(error.faults) from error

@@ -1,9 +1,7 @@
-"""Traces of joints from files: CSV, GeoJSON, DXF, shapefile and GeoPackage. Scan lines from CSV."""
+"""Traces of joints from files: CSV, GeoJSON, DXF, shapefile and GeoPackage."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import warnings
@@ -16,13 +14,9 @@ from bsm_mesh.errors import MeshWarning, one_line
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.geojson import lines_of_geojson
 from bsm_mesh.geometries.joint_sets import Fault, FloatArray
-from bsm_mesh.geometries.reading import as_path, read_text
-from bsm_mesh.geometries.trace_lines import UNNAMED, TraceLines
-
-ENDS = ("x1", "y1", "x2", "y2")
-PORE_PY = dict(zip(("START_X", "START_Y", "END_X", "END_Y"), ENDS, strict=True))
-SCAN_COLUMNS = ("distance", "dip", "dip_direction", "set")
-FARTHEST = 1e12  # [m]; as for nodes of meshes
+from bsm_mesh.geometries.reading import as_path
+from bsm_mesh.geometries.trace_lines import TraceLines
+from bsm_mesh.geometries.trace_tables import FARTHEST, lines_of_csv
 
 
 def read_traces(
@@ -36,7 +30,8 @@ def read_traces(
     """Return the traces of a file, one `Fault` for each of its sets.
 
     * CSV: columns ``x1, y1, x2, y2`` and ``set``, a row a trace; or ``x, y, trace`` and ``set``, a row a point; or
-      PorePy's ``FID, START_X, START_Y, END_X, END_Y``.
+      PorePy's ``FID, START_X, START_Y, END_X, END_Y``. In any case, parted by commas, semicolons (with decimal commas)
+      or tabs, with units in brackets if need be.
     * GeoJSON: lines, also in collections; the property ``set`` (or ``name``) names the set.
     * DXF: lines, polylines with their bulges, arcs, circles, ellipses, splines, also those in inserted blocks; the
       layer names the set. Needs ezdxf.
@@ -49,7 +44,8 @@ def read_traces(
     names : mapping of str to str, optional
         Name of the joint for names of sets in the file; sets not in it are left out.
     scale : float, optional
-        The file's unit of length [m]; by default the one that the file names (the CRS), else 1 m.
+        The file's unit of length [m]; by default the one that the file names (units in the header of a CSV,
+        ``$INSUNITS`` of a DXF, the CRS), else 1 m.
     extends : bool
         Whether dead ends go on to the next joint.
     tolerance : float, optional
@@ -99,95 +95,6 @@ def _known(sets: Mapping[str, object], left_out: str) -> str:
     return f" ({'; '.join([*said, *([f'left out: {left_out}'] if left_out else [])])})" if said or left_out else ""
 
 
-def read_scan_line(path: str | os.PathLike[str]) -> list[dict[str, float | str]]:
-    """Return the rows of a CSV file with the columns ``distance, dip, dip_direction, set``.
-
-    Raises
-    ------
-    GeometryError
-        With every row that is wrong.
-    """
-    file = as_path("path", path)
-    rows: list[dict[str, float | str]] = []
-    faults: list[str] = []
-    for line, row in _csv_rows(file, SCAN_COLUMNS):
-        values = _numbers(file, line, row, SCAN_COLUMNS[:3], faults)
-        if values is None:
-            continue
-        if not 0 <= values["dip"] <= 90:
-            faults.append(f"{file}, line {line}: dip = {values['dip']:g} must be from 0 to 90 degrees")
-        if not -360 <= values["dip_direction"] <= 360:
-            faults.append(
-                f"{file}, line {line}: dip_direction = {values['dip_direction']:g} is no angle up to 360 degrees"
-            )
-        if not abs(values["distance"]) < FARTHEST:
-            faults.append(f"{file}, line {line}: distance = {values['distance']:g} must be below {FARTHEST:g} m")
-        rows.append({**values, "set": row["set"].strip()})
-    _raise_faults(faults)
-    return rows
-
-
-def _csv_rows(file: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
-    """Return the rows of a table with the line where each ends; every row has a cell for every column."""
-    table = csv.DictReader(io.StringIO(read_text(file), newline=""), skipinitialspace=True, strict=True)
-    rows, faults = [], []
-    try:
-        header = [PORE_PY.get(name.strip(" #").upper(), name.strip()) for name in table.fieldnames or ()]
-        table.fieldnames = header
-        for row in table:
-            if None in row or None in row.values():
-                faults.append(f"{file}, line {table.line_num}: has more or fewer cells than the header")
-            else:
-                rows.append((table.line_num, row))
-    except csv.Error as fault:
-        raise GeometryError(f"{file}, line {table.line_num}: is no table: {fault}") from fault
-    _raise_faults(faults)
-    if not rows:
-        raise GeometryError(f"{file}: has no rows; it needs a header and rows below it")
-    if not set(needed) <= set(header):
-        raise GeometryError(f"{file}: needs the columns {', '.join(needed)}; it has {', '.join(header)}")
-    return rows
-
-
-def _numbers(
-    file: Path, line: int, row: Mapping[str, str], names: Sequence[str], faults: list[str]
-) -> dict[str, float] | None:
-    """Return the numbers in some columns of a row; or None, with a fault for each cell that holds none."""
-    values: dict[str, float] = {}
-    for name in names:
-        try:
-            values[name] = float(row[name])
-        except ValueError:
-            values[name] = math.nan
-        if not math.isfinite(values[name]):
-            faults.append(f"{file}, line {line}: {name} = '{row[name].strip()}' is no finite number")
-    return values if all(map(math.isfinite, values.values())) else None
-
-
-def _read_csv(file: Path, scale: float | None) -> TraceLines:
-    rows = _csv_rows(file, ())
-    by_ends = set(ENDS) <= rows[0][1].keys()
-    if not by_ends:
-        rows = _csv_rows(file, ("x", "y", "trace"))
-    found = TraceLines()
-    unit = found.unit(scale, None, "")
-    faults: list[str] = []
-    traces: dict[tuple[str, str], list[tuple[float, float]]] = {}
-    for line, row in rows:
-        name = (row.get("set") or "").strip() or UNNAMED
-        values = _numbers(file, line, row, ENDS if by_ends else ("x", "y"), faults)
-        if values is None:
-            continue
-        if by_ends:
-            found.add(name, np.array(list(values.values())).reshape(2, 2), unit)
-        else:
-            traces.setdefault((name, row["trace"]), []).append((values["x"], values["y"]))
-    _raise_faults(faults)
-    for (name, _), points in traces.items():
-        found.add(name, np.array(points), unit)
-    return found
-
-
 def _refuse_wild(file: Path, found: Mapping[str, Sequence[FloatArray]]) -> None:
     """Refuse lines of fewer than two points, and coordinates that are no numbers or farther away than any rock."""
     faults = []
@@ -221,7 +128,7 @@ def _by_dxf(file: Path, scale: float | None, tolerance: float | None) -> TraceLi
 
 
 _READERS: dict[str, Callable[[Path, float | None, float | None], TraceLines]] = {
-    ".csv": lambda file, scale, _: _read_csv(file, scale),
+    ".csv": lambda file, scale, _: lines_of_csv(file, scale),
     ".geojson": lambda file, scale, _: lines_of_geojson(file, scale),
     ".json": lambda file, scale, _: lines_of_geojson(file, scale),
     ".dxf": _by_dxf,

@@ -17,12 +17,21 @@ FOR_CONVERTERS = (
     "bsm_mesh.files",
     "bsm_mesh.reading",
     "bsm_mesh.section_plane",
+    "bsm_mesh.table_rows",
+    "bsm_mesh.named_units",
     "bsm_mesh.processes",
     "bsm_mesh.signals",
     "bsm_mesh.solve.bolts",
     "bsm_mesh.geometries.physical_groups",
 )
-FOR_GEOMETRIES = ("bsm_mesh.files", "bsm_mesh.errors", "bsm_mesh.reading", "bsm_mesh.section_plane")
+FOR_GEOMETRIES = (
+    "bsm_mesh.files",
+    "bsm_mesh.errors",
+    "bsm_mesh.reading",
+    "bsm_mesh.section_plane",
+    "bsm_mesh.table_rows",
+    "bsm_mesh.named_units",
+)
 HEAVY = (
     "pint",
     "pydantic",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -17,7 +16,7 @@ from bsm_mesh.app.joint_test_pictures import Laboratory, draw_bolt, draw_closure
 from bsm_mesh.app.tables import engineering, print_table
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.app.units import convert
-from bsm_mesh.errors import ModelError, nearest
+from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.files import whole_file
 from bsm_mesh.joint_test import BoltCurve, JointCurve, closure_test, direct_shear_test, pull_bolt, shear_bolt
 from bsm_mesh.model.bolt_layout import label
@@ -25,10 +24,12 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.materials import Joint
 from bsm_mesh.model.model import Model
 from bsm_mesh.model.quantities import SHEAR_MOVEMENT, STIFFNESS, TEST_STRESS, Quantity
-from bsm_mesh.reading import refuse_special
+from bsm_mesh.named_units import LENGTHS, unit_in
+from bsm_mesh.named_units import STRESSES as STRESS_UNITS
+from bsm_mesh.table_rows import read_rows
 
 STRESSES = (0.5e6, 1e6, 2e6)  # Pa, where none are asked for
-COLUMNS = ("displacement [m]", "shear_stress [Pa]")  # of a laboratory curve
+COLUMNS = {"displacement": (LENGTHS, "m"), "shear_stress": (STRESS_UNITS, "Pa")}  # of a laboratory curve
 HEADERS = {
     "normal_stress_of_test": "normal_stress_of_test [Pa]",
     "shear_displacement": "shear_displacement [m]",
@@ -101,30 +102,24 @@ def run_joint_test(
 def read_laboratory(path: Path) -> Laboratory:
     """Return a laboratory curve from a CSV file with the columns ``displacement [m]`` and ``shear_stress [Pa]``.
 
+    Both may be in other units (mm, MPa).
+
     Raises
     ------
     ModelError
-        If it cannot be read, lacks a column, or holds no numbers.
+        If it cannot be read, lacks a column or its unit, or holds no numbers.
     """
-    refuse_special(path)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ModelError(f"{path} cannot be read as CSV: {error}") from error
-    lacking = [name for name in COLUMNS if not rows or name not in rows[0]]
-    if lacking:
-        raise ModelError(
-            f"{path}: has no column '{lacking[0]}'; a laboratory curve is a CSV file with the header "
-            f"{','.join(COLUMNS)}, in these units, and a row a reading"
-        )
-    try:
-        values = np.array([[float(row[name]) for name in COLUMNS] for row in rows])
-    except (TypeError, ValueError) as error:
-        raise ModelError(f"{path}: {error}; every row needs a number in each of {', '.join(COLUMNS)}") from error
-    if not np.isfinite(values).all():
-        raise ModelError(f"{path}: every row needs a finite number in each of {', '.join(COLUMNS)}")
-    return Laboratory(name=path.stem, displacement=values[:, 0], shear_stress=values[:, 1])
+    rows = read_rows(path, f"{' and '.join(COLUMNS)} of a reading")
+    columns, faults = rows.columns(*COLUMNS), list[str]()
+    factors = []
+    for column, (name, (units, unit)) in zip(columns, COLUMNS.items(), strict=True):
+        if not unit_in(rows.header[column]):
+            raise ModelError(f"{path}: column '{rows.header[column]}' has no unit; call it {name} [{unit}]")
+        factors.append(rows.factor(column, units, unit))
+    values = np.array([[rows.finite(k, column, faults) for column in columns] for k in range(len(rows.cells))])
+    raise_faults(faults)
+    displacement, shear_stress = (values * factors).T
+    return Laboratory(name=path.stem, displacement=displacement, shear_stress=shear_stress)
 
 
 def _joint_of(model: Model, name: str) -> Joint:

@@ -5,8 +5,6 @@ Every function takes the keys of `Bolt` that all bolts share, and numbers their 
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -20,7 +18,9 @@ from bsm_mesh.model.bolts import Bolt
 from bsm_mesh.model.quantities import BOLT_COUNT, BOLT_INTERVAL, BOLT_LENGTH, COORDINATE, DIRECTION, DISTANCE, RADIUS
 from bsm_mesh.model.supports import unit_vector
 from bsm_mesh.model.values import Rules
-from bsm_mesh.reading import as_path, read_text
+from bsm_mesh.named_units import with_unit
+from bsm_mesh.reading import as_path
+from bsm_mesh.table_rows import Rows, read_rows
 
 STRAIGHT = 1e-3  # of a curve's length: how far its points may be off a straight line
 ENDS = ("start_x", "start_y", "end_x", "end_y")
@@ -184,19 +184,21 @@ def bolts_on_curves(pieces: FloatArray, **keys: Any) -> list[Bolt]:
 
 def bolts_from_table(
     path: str | os.PathLike[str],
-    read: Callable[[str, str], float] = lambda name, text: float(text),
+    read: Callable[[str, str], float] | None = None,
     **keys: Any,
 ) -> list[Bolt]:
     """Return a bolt for every row of a CSV file with the columns start_x, start_y, end_x, end_y [m].
 
-    Further columns are keys of `Bolt` and go before those in `keys`; an empty cell is not given.
+    Further columns are keys of `Bolt` and go before those in `keys`; an empty cell is not given. A unit in brackets
+    (``diameter [mm]``) is that of every cell without one of its own.
 
     Parameters
     ----------
     path : path
         The file.
-    read : callable
-        Turns a column's name and a text into a number.
+    read : callable, optional
+        Turns a column's name and a text, a number with or without a unit, into a number in SI units. By default all
+        are in SI units without one.
     **keys
         What all bolts share; see `Bolt`.
 
@@ -206,36 +208,41 @@ def bolts_from_table(
         If the file cannot be read, with every row that is wrong.
     """
     file = as_path("bolt table", path)
-    table = csv.DictReader(io.StringIO(read_text(file), newline=""), skipinitialspace=True, strict=True)
-    try:
-        rows, header = list(table), [name.strip() for name in table.fieldnames or ()]
-    except csv.Error as error:
-        raise ModelError(f"{file}, line {table.line_num}: is no table of bolts ({error}); mend the line") from error
+    rows = read_rows(file, "start_x, start_y, end_x, end_y of a bolt")
     known = [*ENDS, *(name for name in Bolt.__dataclass_fields__ if name not in ("start", "end"))]
-    unknown = [f"{file.name}: unknown column '{n}'{nearest(n, known)}" for n in header if n not in known]
-    missing = [name for name in ENDS if name not in header]
-    if missing:
-        unknown.append(f"{file.name}: needs the column{'s' if len(missing) > 1 else ''} {', '.join(missing)}")
-    if not rows:
-        unknown.append(f"{file.name}: has no row; give a bolt a row, or leave the table out")
-    raise_faults(unknown)
+    raise_faults(
+        [
+            f"{file}: unknown column '{title}'{nearest(name, known)}"
+            for name, title in zip(rows.names, rows.header, strict=True)
+            if name not in known
+        ]
+    )
+    rows.columns(*ENDS)
+    rows.columns(*rows.names)  # none is there twice
     bolts: list[Bolt] = []
     faults: list[str] = []
-    for k, row in enumerate(rows):
+    for k in range(len(rows.cells)):
         try:
-            bolts.append(_of_row(k, row, read, keys))
+            bolts.append(_of_row(k, rows, read or _plain_number, keys))
         except (ModelError, ValueError) as error:
             told = error.faults if isinstance(error, ModelError) else (str(error),)
-            faults.extend(f"{file.name} line {k + 2}: {fault}" for fault in told)
+            faults.extend(f"{rows.place(k)}: {fault}" for fault in told)
     raise_faults(faults)
     return bolts
 
 
-def _of_row(k: int, row: Mapping[str | None, Any], read: Callable[[str, str], float], keys: Mapping[str, Any]) -> Bolt:
-    if None in row or None in row.values():
-        raise ValueError("has more or fewer cells than the header")
-    cells = {str(name).strip(): text.strip() for name, text in row.items()}
-    given = {name: text if name in TEXTS else read(name, text) for name, text in cells.items() if text}
+def _plain_number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{name} = '{text}' is no plain number; give it in SI units") from None
+
+
+def _of_row(k: int, rows: Rows, read: Callable[[str, str], float], keys: Mapping[str, Any]) -> Bolt:
+    given: dict[str, Any] = {}
+    for name, title, cell in zip(rows.names, rows.header, rows.cells[k], strict=True):
+        if cell:
+            given[name] = cell if name in TEXTS else read(name, with_unit(rows.plain(cell), title))
     lacking = [name for name in ENDS if name not in given]
     if lacking:
         raise ValueError(f"{', '.join(lacking)} must be given")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
-from bsm_mesh.converters.meshes.foreign_units import LENGTHS, STRESSES, factor_of, unit_in
 from bsm_mesh.errors import ModelError
+from bsm_mesh.named_units import LENGTHS, STRESSES, factor_of, unit_in
 
 DISPLACEMENT = ("displacement", "displacements", "totaldisplacement", "disp", "depl", "u")
 STRESS = (

@@ -13,10 +13,10 @@ import numpy as np
 
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.converters.meshes.foreign_result import ForeignResult
-from bsm_mesh.converters.meshes.foreign_units import unit_in
-from bsm_mesh.converters.meshes.table_rows import read_rows
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.edges import LongArray
+from bsm_mesh.named_units import unit_in
+from bsm_mesh.table_rows import read_rows
 
 SUFFIX = ".csv"
 NAMES = ("{}", "{}coord", "{}coordinate", "coord{}")  # of the columns of x and y, without signs
@@ -47,7 +47,7 @@ def read_table(path: Path) -> ForeignResult:
             cell = rows.cells[worst][header.index(name)]
             cure = rows.cure(cell, "leave out that row, or the column")
             raise ModelError(
-                f"{path}: column '{name}' is not all numbers: row {rows.lines[worst]} has '{cell}'; {cure}"
+                f"{path}: column '{name}' is not all numbers: line {rows.lines[worst]} has '{cell}'; {cure}"
             )
     x, y = (_coordinate(path, axis, header, numbers) for axis in "xy")
     if unit_in(x).lower() != unit_in(y).lower():

@@ -80,11 +80,14 @@ def test_a_table_that_is_written_is_read_alike(table: Path, tmp_path: Path) -> N
         ("history,u [kPa]\na,1\n", "column 'u [kPa]': unit 'kPa' is none of m, cm, mm"),
         ("history,stage\na,b\n", "no column is a quantity"),
         ("u\n1\n", "no column says of which history"),
-        ("history,u\na,x\n", "row 2: u = 'x' is no number; leave the cell empty"),
-        ('history,u\na,"1,5"\n', "row 2: u = '1,5' is no number; where commas are decimal points part columns by semi"),
-        ("history;u\na;1,5,0\n", "row 2: u = '1,5,0' is no number; leave the cell empty"),
-        ("history,u,u_until\na,,1\n", "row 2: u_until without u; a range has two ends"),
-        ("history,u\n", "holds no table; its first row names the columns, a quantity of a history at least"),
+        ("history,u\na,x\n", "line 2: u = 'x' is no number; leave the cell empty"),
+        (
+            'history,u\na,"1,500"\n',
+            "line 2: u = '1,500' is no number; where commas are decimal points part columns by semi",
+        ),
+        ("history;u\na;1,5,0\n", "line 2: u = '1,5,0' is no number; leave the cell empty"),
+        ("history,u,u_until\na,,1\n", "line 2: u_until without u; a range has two ends"),
+        ("history,u\n", "has no rows; it needs a header and rows below it (a quantity of a history at least"),
     ],
 )
 def test_a_table_at_fault_is_one_clear_message(text: str, told: str, tmp_path: Path) -> None:

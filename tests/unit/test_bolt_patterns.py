@@ -109,13 +109,16 @@ def test_table(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("start_x,start_y,end_x\n0,0,1\n", "needs the column end_y"),
-        ("start_x,start_y,end_x,end_y\n", "has no row; give a bolt a row"),
+        (
+            "start_x,start_y,end_x\n0,0,1\n",
+            "needs the columns start_x, start_y, end_x, end_y; it has start_x, start_y, end_x",
+        ),
+        ("start_x,start_y,end_x,end_y\n", "has no rows; it needs a header"),
         ("start_x,start_y,end_x,end_y,pretensoin\n0,0,1,1,2\n", "did you mean 'pretension'"),
-        ("start_x,start_y,end_x,end_y\n0,0,1,1\n0,0,x,1\n", "bolts.csv line 3"),
+        ("start_x,start_y,end_x,end_y\n0,0,1,1\n0,0,x,1\n", "bolts.csv, line 3"),
         ("start_x,start_y,end_x,end_y\n0,0,1\n", "more or fewer cells"),
         ("start_x,start_y,end_x,end_y\n0,0,,1\n", "end_x must be given"),
-        ("start_x,start_y,end_x,end_y\n0,0,0,0\n", "bolts.csv line 2: bolt: start and end are the same point"),
+        ("start_x,start_y,end_x,end_y\n0,0,0,0\n", "bolts.csv, line 2: bolt: start and end are the same point"),
     ],
 )
 def test_tables_that_are_wrong(tmp_path, text, words):

@@ -17,9 +17,9 @@ from bsm_mesh.converters.continuum.foreign_fields import FieldNames, length_fact
 from bsm_mesh.converters.continuum.outside import compare_with, stages_of
 from bsm_mesh.converters.continuum.sampled import block_averages_of, grid_of
 from bsm_mesh.converters.meshes.foreign_files import read_foreign
-from bsm_mesh.converters.meshes.foreign_units import LENGTHS, STRESSES, factor_of, unit_in
 from bsm_mesh.converters.vtk_files import read_pvd, read_vtu, sample, write_pvd
 from bsm_mesh.errors import ModelError
+from bsm_mesh.named_units import LENGTHS, STRESSES, factor_of, unit_in
 from tests.scenes.continuum import HEAVY, slab
 from tests.scenes.models import LINEAR
 from tests.scenes.small_case import Case
@@ -344,21 +344,24 @@ def test_our_own_elements_as_a_table_of_nodes(tmp_path):
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("x,y,ux\n0,0,1\n1,0\n", "row 3 has 2 columns, and the first 3"),
+        ("x,y,ux\n0,0,1\n1,0\n", "line 3: has more or fewer cells than the header .2, not 3"),
         ("node,ux\n1,2\n", r"no column is called x \(or x_coord\); it has node, ux"),
-        ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers: row 3 has 'up'"),
+        ("x,y,ux\n0,0,1\n1,up,1\n", "column 'y' is not all numbers: line 3 has 'up'"),
         ("x,y\n0,up\n1,down\n", "column 'y' is not all numbers"),
-        ("x,y,ux\n\n0,0,1\n1,0,\n", "column 'ux' is not all numbers: row 4 has ''; leave out that row"),
+        ("x,y,ux\n\n0,0,1\n1,0,\n", "column 'ux' is not all numbers: line 4 has ''; leave out that row"),
         (
-            '"x","y"\n"0","0"\n"1","0,5"\n',
-            "row 3 has '0,5'; where commas are decimal points part columns by semicolons",
+            '"x","y"\n"0","0"\n"1","1,500"\n',
+            "line 3 has '1,500'; where commas are decimal points part columns by semicolons",
         ),
-        ("x,y\n0,0\n1,0,5\n", "row 3 has 3 columns, and the first 2; where commas are decimal points"),
+        (
+            "x,y\n0,0\n1,0,5\n",
+            "line 3: has more or fewer cells than the header .3, not 2.; where commas are decimal points",
+        ),
         ("x (m),y (mm),ux\n0,0,1\n1,0,1\n", r"columns 'x \(m\)' and 'y \(mm\)' name different units"),
         ("x,y,ux\n0,0,1\n1,1,1\n2,2,1\n", "its 3 nodes span no area"),
-        ("\n", "holds no table"),
-        ("x,y,ux\n", "holds no table"),
-        ("x,y,ux\n0,0,1\n\n1,0\n", "row 4 has 2 columns"),
+        ("\n", "has no rows"),
+        ("x,y,ux\n", "has no rows"),
+        ("x,y,ux\n0,0,1\n\n1,0\n", "line 4: has more or fewer cells"),
         ("x,y,ux,ux\n0,0,1,2\n1,0,1,2\n0,1,1,2\n", "two columns are called 'ux'"),
         ("x (mm),y (m),ux\n0,0,1\n1,0,1\n0,1,1\n", r"columns 'x \(mm\)' and 'y \(m\)' name different units"),
     ],
@@ -402,7 +405,7 @@ def test_units_of_the_nodes_of_a_table(tmp_path):
         result = table(tmp_path / "rs2.csv", points / size, 1e3 * u, 1e-6 * s, header)
         check(block_averages_of(result, plane_fields(result, NONE), blocks, length_factor(result, NONE)), blocks)
     result = table(tmp_path / "rs2.csv", points, 1e3 * u, 1e-6 * s, ["x (yd)", "y (yd)", *RS2[2:]])
-    with pytest.raises(ModelError, match="coordinates: unit 'yd' is none of m, cm, mm, ft, in; give one"):
+    with pytest.raises(ModelError, match="coordinates: unit 'yd' is none of m, cm, mm, ft, in, km; give one"):
         length_factor(result, NONE)
 
 

@@ -173,9 +173,9 @@ def test_the_command_writes_tables_and_pictures(folder):
         (["--joint", "J1", "--bolt", "x"], "there is no bolt 'x'"),
         (["--joint", "J1", "--normal-stress", "1 m"], "--normal-stress '1 m'"),
         (["--joint", "J1", "--displacement", "-1"], "--displacement '-1'"),
-        (["--joint", "J1", "--laboratory", "bad.csv"], "has no column 'displacement [m]'"),
-        (["--joint", "J1", "--laboratory", "none.csv"], "none.csv cannot be read as CSV"),
-        (["--joint", "J1", "--laboratory", "words.csv"], "every row needs a number"),
+        (["--joint", "J1", "--laboratory", "bad.csv"], "needs the columns displacement, shear_stress; it has"),
+        (["--joint", "J1", "--laboratory", "none.csv"], "none.csv: cannot be read"),
+        (["--joint", "J1", "--laboratory", "words.csv"], "is no finite number"),
     ],
 )
 def test_what_cannot_be_tested_is_told(folder, monkeypatch, words, said):

@@ -39,11 +39,11 @@ def test_numbers_of_a_model_file(case: Case, old: str, new: str, says: str) -> N
 @pytest.mark.parametrize(
     ("rows", "says"),
     [
-        (b"1e200,0,1,1,a\n0,0,0,-1e200,b\n", ["bolts.csv line 2", "bolts.csv line 3"]),
-        (b"nan,0,1,1,a\n", ["bolts.csv line 2"]),
-        (b"0,0,1\n", ["bolts.csv line 2"]),
+        (b"1e200,0,1,1,a\n0,0,0,-1e200,b\n", ["bolts.csv, line 2", "bolts.csv, line 3"]),
+        (b"nan,0,1,1,a\n", ["bolts.csv, line 2"]),
+        (b"0,0,1\n", ["bolts.csv, line 2"]),
         (b"0,0,1,1,Gr\xf6\xdfe\n", ["bolts.csv, line 2: is no text in UTF-8", "save the file as UTF-8"]),
-        (b'0,0,1,1,"a\n', ["bolts.csv, line 1: is no table of bolts (unexpected end of data)"]),
+        (b'0,0,1,1,"a\n', ["is no table: unexpected end of data"]),
         (b"0,0,1,1,a\x00\n", ["bolts.csv"]),
     ],
 )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from bsm_mesh.errors import ModelError
 
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048, "in": 0.0254}
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048, "in": 0.0254, "km": 1e3}
 POUND = 4.4482216152605  # N
 STRESSES = {
     "Pa": 1.0,
@@ -25,6 +26,39 @@ STRESSES = {
 }
 
 
+ANGLES = {"deg": 1.0, "degrees": 1.0, "\N{DEGREE SIGN}": 1.0, "rad": math.degrees(1.0), "mrad": math.degrees(1e-3)}
+BRACKETS = re.compile(r"\s*[(\[]([^()\[\]]*)[)\]]\s*$")
+
+
+def without_unit(name: str) -> str:
+    """Return a name without the unit in brackets at its end.
+
+    Examples
+    --------
+    >>> without_unit("Sigma XX (MPa)"), without_unit("ux")
+    ('Sigma XX', 'ux')
+    """
+    return BRACKETS.sub("", name).strip()
+
+
+def with_unit(cell: str, title: str) -> str:
+    """Return a number with the unit that its column's title has in brackets, unless it has one of its own.
+
+    Examples
+    --------
+    >>> with_unit("25", "diameter [mm]"), with_unit("25 mm", "diameter [m]"), with_unit("25", "diameter")
+    ('25 mm', '25 mm', '25')
+    """
+    found = BRACKETS.search(title)
+    if found is None or not found[1].strip():
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return cell
+    return f"{cell} {found[1].strip()}"
+
+
 def unit_in(name: str) -> str:
     """Return the unit in brackets at the end of a name, an exponent as a plain number; empty without one.
 
@@ -33,7 +67,7 @@ def unit_in(name: str) -> str:
     >>> unit_in("Sigma XX (MPa)"), unit_in("Stress [kN/m^2]"), unit_in("ux")
     ('MPa', 'kN/m2', '')
     """
-    found = re.search(r"[(\[]([^()\[\]]*)[)\]]\s*$", name)
+    found = BRACKETS.search(name)
     return re.sub(r"[\s^]", "", found.group(1)).replace("\N{SUPERSCRIPT TWO}", "2") if found else ""
 
 
