@@ -35,7 +35,8 @@ class MeshFormat:
 
 UNV = MeshFormat("UNV (I-deas universal file)", ".unv", re.compile(rb"\s*-1[ \t]*\r?\n[ \t]*\d+[ \t]*\r?\n"))
 MSH = MeshFormat("MSH (Gmsh)", ".msh", re.compile(rb"\s*\$(MeshFormat|NOD|PhysicalNames|Comments)[ \t]*\r?\n"))
-FORMATS = (UNV, MSH)
+CGNS = MeshFormat("CGNS", ".cgns", re.compile(rb"\x89HDF\r\n\x1a\n"))
+FORMATS = (UNV, MSH, CGNS)
 
 
 def format_of(path: Path) -> MeshFormat | None:

@@ -18,8 +18,8 @@ SELF_CONTAINED = {
 def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """Return the elements and groups of a mesh file.
 
-    MSH 4.1 and Abaqus input are read here, VTU, VTP and VTK by VTK, UNV by Gmsh, everything else by meshio; these
-    three in a process of their own.
+    MSH 4.1 and Abaqus input are read here, VTU, VTP and VTK by VTK, UNV, CGNS and MSH 4.0 by Gmsh, everything else by
+    meshio; these three in a process of their own.
 
     Parameters
     ----------
@@ -33,10 +33,11 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
     """
     file = as_path("mesh", path)
     refuse_unreadable(file)
-    from bsm_mesh.converters.meshes.from_msh import is_msh41, read_msh41
+    from bsm_mesh.converters.meshes.from_msh import is_msh40, is_msh41, read_msh41
     from bsm_mesh.converters.meshes.from_vtk import SUFFIXES, read_vtk
 
-    if file.suffix.lower() == ".msh" and is_msh41(file):
+    by_gmsh = file.suffix.lower() == ".msh" and is_msh40(file)
+    if file.suffix.lower() == ".msh" and is_msh41(file) and not by_gmsh:
         return read_msh41(file)
     from bsm_mesh.converters.meshes.apart import read_apart
 
@@ -48,7 +49,7 @@ def read_cells(path: str | os.PathLike[str]) -> MeshCells:
         return read_inp(file)
     from bsm_mesh.converters.meshes import from_gmsh
 
-    if file.suffix.lower() in from_gmsh.SUFFIXES:
+    if by_gmsh or file.suffix.lower() in from_gmsh.SUFFIXES:
         return read_apart(from_gmsh.read_by_gmsh, file)
     from bsm_mesh.converters.meshes.from_meshio import read_by_meshio
 

@@ -1,17 +1,18 @@
-"""I-deas universal files (.unv), read by Gmsh: meshio does not know them."""
+"""Files that Gmsh reads: I-deas universal files (.unv), which meshio does not know, CGNS, and MSH 4.0."""
 
 from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
 
-from bsm_mesh.converters.meshes.cells import MeshCells
-from bsm_mesh.converters.meshes.content import recognised
+from bsm_mesh.converters.meshes.cells import PHYSICAL, MeshCells
+from bsm_mesh.converters.meshes.content import UNV, recognised
 from bsm_mesh.converters.meshes.from_msh import read_msh41
+from bsm_mesh.converters.meshes.known_forms import unv_groups
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import given_alone, whole_file
 
-SUFFIXES = (".unv",)
+SUFFIXES = (".unv", ".cgns")
 LIBRARY = ("gmsh",)
 
 
@@ -26,11 +27,14 @@ def read_by_gmsh(path: Path) -> MeshCells:
     ModelError
         If the content is no mesh, Gmsh is not there, or it cannot read the file.
     """
-    ending = recognised(path).ending
+    content = recognised(path)
+    given = f"given{content.ending}"
     try:
         import gmsh
     except (ImportError, OSError) as error:
-        raise ModelError(f"{path}: this format is read by Gmsh, which cannot start ({error})") from None
+        raise ModelError(
+            f"{path}: {content.name} is read by Gmsh, which cannot start ({error}); save the mesh as MSH 4.1 or VTU"
+        ) from None
     gmsh.initialize(interruptible=False, readConfigFiles=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -38,8 +42,11 @@ def read_by_gmsh(path: Path) -> MeshCells:
         gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
         gmsh.option.setNumber("Mesh.Binary", 1)
         gmsh.option.setNumber("Mesh.SaveAll", 1)
-        with given_alone({f"given{ending}": path}) as folder:
-            gmsh.merge(str(folder / f"given{ending}"))
+        with given_alone({} if content is UNV else {given: path}) as folder:
+            if content is UNV:
+                with whole_file(folder / given) as draft:
+                    draft.write_bytes(unv_groups(path.read_bytes()))
+            gmsh.merge(str(folder / given))
             with whole_file(folder / "mesh.msh") as draft:
                 gmsh.write(str(draft))
             cells = read_msh41(folder / "mesh.msh")
@@ -51,4 +58,5 @@ def read_by_gmsh(path: Path) -> MeshCells:
         raise ModelError(f"{path}: Gmsh cannot read it ({error}); it is damaged, or holds no mesh") from None
     finally:
         gmsh.finalize()
-    return dataclasses.replace(cells, source=str(path))
+    groups = [group for group in cells.groups if content is not UNV or not group.name.startswith(f"{PHYSICAL}=")]
+    return dataclasses.replace(cells, source=str(path), groups=tuple(groups))  # of UNV they are numbers of properties

@@ -15,11 +15,13 @@ import numpy.typing as npt
 
 from bsm_mesh.converters.meshes.cells import PHYSICAL, MeshCells, gather_cells
 from bsm_mesh.converters.meshes.from_msh import names_in
+from bsm_mesh.converters.meshes.known_forms import NASTRAN, in_known_form
 from bsm_mesh.converters.meshes.report import Note, NoteKind
 from bsm_mesh.converters.meshio_library import NAMES, load_meshio
-from bsm_mesh.errors import ModelError
+from bsm_mesh.errors import ModelError, counted
 
 LIBRARY = NAMES  # what `read_apart` imports before its limits hold
+PLANE = {".node": (b"2",), ".ele": (b"3", b"6")}  # coordinates, and nodes of elements, in Triangle's files
 Sets = dict[str, list[npt.NDArray[Any] | None]]
 
 
@@ -32,6 +34,7 @@ def read_by_meshio(path: Path) -> MeshCells:
         If meshio cannot read the file.
     """
     mesh, remarks = read_mesh(path)
+    _refuse_other_axes(path, mesh)
     return cells_of_meshio(mesh, str(path), remarks=remarks, physical_names=_physical_names(path))
 
 
@@ -47,8 +50,15 @@ def read_mesh(path: Path) -> tuple[Any, list[str]]:
     said = io.StringIO()
     try:
         # meshio prints its errors and then leaves the program.
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), np.errstate(all="ignore"):
-            mesh = meshio.read(path, file_format=_format(path))
+        with (
+            in_known_form(path) as known,
+            contextlib.redirect_stdout(said),
+            contextlib.redirect_stderr(said),
+            np.errstate(all="ignore"),
+        ):
+            mesh = meshio.read(known, file_format=_format(known))
+    except ModelError:
+        raise
     except ImportError as problem:
         raise ModelError(
             f"{path}: this format needs the Python package '{problem.name}'; install it (pip install {problem.name}), "
@@ -89,7 +99,10 @@ def cells_of_meshio(
         sets={**_sets(mesh), **_physical_sets(mesh, physical_names or {})},
         arrays=mesh.cell_data,
         node_sets={str(name): np.asarray(nodes, np.int64) for name, nodes in (mesh.point_sets or {}).items()},
-        notes=[Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)],
+        notes=[
+            *(Note(kind=NoteKind.READER, count=1, text=f"meshio says: {line}") for line in dict.fromkeys(remarks)),
+            *_lost_groups(mesh, physical_names or {}),
+        ],
     )
 
 
@@ -111,7 +124,24 @@ def _reason(path: Path, said: str, problem: BaseException) -> str:
         problem = ValueError("it holds bytes that are no text")
     lines = [line.strip() for line in said.splitlines() if line.strip() and "Couldn't read file" not in line]
     why = str(problem) if isinstance(problem, Exception) and str(problem) else (lines or ["no reason given"])[-1]
-    return f"meshio cannot read it ({why}); it is damaged, cut off, or of another format than its ending says"
+    if _is_of_triangle(path):
+        return (
+            "a plane mesh of Triangle: of this ending meshio reads TetGen's meshes in space alone; save it as MSH 4.1 "
+            "or VTU, or give nodes and triangles to bsm_mesh.converters.convert_mesh"
+        )
+    return (
+        f"meshio cannot read it ({why}); it is damaged, cut off, or of another kind than meshio knows of this ending; "
+        "save it as MSH 4.1 or VTU"
+    )
+
+
+def _is_of_triangle(path: Path) -> bool:
+    """Return whether a file holds plane nodes, or triangles: the second number says so."""
+    if path.suffix.lower() not in PLANE:
+        return False
+    with path.open("rb") as file:
+        words = re.sub(rb"#.*", b"", file.read(4096)).split()
+    return len(words) > 1 and words[1] in PLANE[path.suffix.lower()]
 
 
 def _sets(mesh: Any) -> Sets:
@@ -170,6 +200,29 @@ def _physical_sets(mesh: Any, names: Mapping[tuple[int, int], str]) -> Sets:
         ]
         for name, keys in tags_of.items()
     }
+
+
+def _lost_groups(mesh: Any, names: Mapping[tuple[int, int], str]) -> list[Note]:
+    """Return a note where a file has names of groups, and no element is in any: so Gmsh saves all in MSH 2."""
+    numbers = mesh.cell_data.get(PHYSICAL)
+    if not names or numbers is None or any(np.any(tags) for tags in numbers):
+        return []
+    listed = ", ".join(f"'{name}'" for name in dict.fromkeys(names.values()))
+    text = (
+        f"no element is in one of the groups of the file ({listed}): MSH 2 saved with Mesh.SaveAll = 1 does not say "
+        "which elements they have; save it without Mesh.SaveAll, or as MSH 4.1"
+    )
+    return [Note(kind=NoteKind.EMPTY_GROUP, count=len(names), text=text)]
+
+
+def _refuse_other_axes(path: Path, mesh: Any) -> None:
+    """Refuse nodes of Nastran that are given in a coordinate system of their own, which meshio leaves out."""
+    systems = np.asarray(mesh.point_data.get("nastran:ref", ()))
+    if path.suffix.lower() in NASTRAN and (count := int(np.count_nonzero(systems))):
+        raise ModelError(
+            f"{path}: {counted(count, 'node')} in a coordinate system other than the basic one (field CP of GRID), "
+            f"such as {systems[systems != 0][0]}, which is not read; write all nodes in the basic system"
+        )
 
 
 def _any_members(members: list[npt.NDArray[Any] | None]) -> bool:

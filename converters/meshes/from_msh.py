@@ -37,6 +37,7 @@ ELEMENTS = {  # Gmsh's element type: what it is, and its number of nodes
     **{gmsh: ("quad" if n == 4 else f"quad{n}", n) for gmsh, n in QUAD_NODES.items()},
 }
 HEADER = re.compile(rb"\s*\$MeshFormat\s+(\S+)\s+([01])\s+([48])[ \t]*\r?\n")
+NODES_40 = re.compile(rb"\$Nodes[ \t]*\r?\n[ \t]*\d+[ \t]+\d+[ \t]*\r?\n")  # two numbers, of 4.1 four
 Entity = tuple[int, int]  # dimension, tag
 
 
@@ -56,6 +57,13 @@ def is_msh41(path: Path) -> bool:
     with path.open("rb") as file:
         header = HEADER.match(file.read(200))
     return header is not None and header[1] in (b"4.1", b"4")
+
+
+def is_msh40(path: Path) -> bool:
+    """Return whether a file is MSH 4.0, as Gmsh wrote it in 2018; a few programs write "4" and mean 4.1."""
+    data = path.read_bytes()
+    header = HEADER.match(data)
+    return header is not None and header[1] in (b"4", b"4.0") and NODES_40.search(data) is not None
 
 
 def read_msh41(path: Path) -> MeshCells:

@@ -310,6 +310,9 @@ def _no_rock(cells: MeshCells) -> str:
     values = value_names(cells)
     names = [group.name for group in cells.groups if group.elements.size] or values
     example = f'"{names[0]}" = "rock:granite"' if names else '"*" = "rock:granite"'
+    lost = [note.text for note in cells.notes if note.kind is NoteKind.EMPTY_GROUP]
+    if lost:
+        return f"no element is in a rock; {'; '.join(lost)}; or map values under [groups] ({', '.join(values[:12])})"
     seen = "surface groups found: " + ", ".join(found) if found else "it has no named surface groups"
     if values and not found:
         seen += "; values found: " + ", ".join(values[:12])

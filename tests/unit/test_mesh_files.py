@@ -75,11 +75,6 @@ def test_gmsh_files_of_all_versions(model: Any, tmp_path: Path, version: float, 
     assert report.count(NoteKind.JOINED) == (0 if version == 4.1 else 8)  # MSH 2.2 repeats them for each group
 
 
-def test_the_version_of_2018_is_named(model: Any, tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match=r"MSH version 4\.0; open it in Gmsh and save it as version 4\.1"):
-        read_mesh(write(tmp_path / "a.msh", 4.0))
-
-
 @pytest.mark.parametrize("binary", [0, 1])
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_higher_order_meshes_are_reduced(model: Any, tmp_path: Path, order: int, binary: int) -> None:
