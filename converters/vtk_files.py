@@ -24,6 +24,7 @@ from bsm_mesh.signals import signals_held
 
 VERTEX, LINE, POLYGON = 1, 3, 7  # VTK cell types
 Compression = Literal["zlib", "lz4"]
+KINDS = ("point:", "cell:")
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 IN_ATTRIBUTES = {'"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
 
@@ -144,7 +145,7 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
     Parameters
     ----------
     content : bytes
-        What the file holds. VTK opens a file twice, and dies if it is replaced in between.
+        What the file holds.
     path : Path
         The file, for messages.
     needs : sequence of str
@@ -155,22 +156,61 @@ def grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Grid:
     ModelError
         If it is damaged, of mixed cell types or without an array that is needed.
     """
-    data = vtk_grid_of(content, path, needs=needs)
-    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from bsm_mesh.converters.grid_reader import read_arrays
 
-    types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
+    told, arrays = read_arrays(content, path)
+    types = told["types"]
     if len(types) > 1:
-        raise ModelError(f"{path}: has cells of the types {types.tolist()}; one type is needed")
-    arrays = [_arrays(attributes) for attributes in (data.GetPointData(), data.GetCellData())]
+        raise ModelError(f"{path}: has cells of the types {types}; one type is needed")
+    data = [
+        {name.removeprefix(kind): values for name, values in arrays.items() if name.startswith(kind)} for kind in KINDS
+    ]
+    if any(name not in data[1] for name in needs):
+        raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
     return Grid(
-        points=vtk_to_numpy(data.GetPoints().GetData())[:, :2].astype(np.float64),
-        offsets=vtk_to_numpy(data.GetCells().GetOffsetsArray()),
-        connectivity=vtk_to_numpy(data.GetCells().GetConnectivityArray()),
-        cell_type=int(types[0]),
-        point_data=arrays[0],
-        cell_data=arrays[1],
-        names=names_in(data),
+        points=arrays["points"],
+        offsets=arrays["offsets"],
+        connectivity=arrays["connectivity"],
+        cell_type=types[0],
+        point_data=data[0],
+        cell_data=data[1],
+        names=told["names"],
     )
+
+
+def content_of_vtu(content: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what VTK reads of a VTU file: the types of its cells and its names of numbers; its arrays by their names.
+
+    Point arrays are called ``point:NAME``, cell arrays ``cell:NAME``. `bsm_mesh.converters.grid_reader` calls this in
+    a process of its own.
+
+    Raises
+    ------
+    ValueError
+        If VTK finds a fault.
+    """
+    load_vtk()
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+    reader: Any = vtkXMLUnstructuredGridReader()
+    reader.ReadFromInputStringOn()
+    reader.SetInputString(content)
+    reader.AddObserver("ErrorEvent", lambda *_: None)  # the message says it
+    with _silent():
+        reader.Update()
+    data = reader.GetOutput()
+    if reader.GetErrorCode() or data.GetPoints() is None:
+        raise ValueError
+    types = vtk_to_numpy(data.GetDistinctCellTypesArray()) if data.GetNumberOfCells() else np.array([VERTEX])
+    arrays = {
+        "points": vtk_to_numpy(data.GetPoints().GetData())[:, :2].astype(np.float64),
+        "offsets": vtk_to_numpy(data.GetCells().GetOffsetsArray()),
+        "connectivity": vtk_to_numpy(data.GetCells().GetConnectivityArray()),
+    }
+    for kind, attributes in zip(KINDS, (data.GetPointData(), data.GetCellData()), strict=True):
+        arrays |= {f"{kind}{name}": values for name, values in _arrays(attributes).items()}
+    return {"types": types.tolist(), "names": names_in(data)}, arrays
 
 
 def names_in(data: Any) -> dict[str, int]:
@@ -188,24 +228,6 @@ def names_in(data: Any) -> dict[str, int]:
         elif array.IsNumeric() and count == 1 and ":" in name:
             names[name] = int(array.GetValue(0))
     return names
-
-
-def vtk_grid_of(content: bytes, path: Path, *, needs: Sequence[str] = ()) -> Any:
-    """Return VTK's own grid of a VTU file that was read; parameters and errors as for `grid_of`."""
-    load_vtk()
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-
-    reader: Any = vtkXMLUnstructuredGridReader()
-    reader.ReadFromInputStringOn()
-    reader.SetInputString(content)
-    reader.AddObserver("ErrorEvent", lambda *_: None)  # the message below says it
-    with _silent():
-        reader.Update()
-    data = reader.GetOutput()
-    missing = [name for name in needs if not data.GetCellData().HasArray(name)]
-    if reader.GetErrorCode() or data.GetPoints() is None or missing:
-        raise ModelError(f"{path}: not a complete VTU file of a run; run the model again")
-    return data
 
 
 def sample(grid: Grid, points: FloatArray) -> tuple[BoolArray, dict[str, FloatArray]]:
@@ -266,6 +288,8 @@ def read_pvd(path: Path) -> list[tuple[float, Path]]:
 
 def files_of(content: bytes, path: Path) -> list[tuple[float, Path]]:
     """Return the (time, file) pairs of a ParaView collection that was read."""
+    if b"<!DOCTYPE" in content.replace(b"\0", b""):  # a document type, whose entities may grow without end
+        raise ModelError(f"{path}: not a PVD file (a document type is in it)")
     try:
         root = ElementTree.fromstring(content)
         found = [(float(e.get("timestep", "0")), path.parent / e.get("file", "")) for e in root.iter("DataSet")]

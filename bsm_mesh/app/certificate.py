@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from bsm_mesh.app.verify_certificate import read_arrays
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.files import whole_file, write_text
 from bsm_mesh.results.evidence import Evidence, Proof, Witness
@@ -157,8 +158,7 @@ def _columns(prefix: str, table: Any, kind: type) -> dict[str, Any]:
 
 def read_evidence(content: bytes) -> tuple[Evidence, Proof | None]:
     """Return evidence and proof of a stage from the content of its arrays."""
-    with np.load(io.BytesIO(content), allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
+    arrays = read_arrays(io.BytesIO(content))
     told = json.loads(str(arrays["told"]))
     names = [field.name for field in fields(Evidence) if field.name in arrays]
     slid = {"slip_path": np.zeros(len(arrays["law"]))}  # schema version 3: no law asked for it

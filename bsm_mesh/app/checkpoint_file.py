@@ -13,11 +13,11 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 
 from bsm_mesh.app.own_files import CHECKPOINT
+from bsm_mesh.app.verify_certificate import read_arrays
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special
@@ -121,14 +121,16 @@ def _read(path: Path, *, whole: bool) -> tuple[dict[str, Any], list[np.ndarray]]
     try:
         if not _is_sealed(path):
             raise ModelError(f"{path} is truncated, was changed, or is no checkpoint of bsm-mesh; {CURE}")
-        with np.load(path, allow_pickle=False) as file:
-            told: Any = json.loads(file[_TEXT].tobytes())
-            if told["format"] != FORMAT:
-                raise ModelError(f"{path} has format {told['format']!s:.20}, and this bsm-mesh reads {FORMAT}; {CURE}")
-            arrays = [file[f"a{number}"] for number in range(len(file.files) - 1)] if whole else []
+        members = read_arrays(path, None if whole else (_TEXT,))
+        told: Any = json.loads(members.pop(_TEXT).tobytes())
+        if told["format"] != FORMAT:
+            raise ModelError(f"{path} has format {told['format']!s:.20}, and this bsm-mesh reads {FORMAT}; {CURE}")
+        arrays = [members[f"a{number}"] for number in range(len(members))]
     except OSError as error:
         raise ModelError(f"{path} cannot be read: {error.strerror or error}; {CURE}") from error
-    except (KeyError, TypeError, ValueError, BadZipFile) as error:
+    except ModelError:
+        raise
+    except (KeyError, RecursionError, TypeError, ValueError) as error:
         raise ModelError(f"{path} is no checkpoint of bsm-mesh ({error}); {CURE}") from error
     return told, arrays
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bsm_mesh.errors import named_stage
+from bsm_mesh.errors import ModelError, named_stage
 
 if TYPE_CHECKING:
     from bsm_mesh.app.storage import SavedResults
@@ -66,7 +66,8 @@ def frames_in(saved: SavedResults) -> list[Frame]:
 
 def _frame(time: float, file: str, stages: list[dict[str, Any]]) -> Frame:
     found = OF_A_STATE.fullmatch(file)
-    assert found is not None, file  # the summary's checksum was right
+    if found is None or int(found[1]) > len(stages):
+        raise ModelError(f"blocks.pvd names {file!a:.80}, which is no file of a run; run the model again")
     stage, step = int(found[1]), None if found[2] is None else int(found[2])
     told = stages[stage] if stage < len(stages) else {"name": "", "status": ""}
     verdict = "" if step is not None else (told.get("verdict") or told["status"]).replace("_", " ")

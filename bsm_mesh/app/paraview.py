@@ -10,7 +10,7 @@ import numpy as np
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.exaggeration import exaggeration, size_of
 from bsm_mesh.app.frames import frames_in
-from bsm_mesh.app.storage import SavedResults
+from bsm_mesh.app.storage import SavedResults, damage_told
 from bsm_mesh.files import write_text
 
 SCRIPT, TEMPLATE = "in_paraview.py", "in_paraview.py.j2"  # a paraview.py would hide ParaView's own module
@@ -28,7 +28,9 @@ def write_paraview(out: Path) -> Path:
     from jinja2 import Environment
 
     added, saved = AddedFiles(out), SavedResults(out)
-    greatest, factor, size = _movements(saved)
+    with damage_told(out):
+        greatest, factor, size = _movements(saved)
+        states = [frame.label for frame in frames_in(saved)]
     text = f"{saved.told['title'] or 'bsm-mesh'}; {'true to scale' if factor == 1 else f'movements {factor:g} times'}"
     template = resources.files("bsm_mesh.app").joinpath(TEMPLATE).read_text(encoding="utf-8")
     script = (
@@ -39,7 +41,7 @@ def write_paraview(out: Path) -> Path:
             heading=repr(text),
             folder=repr(str(out.absolute())),
             kinds=repr([kind for kind in KINDS if f"{kind}.pvd" in saved]),
-            states=repr([frame.label for frame in frames_in(saved)]),
+            states=repr(states),
             exaggeration=factor,
             greatest=greatest,
             size=size,

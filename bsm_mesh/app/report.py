@@ -15,6 +15,7 @@ from bsm_mesh.app.plot import draw_in_subprocess
 from bsm_mesh.app.report_answers import is_study, safety_beside, safety_content, study_content
 from bsm_mesh.app.report_results import content_of, picture_data
 from bsm_mesh.app.safety_files import ANSWER
+from bsm_mesh.app.storage import damage_told
 from bsm_mesh.app.terminal import say
 from bsm_mesh.errors import ModelError
 from bsm_mesh.files import write_text
@@ -66,7 +67,8 @@ def write_report(
 
     chosen = fields or ReportFields()
     added = AddedFiles(out) if not is_study(out) else None
-    content = _content(out, pictures=pictures, safety=safety)
+    with damage_told(out):
+        content = _content(out, pictures=pictures, safety=safety)
     content["fields"] = _fields(chosen, content["fields"])
     if chosen.picture is not None:
         content["overview"] = _overview(chosen.picture)

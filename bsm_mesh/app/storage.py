@@ -6,7 +6,8 @@ import hashlib
 import os
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from bsm_mesh.app.certificate import arrays_file, read_evidence
 from bsm_mesh.app.histories import with_histories
 from bsm_mesh.app.history import HISTORY, read_history
 from bsm_mesh.app.model_text import MODEL, files_of_model
-from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, run_number
+from bsm_mesh.app.own_files import OF_A_RUN, OF_A_STEP, SUMMARY, link_on_the_way, run_number
 from bsm_mesh.app.result_tables import USUAL, OutputForm
 from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.run_writer import Given, RunWriter
@@ -123,7 +124,9 @@ class SavedResults:
         faults = []
         for name, listed in self.told["files"].items():
             path = self.folder / name
-            if not path.is_file():
+            if link := link_on_the_way(self.folder, name):
+                faults.append(f"{link} is a link, and {name} would lie elsewhere; run the model again")
+            elif not path.is_file():
                 if self.finished or not OF_A_STEP.fullmatch(name):  # a run under way gives up steps that it listed
                     faults.append(special_fault(path) or f"{path}: there is no such file; run the model again")
             elif name.endswith(".vtu") and OF_A_RUN.fullmatch(name):
@@ -169,12 +172,6 @@ class SavedResults:
 
         return grid_of(self.content(name), self.folder / name, needs=needs)
 
-    def vtk_grid(self, name: str, needs: Sequence[str] = ()) -> Any:
-        """Return VTK's own grid of a VTU file."""
-        from bsm_mesh.converters.vtk_files import vtk_grid_of
-
-        return vtk_grid_of(self.content(name), self.folder / name, needs=needs)
-
     def blocks(self) -> Blocks:
         """Return the blocks of the model, those that were taken away too."""
         from bsm_mesh.converters.result_files import GIVEN_BLOCKS, blocks_of_grid, stage_file
@@ -198,6 +195,28 @@ class SavedResults:
 
 def _damaged(path: Path) -> str:
     return f"{path} is damaged, or was changed after the run; run the model again"
+
+
+@contextmanager
+def damage_told(folder: Path) -> Iterator[None]:
+    """Have whatever goes wrong with what a results folder holds be one `ModelError`.
+
+    Checksums prove that a folder is as it was written, and not by whom: its entries may be of any kind.
+    """
+    try:
+        yield
+    except ModelError:
+        raise
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        RecursionError,
+        StopIteration,
+        TypeError,
+        ValueError,
+    ) as error:
+        raise ModelError(f"{folder} is damaged ({error}); run the model again") from error
 
 
 def find_results(folder: Path) -> Path:
@@ -248,14 +267,15 @@ def load_results(folder: Path) -> Results:
             raise ModelError(f"{folder} cannot be read: {error.strerror or error}") from error
         try:
             saved.check()
-            return _load(saved)
+            with damage_told(folder):
+                results = _load(saved)
+                _refuse_strange_numbers(results, saved.folder)
+            return results
         except ModelError:
             if read_summary(find_results(folder)) == saved.told:
                 raise  # else another run has replaced them meanwhile
         except OSError as error:
             raise ModelError(f"{folder} cannot be read: {error.strerror or error}") from error
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            raise ModelError(f"{folder} is damaged ({error}); run the model again") from error
     raise ModelError(f"{folder}: its results are replaced again and again while they are read; read them later")
 
 
@@ -281,6 +301,20 @@ def _load(saved: SavedResults) -> Results:
         finished=saved.finished,
         spread=tuple(_route_end(end) for end in told.get("spread", ())),
     )
+
+
+def _refuse_strange_numbers(results: Results, folder: Path) -> None:
+    """Raise where a stage tells of blocks or joints that are not there."""
+    blocks, joints = results.blocks.count, len(results.joint_names)
+    for stage in results.stages:
+        contacts, supports = stage.contacts, stage.supports
+        of_blocks = (contacts.block_a, contacts.block_b, supports.block, stage.unstable_blocks, stage.small_blocks)
+        falls = np.array([fall.block for fall in stage.falls], dtype=np.int64)
+        numbers = [(values, 0, blocks) for values in (*of_blocks, falls)] + [(contacts.joint, -1, joints)]
+        if any(values.size and (values.min() < least or values.max() >= most) for values, least, most in numbers):
+            raise ModelError(
+                f"{folder} is damaged (stage '{stage.name}' tells of what is not there); run the model again"
+            )
 
 
 def _recorded(told: dict[str, Any]) -> Recorded:

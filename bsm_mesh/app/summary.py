@@ -15,7 +15,7 @@ import numpy as np
 
 from bsm_mesh import __version__
 from bsm_mesh.app.older_results import NEXT, brought_up
-from bsm_mesh.app.own_files import SUMMARY
+from bsm_mesh.app.own_files import SUMMARY, is_inside
 from bsm_mesh.errors import ModelError
 from bsm_mesh.results.bolts import BoltStatus
 from bsm_mesh.results.flow import FlowResult
@@ -27,17 +27,29 @@ from bsm_mesh.results.stress import extreme_stresses
 SCHEMA_VERSION = 4
 VERSIONED = ("numpy", "scipy", "numba", "vtk")
 PROGRAM = "bsm-mesh"
-NEEDED = {
-    "title",
-    "stages",
-    "joint_names",
-    "default_joint",
-    "scheme",
-    "linear_solver",
-    "tolerance",
-    "model_hash",
-    "status",
-    "files",
+NUMBER = (int, float)
+NEEDED: dict[str, tuple[type, ...]] = {
+    "title": (str,),
+    "stages": (list,),
+    "joint_names": (list,),
+    "default_joint": (str, type(None)),
+    "scheme": (str,),
+    "linear_solver": (str,),
+    "tolerance": NUMBER,
+    "model_hash": (str,),
+    "status": (str,),
+    "files": (dict,),
+}
+OF_A_STAGE: dict[str, tuple[type, ...]] = {
+    "name": (str,),
+    "status": (str,),
+    "reason": (str,),
+    "steps": (int,),
+    "start_residual": NUMBER,
+    "residual": NUMBER,
+    "reference_weight": NUMBER,
+    "unstable_blocks": (list,),
+    "notes": (list,),
 }
 
 
@@ -202,6 +214,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise ModelError(f"{folder} holds no results (no {SUMMARY}); give the output folder of a run")
     try:
         told: Any = json.loads(path.read_text(encoding="utf-8"))
+        json.dumps(told, ensure_ascii=False).encode()  # half a character can be written to no page
     except OSError as error:
         raise ModelError(f"{path} cannot be read: {error.strerror or error}") from None
     except (ValueError, RecursionError):  # no JSON, no UTF-8, a number of thousands of digits
@@ -211,8 +224,42 @@ def read_summary(folder: Path) -> dict[str, Any]:
     version = told["schema_version"]
     if not isinstance(version, int) or version not in (*NEXT, SCHEMA_VERSION):
         raise ModelError(_of_another_version(path, told))
-    if not set(told) >= NEEDED or not told["stages"]:
+    if not set(told) >= {*NEEDED} or not told["stages"]:
         raise ModelError(f"{path} is not complete; run the model again")
     if told.pop("checksum", None) != _checksum(told):
         raise ModelError(f"{path} was changed after the run; run the model again")
+    if not _is_of_a_run(told):
+        raise ModelError(f"{path} is damaged; run the model again")
     return brought_up(told)
+
+
+def _is_of_a_run(told: dict[str, Any]) -> bool:
+    """Return whether every entry is of its kind: a right checksum proves nothing else."""
+    known = {status.value for status in Status}
+    if not _are(told, NEEDED) or told["status"] not in known or not _texts(told["joint_names"]):
+        return False
+    for stage in told["stages"]:
+        if not isinstance(stage, dict) or not _are(stage, OF_A_STAGE) or stage["status"] not in known:
+            return False
+        if not isinstance(stage.get("verdict", ""), str):  # older results do not have it
+            return False
+        if stage["steps"] < 0 or not _texts(stage["notes"]) or not _numbers_of_blocks(stage["unstable_blocks"]):
+            return False
+    return all(is_inside(name) and _is_fingerprint(told) for name, told in told["files"].items())
+
+
+def _are(told: dict[str, Any], kinds: dict[str, tuple[type, ...]]) -> bool:
+    return all(isinstance(told.get(name), kind) and not isinstance(told[name], bool) for name, kind in kinds.items())
+
+
+def _texts(values: list[Any]) -> bool:
+    return all(isinstance(value, str) for value in values)
+
+
+def _numbers_of_blocks(values: list[Any]) -> bool:
+    return all(isinstance(value, int) and value >= 0 for value in values)
+
+
+def _is_fingerprint(told: Any) -> bool:
+    listed = isinstance(told, dict) and isinstance(told.get("bytes"), int) and isinstance(told.get("sha256"), str)
+    return listed and told["bytes"] >= 0

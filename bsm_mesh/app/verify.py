@@ -13,9 +13,9 @@ import numpy as np
 
 from bsm_mesh.app.certificate import CERTIFICATE, SCHEMA_VERSION, certificate, certificate_arrays
 from bsm_mesh.app.older_results import WRITTEN
-from bsm_mesh.app.storage import SavedResults
+from bsm_mesh.app.storage import SavedResults, damage_told
 from bsm_mesh.app.terminal import say, say_json
-from bsm_mesh.app.verify_certificate import check_stage
+from bsm_mesh.app.verify_certificate import check_stage, read_arrays
 from bsm_mesh.errors import ModelError, named_stage
 from bsm_mesh.results.records import StageResult
 from bsm_mesh.results.results import Results
@@ -77,14 +77,23 @@ def grounds_in(out: Path) -> tuple[Ground, ...]:
             f"{out} was written with schema version {saved.told[WRITTEN]}: its certificate is checked by the bsm-mesh "
             "that wrote it, or run the model.toml beside it again"
         )
-    told = json.loads(saved.content(CERTIFICATE))
+    told = _certificate_in(saved)
     if told.get("schema_version") != SCHEMA_VERSION:
         raise ModelError(
             f"{CERTIFICATE} in {out} has schema version {told.get('schema_version')}, and {SCHEMA_VERSION} is checked; "
             "run the model.toml beside it again"
         )
-    arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]
-    return tuple(grounds_of(results, told, arrays))
+    with damage_told(out):
+        arrays = [saved.content(stage["arrays"]) for stage in told["stages"]]
+        return tuple(grounds_of(results, told, arrays))
+
+
+def _certificate_in(saved: SavedResults) -> dict[str, Any]:
+    with damage_told(saved.folder / CERTIFICATE):
+        told: dict[str, Any] = json.loads(saved.content(CERTIFICATE))
+        if not isinstance(told, dict):
+            raise TypeError("no JSON object")
+        return told
 
 
 def grounds_of(results: Results, told: dict[str, Any], arrays: list[bytes]) -> Iterator[Ground]:
@@ -105,16 +114,15 @@ def grounds_of(results: Results, told: dict[str, Any], arrays: list[bytes]) -> I
     }:
         raise ModelError(f"{CERTIFICATE} is not of these results; run the model again")
     for stage, said, meant, content in zip(results.stages, told["stages"], expected["stages"], arrays, strict=True):
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            columns = {name: file[name] for name in file.files}
+        columns = read_arrays(io.BytesIO(content))
         text, faults = check_stage(told, said, columns)
         if said != meant or not _agree(columns, certificate_arrays(results, stage)):
             faults.append("the certificate is not of these results")
         faults += _against(results, stage)
         yield Ground(
-            stage=said["name"],
-            verdict=said["verdict"],
-            kind=said["ground"],
+            stage=meant["name"],
+            verdict=meant["verdict"],
+            kind=meant["ground"],
             holds=not faults,
             text="; ".join(faults) or text,
         )

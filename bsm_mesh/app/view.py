@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bsm_mesh.app.added_files import AddedFiles
 from bsm_mesh.app.headings import heading
-from bsm_mesh.app.storage import SavedResults
+from bsm_mesh.app.storage import SavedResults, damage_told
 from bsm_mesh.app.view_data import read_view
 from bsm_mesh.app.view_page import page_of
 from bsm_mesh.files import write_text
@@ -23,7 +23,9 @@ def write_view(out: Path) -> Path:
         If the folder holds no results, or they are damaged or too large for a page, or Bokeh is not there.
     """
     added, saved = AddedFiles(out), SavedResults(out)
-    page = page_of(read_view(saved), heading(saved.told))
+    with damage_told(out):
+        data, title = read_view(saved), heading(saved.told)
+    page = page_of(data, title)
     with added.file(VIEW) as draft:
         write_text(draft, page)
     return out / VIEW

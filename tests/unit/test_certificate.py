@@ -21,7 +21,8 @@ from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
 
 SCRIPT = Path(verify_certificate.__file__).parent
-ALONE = {"__future__", "base64", "json", "pathlib", "re", "sys", "tomllib", "typing", "zlib", "numpy"}
+ALONE = {"__future__", "base64", "collections", "json", "math", "pathlib", "re", "sys", "tomllib", "typing", "zipfile"}
+ALONE |= {"zlib", "numpy"}
 
 
 class TwoThirds:

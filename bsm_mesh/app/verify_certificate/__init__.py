@@ -5,9 +5,10 @@ docs/theory.md, section 9; what the arrays are in docs/user_guide.md. Exit code 
 not.
 """
 
+from .arrays_file import read_arrays
 from .folder import main
 from .mechanism import proved
 from .stage import check_stage
 from .strength import strength_of
 
-__all__ = ["check_stage", "main", "proved", "strength_of"]
+__all__ = ["check_stage", "main", "proved", "read_arrays", "strength_of"]

@@ -1,0 +1,198 @@
+"""VTU files read by VTK in a process of its own, which stays for the next ones and ends with this one.
+
+A results folder may come from anywhere, and VTK's reader dies of counts that are not true (signals 6 and 11). What it
+reads comes back as plain arrays, whose sizes are checked here.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bsm_mesh.errors import ModelError
+from bsm_mesh.processes import python_command
+
+SECONDS, SECONDS_A_MEGABYTE = 10.0, 1.0  # of the processor, a hundred times what VTK needs
+WAITING = 60.0  # s; more of these may pass on the wall, and four times as many: a slow disk, a busy machine
+MEMORY, MEMORY_A_BYTE = 2 << 30, 200  # [bytes]
+Content = dict[str, Any]
+
+
+class _Process:
+    """The process that reads; a new one where there is none, it has died, or belongs to a process that forked."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._running: subprocess.Popen[bytes] | None = None
+        self._owner = 0
+
+    def ask(self, content: bytes) -> tuple[Content, dict[str, npt.NDArray[Any]]] | str:
+        """Return what is read of a file's content, or of what a reader died."""
+        with self._lock:
+            reader = self._started()
+            assert reader.stdin is not None
+            assert reader.stdout is not None
+            late = threading.Timer(WAITING + 4 * _seconds(len(content)), reader.kill)
+            late.daemon = True
+            late.start()
+            try:
+                reader.stdin.write(len(content).to_bytes(8, "little"))
+                reader.stdin.write(content)
+                reader.stdin.flush()
+                return _received(reader.stdout)
+            except (OSError, EOFError):
+                code = self._ended()
+                return f"signal {-code}" if code < 0 else f"exit code {code}"
+            except BaseException:  # an interruption: what is still to come answers no later question
+                self._ended()
+                raise
+            finally:
+                late.cancel()
+
+    def close(self) -> None:
+        """End the process."""
+        with self._lock:
+            if self._running is not None and self._owner == os.getpid():
+                self._ended()
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        if self._running is None or self._owner != os.getpid() or self._running.poll() is not None:
+            self._running = subprocess.Popen(
+                python_command(__name__), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+            )
+            self._owner = os.getpid()
+        return self._running
+
+    def _ended(self) -> int:
+        reader, self._running = self._running, None
+        assert reader is not None
+        for stream in (reader.stdin, reader.stdout):
+            with suppress(OSError):
+                if stream is not None:
+                    stream.close()
+        with suppress(subprocess.TimeoutExpired):
+            return reader.wait(timeout=1.0)
+        reader.kill()
+        return reader.wait()
+
+
+_process = _Process()
+atexit.register(_process.close)
+
+
+def read_arrays(content: bytes, path: Path) -> tuple[Content, dict[str, npt.NDArray[Any]]]:
+    """Return what a VTU file says and its arrays.
+
+    Parameters
+    ----------
+    content : bytes
+        What the file holds.
+    path : Path
+        The file, for messages.
+
+    Raises
+    ------
+    ModelError
+        If it is damaged: its reader finds so, dies of it, or does not come to an end; or what it finds fits nowhere.
+    """
+    found = _process.ask(content)
+    if isinstance(found, str):
+        raise ModelError(f"{path}: not a complete VTU file of a run (its reader died of {found}); run the model again")
+    told, arrays = found
+    if "fault" in told or (misfit := _misfit(arrays)):
+        more = "" if "fault" in told else f": {misfit}"
+        raise ModelError(f"{path}: not a complete VTU file of a run{more}; run the model again")
+    return told, arrays
+
+
+def _misfit(arrays: dict[str, npt.NDArray[Any]]) -> str:
+    """Return what of the arrays does not fit together; empty where all does."""
+    points, offsets, connectivity = (arrays[name] for name in ("points", "offsets", "connectivity"))
+    rising = len(offsets) > 0 and offsets[0] == 0 and offsets[-1] == len(connectivity) and (np.diff(offsets) >= 0).all()
+    inside = not connectivity.size or (connectivity.min() >= 0 and connectivity.max() < len(points))
+    if not rising or not inside:
+        return "its cells have points that are not there"
+    counts = {"point": len(points), "cell": len(offsets) - 1}
+    short = [name for name, values in arrays.items() if ":" in name and len(values) != counts[name.partition(":")[0]]]
+    return f"the array '{short[0].partition(':')[2]}' is too long or too short" if short else ""
+
+
+def _seconds(size: int) -> int:
+    return math.ceil(SECONDS + SECONDS_A_MEGABYTE * size / 1e6)
+
+
+def _received(stream: IO[bytes]) -> tuple[Content, dict[str, npt.NDArray[Any]]]:
+    line = stream.readline()
+    if not line.endswith(b"\n"):
+        raise EOFError
+    told = json.loads(line)
+    arrays = {}
+    for name, dtype, shape in told.pop("arrays", ()):
+        array = np.empty(shape, dtype=np.dtype(dtype))
+        if array.nbytes and stream.readinto(array.reshape(-1).view(np.uint8).data) != array.nbytes:  # type: ignore[attr-defined]
+            raise EOFError
+        arrays[name] = array
+    return told, arrays
+
+
+def _sent(stream: IO[bytes], told: Content, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    listed = [(name, values.dtype.str, values.shape) for name, values in arrays.items()]
+    stream.write(json.dumps({**told, "arrays": listed}).encode() + b"\n")
+    for values in arrays.values():
+        stream.write(np.ascontiguousarray(values).reshape(-1).view(np.uint8).data)
+    stream.flush()
+
+
+def _limit(size: int) -> None:
+    """Limit what the next file may take, of `size` bytes; nothing where the system knows no limits."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+    room = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    limits = {
+        resource.RLIMIT_CORE: 0,
+        resource.RLIMIT_CPU: math.ceil(used + _seconds(size)),
+        resource.RLIMIT_AS: min(MEMORY + MEMORY_A_BYTE * size, max(1 << 30, room)),
+    }
+    for kind, most in limits.items():
+        hard = resource.getrlimit(kind)[1]
+        with suppress(OSError, ValueError):  # macOS knows no limit of address space
+            resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+
+
+def _main() -> None:
+    """Read what comes down stdin, file by file, until it is closed."""
+    from bsm_mesh.converters.vtk_files import content_of_vtu, load_vtk
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of the terminal: the process that asked ends this one
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print is no part of it
+    load_vtk()
+    while len(head := sys.stdin.buffer.read(8)) == 8:
+        size = int.from_bytes(head, "little")
+        content = sys.stdin.buffer.read(size)
+        _limit(size)
+        try:
+            told, arrays = content_of_vtu(content)
+        except Exception:  # whatever a damaged file makes VTK and NumPy raise
+            told, arrays = {"fault": True}, {}
+        _sent(answers, told, arrays)
+
+
+if __name__ == "__main__":
+    with suppress(BrokenPipeError):
+        _main()
