@@ -10,7 +10,7 @@ from bsm_mesh.app.checkpoint_file import CURE, read_checkpoint
 from bsm_mesh.app.own_files import CHECKPOINT, SUMMARY, is_lasting, read_json, run_number
 from bsm_mesh.app.results_folder import ResultsFolder
 from bsm_mesh.app.storage import load_results
-from bsm_mesh.app.summary import fingerprint, versions
+from bsm_mesh.app.summary import code_digest, fingerprint, versions
 from bsm_mesh.arrays import content_hash
 from bsm_mesh.errors import ModelError
 from bsm_mesh.model.model import Model
@@ -20,6 +20,7 @@ from bsm_mesh.solve.stages.checkpoint import Checkpoint
 
 CHANGED = {  # entries of an identity, and what it means that they differ
     "versions": "was made by other versions ({then}; here {now}), which end in other digits",
+    "code": "was made by another state of bsm-mesh's source, which may end in other digits",
     "model": "is of another model: the model file, its mesh or its script was changed since",
     "options": "is of another way to solve: [solver] or [falls] was changed since",
     "histories": "recorded other histories: [[history]] was changed since",
@@ -53,6 +54,7 @@ def identity_of(model: Model, options: Options, snapshots: str) -> dict[str, Any
     """Return what has to be the same for a run to go on and end to the last digit as if it had not been interrupted."""
     return {
         "versions": ", ".join(f"{name} {number}" for name, number in versions().items()),
+        "code": code_digest(),
         "model": model.digest,
         "options": content_hash(options),
         "histories": content_hash(model.histories),

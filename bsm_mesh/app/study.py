@@ -21,6 +21,7 @@ from bsm_mesh.app.study_folder import SUMMARY, TABLE, StudyFolder
 from bsm_mesh.app.study_pictures import draw_study
 from bsm_mesh.app.study_tables import print_study
 from bsm_mesh.app.study_work import failed, work_of
+from bsm_mesh.app.summary import code_digest
 from bsm_mesh.app.terminal import say, say_json
 from bsm_mesh.errors import ModelError, counted
 from bsm_mesh.files import write_text
@@ -92,8 +93,8 @@ def run_study(
     model = study.variation.model({}).model  # as in its file, built here so that its faults come first
     identity = _identity(study, model)
     reach = Reach(folder=path.parent, scripts=scripts)
-    folder = StudyFolder(output or reach.output(f"out/{path.stem}", "the study's folder"))
-    with folder.held(identity, study.text):
+    folder = StudyFolder(output or reach.output(f"out/{path.stem}", "the study's folder"), identity)
+    with folder.held(study.text):
         rows = folder.journal.rows()
         try:
             _run_missing(study, at_work, folder, rows, "-".join(identity.values()), report)
@@ -166,6 +167,7 @@ def _identity(study: Study, model: Model) -> dict[str, str]:
         "model_file": study.variation.digest,
         "model": model.digest,
         "version": __version__,
+        "code": code_digest(),
     }
 
 

@@ -29,6 +29,7 @@ CHANGED = {  # what of the identity can differ, in words
     "model_file": "the model file was changed",
     "model": "the model's mesh, or a file that it names, was changed",
     "version": "they were done by another version of bsm-mesh",
+    "code": "they were done by another state of bsm-mesh, or with other versions of NumPy, SciPy, Numba or VTK",
 }
 
 
@@ -40,23 +41,26 @@ class StudyFolder:
     ----------
     path : Path
         Where it is.
+    identity : mapping of str to str
+        Digests of what the runs are of.
     """
 
     path: Path
+    identity: Mapping[str, str]
 
     @property
     def journal(self) -> Journal:
         """The runs that are finished."""
-        return Journal(self.path / RUNS)
+        return Journal(self.path / RUNS, json.dumps(dict(self.identity), sort_keys=True))
 
-    def refuse_others(self, identity: Mapping[str, str]) -> None:
+    def refuse_others(self) -> None:
         """Raise `ModelError` where the folder holds another study, or what is of no study, or cannot be written to."""
         refuse_unwritable(self.path, "a study")
         for name in (RUNS, IDENTITY, PICTURES_FOLDER):
             place_in(self.path, name, itself=True)
         there = read_json(self.path / IDENTITY)
         if there:
-            differs = next((name for name in CHANGED if there.get(name) != identity[name]), None)
+            differs = next((name for name in CHANGED if there.get(name) != self.identity[name]), None)
             if differs is not None:
                 raise ModelError(
                     f"{self.path} holds the runs of another study ({CHANGED[differs]}); choose another folder with -o, "
@@ -70,13 +74,11 @@ class StudyFolder:
             )
 
     @contextmanager
-    def held(self, identity: Mapping[str, str], text: str) -> Iterator[None]:
+    def held(self, text: str) -> Iterator[None]:
         """Keep others from writing to the folder, which is this study's from now on.
 
         Parameters
         ----------
-        identity : mapping of str to str
-            Digests of what the runs are of.
         text : str
             The study file.
 
@@ -85,7 +87,7 @@ class StudyFolder:
         ModelError
             If another process writes there, and as `refuse_others` says.
         """
-        self.refuse_others(identity)
+        self.refuse_others()
         make_folder(self.path)
         lock = self.path / LOCK
         descriptor = take_lock(lock)
@@ -95,7 +97,7 @@ class StudyFolder:
             remove_abandoned(self.path)
             if not (self.path / IDENTITY).is_file():
                 write_text(self.path / STUDY, text)
-                write_text(self.path / IDENTITY, f"{json.dumps(dict(identity), indent=2)}\n", settled=True)
+                write_text(self.path / IDENTITY, f"{json.dumps(dict(self.identity), indent=2)}\n", settled=True)
                 settle(self.path)
             yield
         finally:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+import bsm_mesh
 from bsm_mesh import __version__
 from bsm_mesh.app.older_results import NEXT, brought_up
 from bsm_mesh.app.own_files import SUMMARY, is_inside
@@ -77,6 +78,21 @@ def summary(results: Results) -> dict[str, Any]:
 def versions() -> dict[str, str]:
     """Return the versions of what the digits of results depend on, and of the writer of files."""
     return {PROGRAM: __version__, **dict(_versions())}
+
+
+@cache
+def code_digest() -> str:
+    """Return a SHA-256 of the program's own source, and of the versions of what the digits of results depend on.
+
+    A checkout may be changed under one version: what was computed before is then of another program.
+    """
+    state = hashlib.sha256(repr(versions()).encode())
+    root = Path(bsm_mesh.__file__).parent
+    for folder in (root, root / "converters", root / "geometries"):  # in a checkout the last two are links
+        for path in sorted(folder.rglob("*.py")):
+            state.update(f"{path.relative_to(root)}\n".encode())
+            state.update(path.read_bytes())
+    return state.hexdigest()
 
 
 @cache

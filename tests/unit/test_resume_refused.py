@@ -77,6 +77,7 @@ CHANGES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "field": (lambda told: told["checkpoint"].update(more=1), "is no checkpoint of this program"),
     "less": (lambda told: told.pop("files"), "is no checkpoint of this program"),
     "another state": (lambda told: told.update(checkpoint=[]), "holds no state of a run"),
+    "code": (lambda told: told["identity"].update(code="0"), "another state of bsm-mesh's source"),
     "versions": (lambda told: told["identity"].update(versions="bsm-mesh 0.0"), "other versions .bsm-mesh 0.0; here"),
 }
 

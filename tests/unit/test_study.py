@@ -21,6 +21,7 @@ import psutil
 import pytest
 
 import bsm_mesh as bsm
+import bsm_mesh.app.study as app_study
 from bsm_mesh.app import study as module
 from bsm_mesh.app.study import run_study
 from bsm_mesh.app.study_file import load_study
@@ -295,6 +296,17 @@ def test_another_study_in_the_same_folder_is_refused(done: Case) -> None:
     study.write("model.toml", MODEL.replace(LOAD, ""))
     study.write("mesh.msh", msh([(0.5, 0.0), *[(x, y) for y in range(3) for x in range(3)][1:]]))
     study.refuses("study", "study.toml", "-q", says=["the model's mesh"])
+
+
+def test_changed_answers_and_changed_code_are_noticed(done: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    journal = done.folder / "out/study" / RUNS
+    before = journal.read_text()
+    journal.write_text(before.replace('"max_displacement": ', '"max_displacement": 1', 1))
+    done.refuses("study", "study.toml", "-q", says=["line 2 is not as this study wrote it", "are done again"])
+    journal.write_text(before)
+    monkeypatch.setattr(app_study, "code_digest", lambda: "0")
+    done.refuses("study", "study.toml", "-q", says=["they were done by another state of bsm-mesh"])
+    assert journal.read_text() == before
 
 
 def test_what_is_of_no_study_is_never_replaced(study: Case) -> None:

@@ -127,3 +127,24 @@ def test_a_journal_bears_torn_lines(tmp_path: Path) -> None:
     journal.add(7, {"status": "stable"})  # of two the first counts
     assert journal.rows()[7] == {"status": "unstable"}
     assert all(json.loads(line) for line in journal.path.read_text().splitlines() if line.endswith("}"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"max": 1.5', '"max": 1.4'), ('"run": 3', '"run": 9'), ('"stable"', '"unstable"'), ("}", ', "more": 1}')],
+)
+def test_a_line_that_was_changed_is_noticed(tmp_path: Path, old: str, new: str) -> None:
+    """Which one, and what to do; a line of another study, or of other code, is none of this one's either."""
+    journal = Journal(tmp_path / "runs.jsonl", "a study")
+    journal.add(1, {"status": "stable", "max": 0.1 + 0.2})
+    journal.add(3, {"status": "stable", "max": 1.5})
+    assert journal.rows()[1]["max"] == 0.1 + 0.2
+    with pytest.raises(ModelError, match=r"runs\.jsonl: line 2, 4 is not as this study wrote it; remove"):
+        Journal(tmp_path / "runs.jsonl", "another").rows()
+    before, last = journal.path.read_text().rstrip("\n").rsplit("\n", 1)
+    assert old in last
+    journal.path.write_text(f"{before}\n{last.replace(old, new, 1)}\n")
+    with pytest.raises(ModelError, match=r"runs\.jsonl: line 4 is not as this study wrote it"):
+        journal.rows()
+    journal.path.write_text(f"{before}\n")
+    assert set(journal.rows()) == {1}
