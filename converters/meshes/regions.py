@@ -36,7 +36,7 @@ def merge_regions(elements: Blocks, tolerance: float, laid: Collection[str] = ()
         Joints given by lines: of these, more than a hundredth without two blocks beside it is lost.
     """
     one, other = elements.edge_table.pairs()
-    joined = _joined(elements, one, other)
+    joined = joined_pairs(elements, one, other)
     region = components(elements.count, elements.owner[one[joined]], elements.owner[other[joined]])
     region, split = _divide(elements, one[joined], other[joined], region)
     blocks = outline_regions(elements, region, tolerance)
@@ -56,7 +56,7 @@ def outline_regions(elements: Blocks, region: LongArray, tolerance: float) -> Bl
     return _assemble(elements, chain, offsets, _corners(elements, chain, offsets, tolerance), region)
 
 
-def _joined(elements: Blocks, one: LongArray, other: LongArray) -> BoolArray:
+def joined_pairs(elements: Blocks, one: LongArray, other: LongArray) -> BoolArray:
     """Return which pairs of edges have the same block on both sides."""
     a, b = elements.owner[one], elements.owner[other]
     joined: BoolArray = (elements.edge_joint[one] < 0) & (elements.edge_joint[other] < 0)

@@ -27,6 +27,7 @@ class NoteKind(StrEnum):
     JOINED = "elements given more than once"
     NO_ROCK = "elements in no rock left out"
     OUTSIDE = "parts of lines outside the rock"
+    SNAPPED = "nodes moved onto lines"
     LOOSE = "curve pieces that bound no block"
     LOST = "joints and boundaries that are shorter than asked for"
     INTERIOR = "boundary pieces with rock on both sides"

@@ -19,7 +19,7 @@ UNUSED = {  # added to the model file, and what is said of it
     "line off the rock": (f"[joint.J2]\nalong = [[0, 7], [2, 7]]\n{JOINT}", ["joint 'J2' is used by no face"]),
     "line of another joint": (
         f"[joint.J2]\nalong = [[0, 1], [2, 1]]\n{JOINT}",
-        ["2 of 2 m of the lines of 'joint:J2'", "(near (1, 1))", "joint 'J2' is used by no face"],
+        ["2 of 2 m of the lines of 'joint:J2'", "(near (0.5, 1)", "joint 'J2' is used by no face"],
     ),
     "border": (f'[joint.J2]\nbetween = "rocks"\n{JOINT}', ["joint 'J2' lies nowhere: there is no edge between two"]),
     "traces": (
