@@ -70,6 +70,17 @@ class Portable:
         return summary_of(self)
 
 
+def rounding_of(coordinates: FloatArray) -> float:
+    """Return what computing points from coordinates, any shape, leaves: some units in the last place of the greatest.
+
+    Examples
+    --------
+    >>> rounding_of(np.array([4.5e6])) < 2e-8  # a map's northing
+    True
+    """
+    return 16 * float(np.finfo(np.float64).eps) * float(np.abs(coordinates).max(initial=0.0))
+
+
 def summary_of(owner: object) -> str:
     """Return a dataclass in at most five lines of a terminal: arrays by type and shape, long values cut off.
 

@@ -83,6 +83,8 @@ class Safety:
         What a reader should know, a sentence each.
     unit : str
         Unit of the quantity; empty: none.
+    beside : str
+        What limit analysis says, where its bound lies beyond the bracket; empty: it does not.
     """
 
     quantity: str
@@ -101,6 +103,7 @@ class Safety:
     spread: tuple[tuple[str, Bracket], ...] = ()
     notes: tuple[str, ...] = ()
     unit: str = ""
+    beside: str = ""
 
     def __repr__(self) -> str:
         return f"Safety: {self}"
@@ -132,7 +135,7 @@ class Safety:
         text = f"{self.quantity} {stable}: stable there, unstable at {with_unit(self.unstable, self.unit)}"
         if self.undecided:
             text += f", undecided at {', '.join(with_unit(value, self.unit) for value in self.undecided)}"
-        return text
+        return f"{text}; {self.beside}" if self.beside else text
 
 
 def with_unit(value: float, unit: str) -> str:

@@ -30,6 +30,8 @@ class Limit:
         That in words.
     proof : Proof or None
         With the mechanism.
+    unproved : float
+        A factor beyond which no forces were found, without a proof; infinite: there is none.
     mechanism : (n, 3) float64 or None
         Velocities of the blocks, as in `LimitAnalysis`.
     """
@@ -37,6 +39,7 @@ class Limit:
     factor: float
     text: str
     proof: Proof | None = None
+    unproved: float = math.inf
     mechanism: FloatArray | None = None
 
 
@@ -59,7 +62,8 @@ def limit_of(model: Model, reduction: Reduction, falls: Falls) -> Limit:
     except ModelError as error:
         return Limit(factor=math.inf, text=f"no bound by limit analysis: {error}")
     if math.isinf(found.beyond):  # nothing is proved: no limit, or contacts that limit analysis leaves out
-        return Limit(factor=math.inf, text=f"no bound by limit analysis: {found.proof.text}")
+        text = f"no bound by limit analysis: {found.proof.text}"
+        return Limit(factor=math.inf, text=text, unproved=found.factor or math.inf)
     text = f"beyond {found.beyond:.5g} no forces within strength balance the loads where the blocks were given"
     if found.factor == 0:
         text = "whatever the strength, no forces balance the loads where the blocks were given: they must move"

@@ -130,7 +130,7 @@ def factor_of_safety(
         others.append((text, _search(other_runs, limit, settings, report).bracket))
     notes += _on_spread(found.bracket, others)
     answer = answer_of(found, limit, "factor of safety", name, STARTS[runs.start].format(stage=name), str(reduction))
-    return replace(answer, spread=tuple(others), notes=tuple(notes))
+    return replace(answer, spread=tuple(others), notes=tuple(notes), beside=beside(found.bracket, limit, settings))
 
 
 def _search(runs: StrengthTrials, limit: Limit, settings: Settings, report: Callable[[str], None]) -> Found:
@@ -176,12 +176,29 @@ def _on_start(runs: StrengthTrials, stage: str) -> tuple[str, ...]:
 
 def _on_bound(runs: StrengthTrials, limit: Limit) -> tuple[str, ...]:
     """Say where the bound is not one of this stage."""
+    if math.isfinite(limit.unproved):
+        return (
+            f"limit analysis found no forces beyond {limit.unproved:.5g}, without a proof: failure is judged by "
+            "movement alone",
+        )
     if not runs.has_moved or math.isinf(limit.factor):
         return ()
     return (
         "blocks have moved in earlier stages: the bound by limit analysis is that of where they were given, and was "
         "not used",
     )
+
+
+def beside(bracket: Bracket, limit: Limit, settings: Settings) -> str:
+    """Return what limit analysis says where its factor differs from that of the trials by more than the tolerance."""
+    factor = min(limit.factor, limit.unproved)
+    if math.isinf(factor) or bracket.stable is None or bracket.unstable is None:
+        return ""
+    wide = 1 + settings.tolerance
+    if bracket.stable / wide <= factor <= bracket.unstable * wide:
+        return ""
+    proof = "initial geometry" if math.isfinite(limit.factor) else "initial geometry, without proof"
+    return f"upper bound by limit analysis: {factor:.4g} ({proof})"
 
 
 def _on_opening(found: Found, limit: Limit) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from bsm_mesh.converters.meshes.marks import Marks, mark
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
+from bsm_mesh.converters.meshes.straight import straightened
 from bsm_mesh.errors import MeshWarning, ModelError, listing, one_line, raise_faults
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
@@ -184,7 +185,7 @@ def _blocks_of(
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)
     rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
-    elements, block_of, bolts, loose, notes = _assemble(cells, named, outlines, rocks, merge_tolerance)
+    elements, block_of, bolts, loose, notes = _assemble(cells, named, outlines, rocks)
     if marks is not None:
         elements, more = mark(elements, marks, cells, block_of)
         notes = (*notes, *more)
@@ -192,9 +193,11 @@ def _blocks_of(
         lost = [note.text for note in notes if note.kind is NoteKind.UNNAMED_GROUP]
         raise_faults([f'{cells.source}: blocks = "regions": {text}' for text in lost])
         overlaps = elements.overlaps
-        elements, more = merge_regions(elements, merge_tolerance, () if marks is None else marks.lines)
+        elements, more = merge_regions(elements, outlines.precision, () if marks is None else marks.lines)
         vars(elements)["overlaps"] = overlaps  # none, which takes long to find out again
         notes = (*notes, *more)
+    else:
+        elements = straightened(elements, np.arange(len(elements.vertices)), outlines.precision)
     notes = (*notes, *loose_notes(loose, elements.vertices, elements.offsets))
     return elements, _report(cells, elements, bolts, notes)
 
@@ -204,7 +207,6 @@ def _assemble(
     named: NamedGroups,
     outlines: Outlines,
     rocks: Rocks,
-    tolerance: float,
 ) -> tuple[Blocks, LongArray, dict[str, FloatArray], tuple[LoosePieces, ...], tuple[Note, ...]]:
     """Return blocks of the outlines that have a rock, the block of every element, bolts, loose pieces, and notes."""
     placed = rocks.index >= 0
@@ -219,7 +221,7 @@ def _assemble(
     overlaps = find_overlaps(vertices, offsets, nodes, table)
     _refuse_overlaps(cells, block_of, overlaps)
     ends = outlines.points[outlines.pieces]
-    coverage = cover_edges(number[outlines.pieces].astype(np.int64), ends, table, vertices, offsets, tolerance)
+    coverage = cover_edges(number[outlines.pieces].astype(np.int64), ends, table, vertices, offsets, outlines.tolerance)
     joints, boundaries = (
         edges_on_curves(named.of(kind), coverage, ends) for kind in (GroupKind.JOINT, GroupKind.BOUNDARY)
     )

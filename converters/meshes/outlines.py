@@ -10,6 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.converters.meshes.repeats import first_of_equal
 from bsm_mesh.converters.meshes.report import Note, NoteKind, places
+from bsm_mesh.converters.meshes.straight import Precision
 from bsm_mesh.errors import ModelError, counted, listing
 from bsm_mesh.model.block_faults import FARTHEST
 from bsm_mesh.model.blocks import merge_points
@@ -40,6 +41,10 @@ class Outlines:
         Piece that stands for each interface element; -1 for all other elements.
     notes : tuple of Note
         What was mended or left out.
+    precision : Precision
+        Of the coordinates in the file.
+    tolerance : float [m]
+        Points nearer than this are one: the merge tolerance, or what rounding of the coordinates leaves.
     """
 
     points: FloatArray
@@ -49,6 +54,8 @@ class Outlines:
     pieces: LongArray
     piece_of: LongArray
     notes: tuple[Note, ...]
+    precision: Precision
+    tolerance: float
 
 
 def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: float) -> Outlines:
@@ -73,17 +80,19 @@ def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: fl
     """
     used = _used_nodes(cells, unit_scale)
     axes, notes = _plane_axes(cells.source, cells.points, used)
-    flat = cells.points[used][:, axes] * unit_scale
-    label = merge_points(flat, merge_tolerance)
+    given = cells.points[used][:, axes]
+    flat, precision = given * unit_scale, Precision.of(given, unit_scale)
+    tolerance = max(merge_tolerance, precision.rounding) if merge_tolerance else 0.0
+    label = merge_points(flat, tolerance)
     points = np.empty((int(label.max()) + 1, 2))
     points[label[::-1]] = flat[::-1]  # where nodes merge, the first one's place
     number = np.full(len(cells.points), -1, dtype=np.int32)
     number[used] = label
     if len(points) < len(flat):
         count = len(flat) - len(points)
-        text = f"{count} nodes lie within {merge_tolerance:g} m of another and are merged with it"
+        text = f"{count} nodes lie within {tolerance:.3g} m of another and are merged with it"
         notes.append(Note(kind=NoteKind.MERGED, count=count, text=text))
-    return _clean(cells, points, number, merge_tolerance, notes)
+    return _clean(cells, points, number, tolerance, notes, precision)
 
 
 def _used_nodes(cells: MeshCells, unit_scale: float) -> BoolArray:
@@ -123,7 +132,9 @@ def _plane_axes(source: str, points: FloatArray, used: BoolArray) -> tuple[list[
     )
 
 
-def _clean(cells: MeshCells, points: FloatArray, number: IntArray, tolerance: float, notes: list[Note]) -> Outlines:
+def _clean(
+    cells: MeshCells, points: FloatArray, number: IntArray, tolerance: float, notes: list[Note], precision: Precision
+) -> Outlines:
     given = number[cells.corners]
     corners, kept = _drop_repeated(given, cells.offsets)
     interface = (np.diff(cells.offsets) >= 4) & (kept == 2)
@@ -163,6 +174,8 @@ def _clean(cells: MeshCells, points: FloatArray, number: IntArray, tolerance: fl
         pieces=np.concatenate([number[cells.pieces], _lips(given, cells.offsets, interface)]).astype(np.int64),
         piece_of=piece_of,
         notes=(*notes, *(_note(cells, at, *what) for what in mended if what[1].any())),
+        precision=precision,
+        tolerance=tolerance,
     )
 
 

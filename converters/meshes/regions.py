@@ -13,25 +13,27 @@ import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.report import MOST_LOST, Note, NoteKind, places
+from bsm_mesh.converters.meshes.straight import Precision, straightened
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
 
-STRAIGHT = 0.01  # of the merge tolerance: the outline keeps its area to rounding
 MOST_CUTS = 40  # of one region, each in half, before its elements stay as they are
 
 
-def merge_regions(elements: Blocks, tolerance: float, laid: Collection[str] = ()) -> tuple[Blocks, tuple[Note, ...]]:
+def merge_regions(
+    elements: Blocks, precision: Precision, laid: Collection[str] = ()
+) -> tuple[Blocks, tuple[Note, ...]]:
     """Return the blocks that the elements form between joints, and notes on joints in them and on divided ones.
 
-    Corners between two edges in one line, with the same joint and boundaries on both, are left out; the area
-    stays what it was.
+    Edges in one line to the digits of the coordinates are put on it. Corners between two such edges, with the same
+    joint and boundaries on both, are left out.
 
     Parameters
     ----------
     elements : Blocks
         Every element a block.
-    tolerance : float [m]
-        The merge tolerance; a corner nearer than a hundredth of it to the line between its neighbours is none.
+    precision : Precision
+        Of their coordinates.
     laid : collection of str
         Joints given by lines: of these, more than a hundredth without two blocks beside it is lost.
     """
@@ -39,21 +41,23 @@ def merge_regions(elements: Blocks, tolerance: float, laid: Collection[str] = ()
     joined = joined_pairs(elements, one, other)
     region = components(elements.count, elements.owner[one[joined]], elements.owner[other[joined]])
     region, split = _divide(elements, one[joined], other[joined], region)
-    blocks = outline_regions(elements, region, tolerance)
+    rim = rim_of(elements, one, other, region)
+    elements = straightened(elements, rim, precision)
+    blocks = outline_regions(elements, region, precision)
     inside = np.zeros(len(elements.vertices), dtype=np.bool_)
     inside[one], inside[other] = True, True
-    inside[rim_of(elements, one, other, region)] = False
+    inside[rim] = False
     return blocks, (*_dead_notes(elements, one[inside[one]], laid), *_split_notes(elements, region, split))
 
 
-def outline_regions(elements: Blocks, region: LongArray, tolerance: float) -> Blocks:
+def outline_regions(elements: Blocks, region: LongArray, precision: Precision) -> Blocks:
     """Return one block a region, numbered as `region`, (n_elements,), says; each has a simple outline.
 
-    Corners on the line between their neighbours, to a hundredth of the tolerance, are left out where joint and
-    boundaries are the same on both sides.
+    Corners on the line between their neighbours, to rounding, are left out where joint and boundaries are the same on
+    both sides.
     """
     chain, offsets = _chain(elements, rim_of(elements, *elements.edge_table.pairs(), region), region)
-    return _assemble(elements, chain, offsets, _corners(elements, chain, offsets, tolerance), region)
+    return _assemble(elements, chain, offsets, _corners(elements, chain, offsets, precision.rounding), region)
 
 
 def joined_pairs(elements: Blocks, one: LongArray, other: LongArray) -> BoolArray:
@@ -195,7 +199,7 @@ def _corners(elements: Blocks, chain: LongArray, offsets: IntArray, tolerance: f
         on = np.zeros(len(elements.vertices), dtype=np.bool_)
         on[edges] = True
         alike &= on[chain] == on[chain[previous]]
-    corner: BoolArray = ~(alike & ahead & (off <= STRAIGHT * tolerance))
+    corner: BoolArray = ~(alike & ahead & (off <= tolerance))
     return corner
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.conform import conforming
 from bsm_mesh.converters.meshes.regions import components, not_simple, outline_regions, rim_of
+from bsm_mesh.converters.meshes.straight import Precision
 from bsm_mesh.errors import place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks, merge_points
 from bsm_mesh.model.edges import LongArray
@@ -66,7 +67,7 @@ def repair_blocks(
         label, merged = _merge(fine, find_slivers(blocks), across_joints)
         if not merged:
             break
-        blocks = outline_regions(fine, label, MERGE_TOLERANCE)
+        blocks = outline_regions(fine, label, Precision.of(fine.vertices))
         changes += merged
     left = find_slivers(blocks)
     if left.size:

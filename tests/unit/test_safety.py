@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from bsm_mesh.results.evidence import Proof
 from bsm_mesh.results.records import Status
-from bsm_mesh.safety.bracket import Range, Verdict
+from bsm_mesh.safety.answer import Settings
+from bsm_mesh.safety.bound import Limit
+from bsm_mesh.safety.bracket import Bracket, Range, Verdict
 from bsm_mesh.safety.criterion import Ended, Failure
 from bsm_mesh.safety.driver import Search
-from bsm_mesh.safety.factor import factor_of_safety
+from bsm_mesh.safety.factor import beside, factor_of_safety
 from bsm_mesh.safety.trials import Reduction, strength_trials
+from bsm_mesh.solve.limit import strength_factor
 from bsm_mesh.solve.stages.as_built import counted_blocks
 from tests.scenes.models import model_of
 from tests.scenes.shapes import rectangle, turned
@@ -270,6 +274,36 @@ def test_movement_is_told_of_what_is_proved_to_move_and_rests_again():
     assert found.trials[0].verdict is Verdict.UNSTABLE
     assert found.trials[0].moved == pytest.approx(0.8)
     assert found.trials[0].blocks.tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("limit", "says"),
+    [
+        (Limit(factor=1.3652, text=""), "upper bound by limit analysis: 1.365 (initial geometry)"),
+        (
+            Limit(factor=np.inf, text="", unproved=1.3652),
+            "upper bound by limit analysis: 1.365 (initial geometry, without proof)",
+        ),
+        (Limit(factor=1.148, text=""), ""),
+        (Limit(factor=np.inf, text=""), ""),
+    ],
+)
+def test_a_bound_beyond_the_bracket_is_in_the_last_line(limit, says):
+    """By more than the tolerance."""
+    assert beside(Bracket(1.1464, 1.1484), limit, Settings()) == says
+    if says:
+        found = replace(factor_of_safety(incline()), beside=says)
+        assert str(found).endswith(f"; {says}")
+
+
+def test_a_bound_without_proof_is_told(monkeypatch):
+    """Forces that no proof excludes are those of another criterion: movement alone."""
+    monkeypatch.setattr(strength_factor._Search, "proof", lambda search: Proof(text="rounding spoils the proof"))
+    found = factor_of_safety(incline())
+    assert found.limit.unproved == pytest.approx(EXACT, rel=1e-4)
+    assert np.isinf(found.limit.factor)
+    assert any("without a proof: failure is judged by movement alone" in note for note in found.notes)
+    assert found.stable < EXACT <= found.unstable * (1 + 1e-4)
 
 
 def staged(**given):

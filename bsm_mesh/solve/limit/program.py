@@ -19,6 +19,7 @@ from bsm_mesh.solve.bolts.dowels import Dowels
 from bsm_mesh.solve.limit.corner_contacts import with_corner_contacts
 from bsm_mesh.solve.limit.interior_point import Answer, Solution, minimise
 from bsm_mesh.solve.limit.measure import Measure, Measured
+from bsm_mesh.solve.limit.parallel_faces import with_parallel_faces
 from bsm_mesh.solve.limit.strength import Strength
 
 NOTHING = 1e-8  # over loads on blocks: a smaller shortfall is none; programs are solved to 1e-10
@@ -99,7 +100,7 @@ class LimitProgram:
                 "closed and opened; give [water] instead of [flow], or run the model"
             )
         self.blocks = model.blocks
-        self.contacts = with_corner_contacts(model, initial_contacts(model))
+        self.contacts = with_parallel_faces(model, with_corner_contacts(model, initial_contacts(model)))
         self.bars = bars_of(model.supports, model.blocks)
         self.bolts = lay_out_bolts([bolt for bolt in model.bolts if bolt.stage is None], model.blocks)
         self.dowels = Dowels.of(self.bolts, model.blocks.moments.centroid)
