@@ -40,6 +40,11 @@ def write_arrays(results: Results, number: int, folder: Path) -> list[str]:
     return [arrays_file(number)]
 
 
+def solved_stages(folder: Path) -> list[str]:
+    """Return the names of the files with arrays of stages in a folder: they are the first of a stage to be written."""
+    return sorted(path.name for path in folder.glob("certificate_*.npz"))
+
+
 def write_certificate(results: Results, folder: Path) -> list[str]:
     """Write the certificate of all stages, their arrays apart; return the names of the files."""
     if any(stage.evidence is None for stage in results.stages):

@@ -42,6 +42,13 @@ def refuse_unwritable(folder: Path, what: str = "results") -> None:
 
     Nothing is made; a disk that fills up later is found out later.
     """
+    try:
+        os.path.realpath(folder).encode()
+    except UnicodeEncodeError:  # VTK and Gmsh write to no such place, nor does a model file name it
+        raise ModelError(
+            f"cannot write {what} to {folder}: a name in its path ({os.path.realpath(folder)!a}) is no text in UTF-8 "
+            "(Latin-1, perhaps?); rename that folder, or choose another one"
+        ) from None
     there = next((place for place in (folder, *folder.absolute().parents) if os.path.lexists(place)), folder)
     if not there.is_dir():
         raise ModelError(f"cannot write {what} to {folder}: {there} is not a folder; choose another folder")

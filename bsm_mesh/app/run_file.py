@@ -184,6 +184,13 @@ def _given(file: ModelFile, path: Path, folder: Path, options: Options | None) -
     if there.exists() and there.samefile(path):
         return {}
     text = _as_run(file, path, folder, options)
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ModelError(
+            f"{path}: {MODEL} in {folder} could not name the files of this model: a folder's name is no text in UTF-8 "
+            "(Latin-1, perhaps?); rename it"
+        ) from None
     return {MODEL: lambda target: write_text(target, text)}
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from bsm_mesh.app.certificate import write_arrays, write_certificate
+from bsm_mesh.app.certificate import solved_stages, write_arrays, write_certificate
 from bsm_mesh.app.checkpoint_file import named_by_checkpoint
 from bsm_mesh.app.checkpoints import Checkpoints
 from bsm_mesh.app.histories import write_histories
@@ -124,8 +124,8 @@ class RunWriter:
     def start_over(self) -> None:
         """Keep what a run that was killed left for whoever goes on with it, and remove the rest."""
         place = self._place
-        if finished_stages(place) or (place / CHECKPOINT).is_file():
-            tidy(place, named_by_checkpoint(place))
+        if finished_stages(place) or (place / CHECKPOINT).is_file() or solved_stages(place):
+            tidy(place, {*named_by_checkpoint(place), *solved_stages(place)})
             self.folder.set_aside()
         else:
             clear(place)
@@ -253,8 +253,8 @@ class RunWriter:
         from bsm_mesh.converters.result_files import write_stage
 
         for number in range(len(self._stages), len(results.stages)):
+            self._note(write_arrays(results, number, self._place))  # first: whatever fails after it, these are there
             self._note(write_stage(results, number, self._place, self._form.compression))
-            self._note(write_arrays(results, number, self._place))
 
     def _write_lists(self, results: Results) -> list[str]:
         """Write what tells of all stages: tables that grow, and the PVD files, whose names are returned."""
@@ -288,11 +288,12 @@ class RunWriter:
     def _end_early(self, error: BaseException | None) -> None:
         """Keep what is finished of a run that did not come to its end, and say where."""
         stages, goes_on = finished_stages(self._place), (self._place / CHECKPOINT).is_file()
+        solved = solved_stages(self._place)
         moved = bool(self._snapshots.instants) and isinstance(error, KeyboardInterrupt)
         where = self.folder.told(self.folder.interrupted)
         try:
-            if stages or moved or goes_on:
-                tidy(self._place, named_by_checkpoint(self._place))
+            if stages or moved or goes_on or solved:
+                tidy(self._place, {*named_by_checkpoint(self._place), *solved})
                 self.folder.set_aside()
             else:
                 clear(self._place)
@@ -303,6 +304,8 @@ class RunWriter:
             told = f"finished and in {where}: {counted(len(stages), 'stage')} ({', '.join(stages)})"
         elif moved:
             told += f"; the movement up to step {self._snapshots.instants[-1].time} is in {where}"
+        if unwritten := solved[len(stages) :]:
+            told += f"; solved, and in {where} as arrays alone: {', '.join(unwritten)}"
         if error is not None:
             former = run_number(self.folder.place) is not None
             told += f"; {self.folder.path} holds the former results" if former else ""

@@ -39,17 +39,15 @@ def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: A
     title = loaded.model.title or loaded.path.stem
     head = {"title": title, "model_hash": loaded.model.digest, "report": loaded.file.report.model_dump()}
     names = []
-    drawers: dict[str, Callable[[Path], None]] = {
-        ANSWER: partial(_write_json, {**head, **told_of(answer)}),
-        "trials.csv": partial(_write_trials, answer),
-        "movement.png": lambda draft: draw_movement(answer, failure.movement, f"{title}: {answer}", draft),
-    }
-    if answer.states:
-        drawers["mechanism.png"] = lambda draft: draw_mechanism(answer, f"{title}: {answer}", draft)
-    for name, write in drawers.items():
-        with added.file(name) as draft:
-            write(draft)
-        names.append(name)
+
+    def add(written: dict[str, Callable[[Path], None]]) -> None:
+        for name, write in written.items():
+            with added.file(name) as draft:
+                write(draft)
+            names.append(name)
+
+    # Pictures last: whatever fails in them, the answer and its states are there.
+    add({ANSWER: partial(_write_json, {**head, **told_of(answer)}), "trials.csv": partial(_write_trials, answer)})
     for name in STATES:
         value = getattr(answer, name)
         if value in answer.states:
@@ -57,6 +55,9 @@ def write_safety(answer: Safety, failure: Failure, loaded: LoadedModel, added: A
                 warnings.simplefilter("ignore", ResultsWarning)  # a law of the user's own is in no file
                 save_results(answer.states[value], place_in(added.folder.path, name, itself=True))
             names.append(f"{name}/")
+    add({"movement.png": lambda draft: draw_movement(answer, failure.movement, f"{title}: {answer}", draft)})
+    if answer.states:
+        add({"mechanism.png": lambda draft: draw_mechanism(answer, f"{title}: {answer}", draft)})
     return names
 
 

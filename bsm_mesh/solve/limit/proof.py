@@ -55,8 +55,8 @@ def prove(model: Model, down: IntArray) -> Proof:
         if model.blocks.count > MAX_BLOCKS:
             return Proof(text=_in_vain(part, model))
         return _proof_of(model)
-    except ModelError as error:
-        return Proof(text=f"no proof: {error}")
+    except (ModelError, MemoryError) as error:  # what was solved is not lost for want of a proof
+        return Proof(text=f"no proof: {str(error) or 'not enough memory'}")
 
 
 def _in_vain(part: SubModel | None, model: Model) -> str:
