@@ -7,13 +7,13 @@ inside an element is extended to the next edge, since a rigid block has no crack
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from bsm_mesh.arrays import FloatArray, IntArray
-from bsm_mesh.converters.meshes.nodes_on_lines import NEAR, node_places, single_edges
+from bsm_mesh.converters.meshes.faces_in_elements import Faces, with_faces
+from bsm_mesh.converters.meshes.nodes_on_lines import NEAR, single_edges
 from bsm_mesh.converters.meshes.report import places
 from bsm_mesh.converters.meshes.segments import Segments, crossings, foot_points
 from bsm_mesh.errors import ModelError
@@ -26,28 +26,6 @@ REACH = 4.0  # spacings of the grid: what is nearer is the same place
 CLEAR = 1e-9  # of an element's size: an end stays this far from what was there before it
 LEAST_SINE = 1e-6  # of the angle at which two lines are taken to cross
 MOST_ROUNDS = 20  # of extending lines, and of joining loops to the outline around them
-
-
-@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
-class _Faces:
-    """Faces within elements.
-
-    Attributes
-    ----------
-    points : (n_points, 2) float64 [m]
-        Their corners, exactly.
-    corners : (n_corners,) int64
-        Points of the faces, counter-clockwise, face after face.
-    offsets : (n_faces + 1,) int32
-        Face f owns ``corners[offsets[f]:offsets[f + 1]]``.
-    parent : (n_faces,) int64
-        Element that each is a part of.
-    """
-
-    points: FloatArray
-    corners: LongArray
-    offsets: IntArray
-    parent: LongArray
 
 
 def grid_of(blocks: Blocks) -> float:
@@ -87,7 +65,7 @@ def cut_elements(blocks: Blocks, segments: Segments) -> tuple[Blocks, LongArray]
     inside = _Within(polygons[crossed], middle)
     faces, of_face = _enclosed(carriers, segments, inside, grid)
     found = _placed(faces, crossed[of_face], carriers, middle, grid)
-    return _assembled(blocks, crossed, found, REACH * grid)
+    return with_faces(blocks, crossed, found, REACH * grid)
 
 
 class _Within:
@@ -210,7 +188,7 @@ def _bridges(faces: Any, noded: Any) -> Any:
     return _rays(ends, directions, np.tile(sizes[of_ring[order[first]]], 2), noded)
 
 
-def _placed(faces: Any, parent: LongArray, carriers: FloatArray, middle: FloatArray, grid: float) -> _Faces:
+def _placed(faces: Any, parent: LongArray, carriers: FloatArray, middle: FloatArray, grid: float) -> Faces:
     """Return the faces with their corners where segments and edges cross, not where the grid has them."""
     import shapely
 
@@ -229,7 +207,7 @@ def _placed(faces: Any, parent: LongArray, carriers: FloatArray, middle: FloatAr
         back = np.unique(corners[bad[owner]])
         back = back[np.any(exact[back] != on_grid[back], axis=1)]
         if not back.size:
-            return _Faces(points=exact + middle, corners=corners, offsets=offsets, parent=parent[left])
+            return Faces(points=exact + middle, corners=corners, offsets=offsets, parent=parent[left])
         exact[back] = on_grid[back]
 
 
@@ -272,69 +250,3 @@ def _exact(on_grid: FloatArray, carriers: FloatArray, grid: float) -> FloatArray
     at_end = distance <= REACH * grid
     exact[at_end] = ends[nearest[at_end]]
     return exact
-
-
-def _assembled(blocks: Blocks, crossed: LongArray, faces: _Faces, tolerance: float) -> tuple[Blocks, LongArray]:
-    """Return the blocks with the faces in place of those that are divided, and the given block of each."""
-    from scipy.spatial import cKDTree
-
-    place = node_places(blocks)
-    count = np.bincount(faces.parent, minlength=blocks.count)
-    sizes = np.diff(faces.offsets)
-    changed = np.bincount(faces.parent, sizes, minlength=blocks.count) != np.diff(blocks.offsets)
-    divided = (count > 1) | ((count == 1) & changed)
-    there = np.unique(blocks.nodes[np.isin(blocks.owner, crossed)])
-    distance, nearest = cKDTree(place[there]).query(faces.points)
-    known = distance <= tolerance
-    number = len(place) + np.cumsum(~known) - 1
-    number[known] = there[nearest[known]]
-    everywhere = np.concatenate([place, faces.points[~known]])
-    parts = divided[faces.parent]
-    kept = np.flatnonzero(~divided)
-    nodes = np.concatenate([blocks.nodes[~divided[blocks.owner]], number[faces.corners][np.repeat(parts, sizes)]])
-    size = np.concatenate([np.diff(blocks.offsets)[kept], sizes[parts]])
-    parent = np.concatenate([kept, faces.parent[parts]])
-    order = np.argsort(parent, kind="stable")
-    begin = (np.cumsum(size) - size)[order]
-    size, parent = size[order], parent[order]
-    offsets = np.concatenate([[0], np.cumsum(size)]).astype(np.int32)
-    nodes = nodes[np.arange(len(nodes)) + np.repeat(begin - offsets[:-1], size)]
-    return _inherited(blocks, everywhere[nodes], nodes, offsets, parent, tolerance), parent
-
-
-def _inherited(
-    blocks: Blocks, vertices: FloatArray, nodes: LongArray, offsets: IntArray, parent: LongArray, tolerance: float
-) -> Blocks:
-    """Return blocks of these corners with all that the given blocks and edges bear."""
-    source = _source(blocks, vertices, offsets, parent, tolerance)
-    on_edge = source >= 0
-    return replace(
-        blocks,
-        vertices=vertices,
-        offsets=offsets,
-        nodes=nodes.astype(np.int32),
-        rock=blocks.rock[parent],
-        edge_joint=np.where(on_edge, blocks.edge_joint[source], -1).astype(np.int32),
-        boundaries={
-            name: np.flatnonzero(on_edge & np.isin(source, edges)).astype(np.int32)
-            for name, edges in blocks.boundaries.items()
-        },
-        excavations={
-            name: np.flatnonzero(np.isin(parent, ids)).astype(np.int32) for name, ids in blocks.excavations.items()
-        },
-    )
-
-
-def _source(blocks: Blocks, vertices: FloatArray, offsets: IntArray, parent: LongArray, tolerance: float) -> LongArray:
-    """Return the given edge on which each edge lies; -1 for those inside a given block."""
-    import shapely
-
-    following = np.arange(1, len(vertices) + 1)
-    following[offsets[1:] - 1] = offsets[:-1]
-    middle = shapely.points((vertices + vertices[following]) / 2)
-    given = shapely.linestrings(np.stack([blocks.vertices, blocks.vertices[blocks.following]], axis=1))
-    new, old = shapely.STRtree(given).query(middle, predicate="dwithin", distance=tolerance)
-    same = blocks.owner[old] == parent[owner_of_corner(offsets)[new]]
-    source = np.full(len(vertices), -1, dtype=np.int64)
-    source[new[same]] = old[same]
-    return source
