@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -82,17 +83,17 @@ def _lines(drawing: Any, scale: float | None, tolerance: float | None) -> TraceL
     paths: list[tuple[str, Any]] = []
     found = TraceLines()
     unit = found.unit(scale, _unit(drawing, found.notes), "its header ($INSUNITS) says that it is drawn")
-    for layer, entity in _taken_apart(drawing.modelspace(), None):
+    for layer, entity in _taken_apart(drawing.modelspace(), None, found.left_out):
         kind = entity.dxftype()
         if kind not in STRAIGHT + CURVES or (
             kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)
         ):
             found.left_out[kind] += 1
             continue
-        path = make_path(entity, segments=ARC_PARTS)
-        for part in path.sub_paths():
-            if len(part):
-                paths.append((layer, part))
+        parts = [part for part in make_path(entity, segments=ARC_PARTS).sub_paths() if len(part)]
+        paths += [(layer, part) for part in parts]
+        if not parts:
+            found.left_out["empty line"] += 1
     if tolerance is None:
         ends = np.array([tuple(p) for _, path in paths for p in path.control_vertices()]).reshape(-1, 3)
         allowed = SAMPLED * float(np.linalg.norm(np.ptp(ends, axis=0))) if len(ends) else 1.0
@@ -115,12 +116,19 @@ def _unit(drawing: Any, notes: list[str]) -> Unit | None:
     return UNITS[code]
 
 
-def _taken_apart(entities: Iterable[Any], around: str | None) -> Iterator[tuple[str, Any]]:
-    """Give entities with their layers, those of inserted blocks in place of the inserts; `around` is an insert's."""
+def _taken_apart(entities: Iterable[Any], around: str | None, left_out: Counter[str]) -> Iterator[tuple[str, Any]]:
+    """Give entities with their layers, those of inserted blocks in place of the inserts; `around` is an insert's.
+
+    Blocks of other drawings (XREF) are not in the file, and are counted.
+    """
     for entity in entities:
         layer = around if around is not None and entity.dxf.layer == "0" else entity.dxf.layer
         if entity.dxftype() == "INSERT":
+            block = entity.block()
+            if block is None or block.block.is_xref or block.block.is_xref_overlay:
+                left_out["INSERT of another drawing (XREF)"] += 1
+                continue
             for insert in entity.multi_insert() if entity.mcount > 1 else [entity]:
-                yield from _taken_apart(insert.virtual_entities(), layer)
+                yield from _taken_apart(insert.virtual_entities(), layer, left_out)
         else:
             yield layer, entity

@@ -52,8 +52,12 @@ def lines_of_geojson(file: Path, scale: float | None) -> TraceLines:
 
 def _lines(file: Path, content: Any, scale: float | None) -> TraceLines:
     found = TraceLines()
-    unit = unit_on_map(file, "its coordinates", _crs(content), scale, found)
-    for feature in content["features"] if content.get("type") == "FeatureCollection" else [content]:
+    features = content["features"] if content.get("type") == "FeatureCollection" else [content]
+    crs = {told: None for part in (content, *features) if (told := _crs(part)) is not None}  # of all, or of features
+    if len(crs) > 1:
+        raise GeometryError(f"{file}: has features in several CRS ({', '.join(crs)}); project them to one first")
+    unit = unit_on_map(file, "its coordinates", next(iter(crs), None), scale, found)
+    for feature in features:
         geometry = feature.get("geometry") if feature.get("type") == "Feature" else feature
         found.add_feature(feature.get("properties") or {}, geometry, UNNAMED, unit)
     return found

@@ -54,6 +54,12 @@ class Body:
         elements = [block for part in own for block in part.elements]
         order = np.argsort(nodes[:, 0], kind="stable")
         known, cells = nodes[order, 0].astype(np.int64), []
+        twice = (known[1:] == known[:-1]) & (nodes[order[1:], 1:] != nodes[order[:-1], 1:]).any(axis=1)
+        if twice.any():
+            raise ModelError(
+                f"{path}: node {known[1:][twice][0]} is given twice, at different places "
+                f"({counted(int(twice.sum()), 'node')} in all); leave one out"
+            )
         for kind, rows in elements:
             at = np.searchsorted(known, rows[:, 1:]).clip(max=len(known) - 1)
             lost = rows[:, 1:][known[at] != rows[:, 1:]]

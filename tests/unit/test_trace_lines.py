@@ -249,3 +249,30 @@ def test_a_curve_drawn_in_the_front_view_keeps_its_form(tmp_path: Path) -> None:
     assert said == ["its lines lie in the xz plane: x is taken as right, z as up"]
     assert lines["J1"] == [[[0, 0], [8, 3]]]
     np.testing.assert_allclose(np.hypot(*np.array(lines["arc"][0]).T), 5, rtol=1e-8)
+
+
+def test_blocks_of_other_drawings_and_lines_without_points_are_counted(tmp_path: Path) -> None:
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    drawing.add_xref_def("other.dxf", "other")
+    space.add_blockref("other", (0, 0))
+    space.add_blockref("nowhere", (0, 0))
+    space.add_lwpolyline([(3, 3)])
+    space.add_line(*LINE, dxfattribs={"layer": "J1"})
+    drawing.saveas(tmp_path / "t.dxf")
+    lines, said = said_of(tmp_path / "t.dxf")
+    assert lines == {"J1": [as_lists(LINE)]}
+    assert said == ["left out, being no lines: 2 INSERT of another drawing (XREF), 1 empty line"]
+
+
+def test_a_crs_of_features_counts(tmp_path: Path) -> None:
+    path = written(tmp_path / "t.geojson", [("J1", "LINESTRING (0 5, 20 7)"), ("J1", "LINESTRING (0 2, 20 3)")])
+    content = json.loads(path.read_text())
+    for feature, code in zip(content["features"], (2263, 25832), strict=True):
+        feature["crs"] = {"type": "name", "properties": {"name": f"EPSG:{code}"}}
+    path.write_text(json.dumps(content))
+    with pytest.raises(GeometryError, match=r"features in several CRS \(EPSG:2263, EPSG:25832\)"):
+        read_traces(path)
+    del content["features"][1]["crs"]
+    path.write_text(json.dumps(content))
+    np.testing.assert_allclose(said_of(path)[0]["J1"][0], np.array(LINE) * SURVEY_FOOT, rtol=1e-9)
