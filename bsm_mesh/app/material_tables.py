@@ -58,9 +58,9 @@ class JointTable(Table):
     )
     friction: Annotated[float, In(q.FRICTION)] | None = None
     dilation: Annotated[float, In(q.DILATION)] | None = None
-    cohesion: Annotated[float, In(q.COHESION)] | None = None
+    cohesion: Annotated[float, In(q.JOINT_COHESION)] | None = None
     residual_friction: Annotated[float, In(q.FRICTION)] | None = None
-    residual_cohesion: Annotated[float, In(q.COHESION)] | None = Field(
+    residual_cohesion: Annotated[float, In(q.JOINT_COHESION)] | None = Field(
         default=None, description="mohr_coulomb: with it, or with residual_friction, joints fall to both at first slip"
     )
     softening_slip: Annotated[float, In(q.SLIP)] | None = Field(
@@ -78,8 +78,10 @@ class JointTable(Table):
     roughness_wears: bool | None = Field(
         default=None, description="barton_bandis: true: slip beyond the peak wears roughness off"
     )
-    tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] | None = Field(default=None, description="default: 0")
-    residual_tensile_strength: Annotated[float, In(q.TENSILE_STRENGTH)] = Field(
+    tensile_strength: Annotated[float, In(q.JOINT_TENSILE_STRENGTH)] | None = Field(
+        default=None, description="default: 0"
+    )
+    residual_tensile_strength: Annotated[float, In(q.JOINT_TENSILE_STRENGTH)] = Field(
         default=0.0, description="tension that it still bears once it has failed by slip"
     )
     max_closure: Annotated[float, In(q.CLOSURE)] | None = Field(

@@ -16,6 +16,7 @@ from bsm_mesh.model.quantities import (
     COHESION,
     DILATION,
     FRICTION,
+    JOINT_TENSILE_STRENGTH,
     POISSON,
     REFERENCE_STRESS,
     SLIP,
@@ -234,9 +235,9 @@ class Joint:
     shear_stiffness: Annotated[float, STIFFNESS] | None = None
     filling: Filling | None = None
     law: JointLaw | None = None
-    tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    tensile_strength: Annotated[float, JOINT_TENSILE_STRENGTH] = 0.0
     max_closure: Annotated[float, CLOSURE] | None = None
-    residual_tensile_strength: Annotated[float, TENSILE_STRENGTH] = 0.0
+    residual_tensile_strength: Annotated[float, JOINT_TENSILE_STRENGTH] = 0.0
     dilation_angle: Annotated[float, DILATION] = 0.0
     dilation_slip: Annotated[float, SLIP] | None = None
     crushing_strength: Annotated[float, WALL_STRENGTH] | None = None

@@ -176,7 +176,8 @@ def beyond_usual(thing: str, name: str, value: float, quantity: Quantity) -> Ite
     """Say that a number is allowed but not usual, where it is."""
     if quantity.usual is not None and not quantity.usual[0] <= value <= quantity.usual[1] and math.isfinite(value):
         given = f"{f'{thing}: ' if thing else ''}{name} = {value:g} {quantity.unit}".rstrip()
-        yield f"{given} is unusual ({quantity.usual_span} is usual); check the number and its unit"
+        why = f": {quantity.usual_why}" if quantity.usual_why else ""
+        yield f"{given} is unusual ({quantity.usual_span} is usual){why}; check the number and its unit"
 
 
 def _of_ground(model: Model) -> Iterator[str]:

@@ -29,6 +29,8 @@ class Quantity:
         The range: more than `above`, `least` or more, less than `below`, `most` or less.
     usual : pair of float, optional
         What is usual, both ends included; elsewhere a number is noted.
+    usual_why : str
+        What is known of what is beyond the usual, for the note.
     example : str
         How it may be given in the model file.
     why : str
@@ -48,6 +50,7 @@ class Quantity:
     below: float = math.inf
     most: float = math.inf
     usual: tuple[float, float] | None = None
+    usual_why: str = ""
     example: str
     why: str = ""
     whole: bool = False
@@ -140,6 +143,15 @@ YOUNG = Quantity(unit="Pa", least=1e-6, most=1e18, usual=(1e5, 5e11), example='"
 POISSON = Quantity(least=0, most=0.499, example="0.25")
 COHESION = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 1e8), example='"1 MPa"', why=NO_LIMIT)
 TENSILE_STRENGTH = Quantity(unit="Pa", least=0, most=1e9, usual=(0, 5e7), example='"0.1 MPa"', why=NO_LIMIT)
+# Of joints: Barton (1974), A review of the shear strength of filled discontinuities in rock, NGI publication 105, lists
+# 0 to 0.74 MPa; Wang Table A.3 0 to 0.14 MPa. More than twice the greatest is that of rock bridges, or a slip of kPa.
+ON_JOINTS = "tests of joints give less than 1 MPa; kPa may be meant"
+JOINT_COHESION = Quantity(
+    unit="Pa", least=0, most=1e9, usual=(0, 2e6), usual_why=ON_JOINTS, example='"50 kPa"', why=NO_LIMIT
+)
+JOINT_TENSILE_STRENGTH = Quantity(
+    unit="Pa", least=0, most=1e9, usual=(0, 2e6), usual_why=ON_JOINTS, example='"0.1 MPa"', why=NO_LIMIT
+)
 FRICTION = Quantity(
     unit="degrees", least=0, below=90, usual=(0, 70), example='35 or "35 deg"'
 )  # 70: Barton and Choubey 1977

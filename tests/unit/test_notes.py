@@ -50,7 +50,20 @@ def test_an_ordinary_model_has_none() -> None:
         ({"joints": [joint(normal_stiffness=1e3)]}, "joint 'J': normal_stiffness = 1000 Pa/m is unusual"),
         (
             {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=5e8, residual_cohesion=0))]},
-            "joint 'J': cohesion = 5e+08 Pa is unusual (0 to 1e8 Pa is usual); check the number and its unit",
+            "joint 'J': cohesion = 5e+08 Pa is unusual (0 to 2e6 Pa is usual): tests of joints give less than 1 MPa; "
+            "kPa may be meant; check the number and its unit",
+        ),
+        (
+            {"joints": [joint(law=bsm.MohrCoulomb(friction=30, cohesion=15e6, residual_cohesion=0))]},
+            "joint 'J': cohesion = 1.5e+07 Pa is unusual (0 to 2e6 Pa is usual)",
+        ),
+        (
+            {"joints": [joint(law=bsm.Patton(friction=30, dilation=10, cohesion=15e6))]},
+            "joint 'J': cohesion = 1.5e+07 Pa is unusual (0 to 2e6 Pa is usual)",
+        ),
+        (
+            {"joints": [joint(law=bsm.Patton(friction=30), tensile_strength=15e6)]},
+            "joint 'J': tensile_strength = 1.5e+07 Pa is unusual (0 to 2e6 Pa is usual)",
         ),
         ({"joints": [joint(law=None)]}, "joint 'J' has no law (friction): it neither slips nor opens"),
         (

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.joint_laws.law import JointResponse, cut_to_strength
 from bsm_mesh.model.joint_laws.reduction import above_peak, at_strength, reduced_angle, reduced_angle_or_none
-from bsm_mesh.model.quantities import COHESION, FRICTION, SLIP
+from bsm_mesh.model.quantities import FRICTION, JOINT_COHESION, SLIP
 from bsm_mesh.model.values import Rules, plain_numbers
 
 
@@ -54,9 +54,9 @@ class MohrCoulomb:
     """
 
     friction: Annotated[float, FRICTION]
-    cohesion: Annotated[float, COHESION] = 0.0
+    cohesion: Annotated[float, JOINT_COHESION] = 0.0
     residual_friction: Annotated[float, FRICTION] | None = None
-    residual_cohesion: Annotated[float, COHESION] | None = None
+    residual_cohesion: Annotated[float, JOINT_COHESION] | None = None
     softening_slip: Annotated[float, SLIP] | None = None
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray
 from bsm_mesh.errors import raise_faults
 from bsm_mesh.model.joint_laws.law import JointResponse, cut_to_strength
 from bsm_mesh.model.joint_laws.reduction import above_peak, at_strength, reduced_angle, reduced_angle_or_none
-from bsm_mesh.model.quantities import COHESION, DILATION, FRICTION
+from bsm_mesh.model.quantities import DILATION, FRICTION, JOINT_COHESION
 from bsm_mesh.model.values import Rules, plain_numbers
 
 ROUNDING = 1e-9  # degrees: sums of angles round
@@ -47,7 +47,7 @@ class Patton:
 
     friction: Annotated[float, FRICTION]
     dilation: Annotated[float, DILATION] = 0.0
-    cohesion: Annotated[float, COHESION] = 0.0
+    cohesion: Annotated[float, JOINT_COHESION] = 0.0
     residual_friction: Annotated[float, FRICTION] | None = None
 
     def __post_init__(self) -> None:
@@ -66,7 +66,7 @@ class Patton:
         if residual > peak + ROUNDING:
             return [above_peak(residual, "friction + dilation", peak)]
         # With the lines crossing beyond any pressure in rock, or nowhere:
-        if self.cohesion and self.cohesion > slopes * COHESION.most:
+        if self.cohesion and self.cohesion > slopes * JOINT_COHESION.most:
             return [
                 f"cohesion = {self.cohesion:g} Pa never acts: line 1, friction + dilation = {peak:g} degrees, governs "
                 "at every pressure; where cohesion carries shear from the start choose mohr_coulomb (bsm.MohrCoulomb), "
