@@ -142,7 +142,7 @@ def read_rows(path: Path, holds: str) -> Rows:
     if len(table) < 2:
         raise ModelError(f"{path}: has no rows; it needs a header and rows below it ({holds})")
     header = _without_empty_end(table[0][1], 1)
-    if _share_of_numbers(header) > NO_HEADER:
+    if _share_of_numbers(header[:1]) and _share_of_numbers(header) > NO_HEADER:  # stages may be columns: x, y, 1, 2, 3
         raise ModelError(
             f"{path}, line {table[0][0]}: is no header; write one above it that names the columns ({holds})"
         )

@@ -196,6 +196,12 @@ def test_tables_that_are_not_clear(tmp_path: Path, text: str, says: str) -> None
     assert says in str(caught.value)
 
 
+def test_columns_may_be_called_by_numbers(tmp_path: Path) -> None:
+    """Values at nodes by stages, as they come from other programs."""
+    (tmp_path / "a.csv").write_text("x,y,1,2,3\n0,0,1,2,3\n")
+    assert read_rows(tmp_path / "a.csv", "x").header == ["x", "y", "1", "2", "3"]
+
+
 def test_notes_are_texts(tmp_path: Path) -> None:
     """Points in texts are no decimal points; commas in quotation marks part no cells."""
     path = tmp_path / "a.csv"
