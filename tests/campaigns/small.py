@@ -14,7 +14,7 @@ CURVES = {
     "boundary:top": [(6, 7), (7, 8)],
     "joint:J1": [(3, 4), (4, 5)],
     "joint:J2": [(1, 4), (4, 7)],
-    "bolt:B1": [(0, 4)],
+    "bolt:B1": [(0, 7)],
 }
 SURFACES = {"rock:gneiss": [0, 1, 2, 3], "excavation:1": [3]}
 MESH = msh22(curves=CURVES, more={"excavation:1": [QUADS[k] for k in SURFACES["excavation:1"]]}).encode()
@@ -116,13 +116,13 @@ diameter = 0.025
 anchor_capacity = "80 kN"
 pretension = "10 kN"
 [[bolt]]
-radial = { centre = [1, 1], radius = 0.1, length = 0.7, count = 2, first = 20, last = 160 }
+radial = { centre = [1, 0.6], radius = 0.1, length = 0.7, count = 2, first = 60, last = 120 }
 diameter = "20 mm"
 hole_diameter = "30 mm"
 bond_steel_grout = "1 MPa"
 bond_grout_rock = "1 MPa"
 [[bolt]]
-row = { boundary = "top", length = 0.8, interval = 0.6, offset = 0.3, direction = -90 }
+row = { boundary = "top", length = 1.5, interval = 0.6, offset = 0.3, direction = -90 }
 diameter = "25 mm"
 [[bolt]]
 curve = "B1"
