@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.campaign import comparison, copies, outcome, runner, sizes, store, tables
+from benchmarks.campaign import comparison, copies, node_study, outcome, runner, sizes, store, tables
 from benchmarks.campaign.ablation import Ablation
 from benchmarks.campaign.families import FAMILIES
 from benchmarks.campaign.oracles import Case, judge
@@ -21,7 +21,7 @@ from benchmarks.programs import show
 LIMIT = 60.0  # processor seconds a model
 BASELINE, LARGE = (Path(__file__).with_name(f"{name}.jsonl.xz") for name in ("baseline", "large"))
 FEW = 8  # models that are named
-MAKER, TWINS = "the campaign", "the twins"  # in the marks of pages
+MAKER, TWINS, NODES = "the campaign", "the twins", "the nodes"  # in the marks of pages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -73,6 +73,10 @@ def parser() -> argparse.ArgumentParser:
     twins.add_argument("files", nargs="+", type=Path)
     twins.add_argument("--copies", type=int, default=10, help="of every such model (default %(default)s)")
     add_into(twins, TWINS)
+    nodes = kinds.add_parser("nodes", help="the same models with nodes on their edges: what these change")
+    nodes.set_defaults(do=print_nodes)
+    nodes.add_argument("--models", type=int, default=2000, help="how many (default %(default)s)")
+    add_into(nodes, NODES)
     show = kinds.add_parser("show", help="make one model again, run and judge it")
     show.set_defaults(do=show_model)
     show.add_argument("family")
@@ -206,11 +210,21 @@ def _told(head: Record) -> str:
 def print_twins(given: argparse.Namespace) -> int:
     """Print what the verdicts of models hang on whose twins disagree, or write it into a page."""
     _, records = store.read(given.files)
-    rows = copies.of_twins(records, given.copies, lambda name: print(name, file=sys.stderr))
-    if given.into:
-        tell(tables.as_markdown(rows) if len(rows) > 1 else "None.", TWINS, given.into)
-    else:
-        print(tables.as_text(rows) if len(rows) > 1 else "none")
+    return _print(copies.of_twins(records, given.copies, _aside), TWINS, given.into)
+
+
+def print_nodes(given: argparse.Namespace) -> int:
+    """Print what nodes on edges change, or write it into a page."""
+    return _print(node_study.study(given.models, _aside), NODES, given.into)
+
+
+def _aside(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _print(rows: list[tables.Row], mark: str, into: Path | None) -> int:
+    text = tables.as_markdown if into else tables.as_text
+    tell(text(rows) if len(rows) > 1 else "None.", mark, into)
     return 0
 
 

@@ -3,8 +3,8 @@
 Each is one-sided where it has to be. Proofs: `check` (a stable end is not in equilibrium by its own forces), `end` (a
 stable end that no forces can hold, by `statics`), `start` (it stands, nearly unmoved, where limit analysis proves that
 it cannot), `closed form`, `sense` (an unstable end in which nothing moved). Strong hints, no proofs: `symmetry` (the
-same model in other words has another verdict) and `friction` (stable, but not with more friction). `programs` compares
-the two limit analyses, which must agree.
+same model in other words has another verdict), `friction` (stable, but not with more friction) and `route` (tilted in
+stages it has another verdict than at once). `programs` compares the two limit analyses, which must agree.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from benchmarks.campaign import outcome
 from benchmarks.campaign.outcome import DECIDED, Record, noticeable
 from benchmarks.campaign.scene import Scene, polygon_centre
 from benchmarks.campaign.statics import unbalanced, weights
-from benchmarks.campaign.transforms import mirrored, renumbered, scaled, turned
+from benchmarks.campaign.transforms import mirrored, noded, renumbered, scaled, turned
 from benchmarks.campaign.trial import Trial, generator_of
 from bsm_mesh.results import Results
 
 PROOFS = ("check", "end", "start", "closed form", "sense", "programs")
-HINTS = ("symmetry", "friction")
+HINTS = ("symmetry", "friction", "route")
 MOST_BLOCKS = 1200  # for linear programs
 LACK = 1e-2  # of a block's weight, summed over all blocks, that geometry and springs may leave out of balance
 TOUCHING = 1e-6, 2e-3  # of a block's size: at the start, and at the end beside what joints have closed
@@ -172,6 +172,7 @@ def _symmetry(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
         "mirrored": lambda: mirrored(scene),
         "renumbered": lambda: renumbered(scene, generator),
         "scaled": lambda: scaled(scene, float(length), float(length * density)),
+        "noded": lambda: noded(scene, generator),
     }
     if not (scene.surface or scene.table or any(dig.table for dig in scene.digs)):
         twins["turned"] = lambda: turned(scene, float(degrees))
@@ -195,6 +196,15 @@ def _stronger(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
         yield "friction", f"stable, but unstable with {more:.2g} degrees more, after {twin['moved']:.2g} of a block"
 
 
+def _route(case: Case, facts: dict[str, Any]) -> Iterator[Finding]:
+    scene, record = case.trial.scene, case.record
+    if not any(dig.gravity is not None for dig in scene.digs):
+        return
+    twin = _twin(scene.at_the_end(), "at once", facts)
+    if {record["status"], twin["status"]} == set(DECIDED):
+        yield "route", f"{record['status']} in stages, but {twin['status']} at once"
+
+
 def _twin(scene: Scene, kind: str, facts: dict[str, Any]) -> Record:
     """Return the record of another scene that is run beside; its verdict is a fact."""
     record = outcome.record_of(scene, *outcome.run(scene))
@@ -202,4 +212,4 @@ def _twin(scene: Scene, kind: str, facts: dict[str, Any]) -> Record:
     return record
 
 
-ORACLES: tuple[Oracle, ...] = (_check, _sense, _closed_form, _start, _end, _symmetry, _stronger)
+ORACLES: tuple[Oracle, ...] = (_check, _sense, _closed_form, _start, _end, _symmetry, _stronger, _route)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 import bsm_mesh as bsm
 
+T = TypeVar("T")
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Line = tuple[tuple[float, float], ...]
@@ -18,7 +21,7 @@ DOWN = -90.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Dig:
-    """A stage: blocks that are taken away, and the water from then on.
+    """A stage: blocks that are taken away, and the water and the direction of weights from then on.
 
     Attributes
     ----------
@@ -28,11 +31,14 @@ class Dig:
         As `bsm_mesh.Stage` takes it.
     table : sequence of (x, y) or None [m]
         The new water table; None: as before.
+    gravity : float or None [degrees]
+        The new direction of weights from the x axis; None: as before.
     """
 
     blocks: IntArray
     relaxation: tuple[float, ...] = (1.0,)
     table: Line | None = None
+    gravity: float | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -135,7 +141,25 @@ class Scene:
 
     def _stage(self, number: int, dig: Dig) -> bsm.Stage:
         water = None if dig.table is None else self._water(dig.table)
-        return bsm.Stage(name=str(number), excavate=dig.blocks.tolist(), relaxation=dig.relaxation, water=water)
+        return bsm.Stage(
+            name=str(number),
+            excavate=dig.blocks.tolist(),
+            relaxation=dig.relaxation,
+            water=water,
+            loads=() if dig.gravity is None else self._turning(number, dig.gravity),
+        )
+
+    def _turning(self, number: int, gravity: float) -> tuple[bsm.PointLoad, ...]:
+        """Return the loads that turn weights in a stage to a new direction."""
+        before = _last([self.gravity, *(dig.gravity for dig in self.digs[: number - 1])])
+        old, new = (np.array([np.cos(angle), np.sin(angle)]) for angle in np.radians([before, gravity]))
+        loads = []
+        for block in np.setdiff1d(self.free, self.held).tolist():
+            polygon = self.polygons[block]
+            x, y = polygon_centre(polygon).tolist()
+            fx, fy = (self.unit_weight * abs(polygon_area(polygon)) * (new - old)).tolist()
+            loads.append(bsm.PointLoad(block=block, point=(x, y), force=(fx, fy)))
+        return tuple(loads)
 
     def at_the_end(self) -> Scene:
         """Return what is left after the last stage, where it was given: for limit analysis."""
@@ -144,7 +168,6 @@ class Scene:
         left = np.setdiff1d(np.arange(self.count), np.concatenate([dig.blocks for dig in self.digs]))
         number = np.full(self.count, -1)
         number[left] = np.arange(len(left))
-        table = next((dig.table for dig in reversed(self.digs) if dig.table is not None), self.table)
         held = number[self.held]
         return replace(
             self,
@@ -155,8 +178,14 @@ class Scene:
             digs=(),
             k0=None,
             surface=(),
-            table=table,
+            table=_last([self.table, *(dig.table for dig in self.digs)]),
+            gravity=_last([self.gravity, *(dig.gravity for dig in self.digs)]),
         )
+
+
+def _last(values: Sequence[T | None]) -> T:
+    """Return the last value that is given; the first is."""
+    return next(value for value in reversed(values) if value is not None)
 
 
 def without_stage(bolt: bsm.Bolt) -> bsm.Bolt:

@@ -1,4 +1,4 @@
-"""The same scene in other words: mirrored, turned together with gravity, renumbered, in other units."""
+"""The same scene in other words: mirrored, turned with gravity, renumbered, in other units, with nodes on its edges."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import bsm_mesh as bsm
 from benchmarks.campaign.scene import DOWN, FloatArray, Line, Scene, turn
 
 Point = tuple[float, float]
+ON_EDGE = 1e-6  # of a block's size: a corner lies on an edge, and is no other node
 Map = Callable[[FloatArray], FloatArray]
 
 
@@ -21,18 +22,31 @@ def mirrored(scene: Scene) -> Scene:
     return replace(
         moved,
         polygons=[polygon[::-1].copy() for polygon in moved.polygons],
-        gravity=-180.0 - scene.gravity if scene.gravity != DOWN else DOWN,
+        gravity=_mirrored(scene.gravity),
         surface=moved.surface[::-1],
         table=moved.table[::-1],
-        digs=tuple(replace(dig, table=None if dig.table is None else dig.table[::-1]) for dig in moved.digs),
+        digs=tuple(
+            replace(
+                dig,
+                table=None if dig.table is None else dig.table[::-1],
+                gravity=None if dig.gravity is None else _mirrored(dig.gravity),
+            )
+            for dig in moved.digs
+        ),
     )
+
+
+def _mirrored(gravity: float) -> float:
+    return DOWN if gravity == DOWN else -180.0 - gravity
 
 
 def turned(scene: Scene, degrees: float) -> Scene:
     """Return the scene turned together with gravity; ground surfaces and water cannot be turned."""
     if scene.surface or scene.table or any(dig.table for dig in scene.digs):
         raise ValueError("a scene with a ground surface or a water table cannot be turned")
-    return replace(_mapped(scene, lambda points: turn(points, degrees)), gravity=scene.gravity + degrees)
+    moved = _mapped(scene, lambda points: turn(points, degrees))
+    digs = tuple(replace(dig, gravity=None if dig.gravity is None else dig.gravity + degrees) for dig in moved.digs)
+    return replace(moved, gravity=scene.gravity + degrees, digs=digs)
 
 
 def renumbered(scene: Scene, generator: np.random.Generator) -> Scene:
@@ -47,6 +61,29 @@ def renumbered(scene: Scene, generator: np.random.Generator) -> Scene:
         loads=tuple((int(number[block]), at, force) for block, at, force in scene.loads),
         digs=tuple(replace(dig, blocks=np.sort(number[dig.blocks])) for dig in scene.digs),
     )
+
+
+def noded(scene: Scene, generator: np.random.Generator) -> Scene:
+    """Return the scene with nodes on its edges: where corners of others lie, and up to two more an edge."""
+    corners = np.concatenate(scene.polygons)
+    reach = ON_EDGE * scene.size
+    found = []
+    for polygon in scene.polygons:
+        nodes = []
+        for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+            along = end - start
+            length = float(np.hypot(*along))
+            rest = corners - start
+            place = rest @ along / length**2
+            away = np.abs(rest[:, 0] * along[1] - rest[:, 1] * along[0]) / length
+            margin = reach / length
+            own = place[(away < reach) & (place > margin) & (place < 1 - margin)]
+            more = generator.uniform(0.05, 0.95, int(generator.integers(3)))
+            at = np.sort(np.concatenate([own, more]))
+            at = at[np.diff(at, prepend=0.0) > margin]
+            nodes.append(start + np.concatenate([[0.0], at])[:, None] * along)
+        found.append(np.concatenate(nodes))
+    return replace(scene, polygons=found)
 
 
 def scaled(scene: Scene, length: float, stress: float) -> Scene:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.campaign.families import arches, closed, layers, rocking, slopes, tunnels, walls
-from benchmarks.campaign.families.variants import bolted, staged, watered
+from benchmarks.campaign.families import arches, closed, corners, layers, rocking, slopes, tunnels, walls
+from benchmarks.campaign.families.variants import bolted, staged, tilted, watered, with_nodes
 from benchmarks.campaign.trial import Draw, Family
 
 BASE: dict[str, tuple[str, Draw, int]] = {
@@ -17,6 +17,8 @@ BASE: dict[str, tuple[str, Draw, int]] = {
     "plane": ("plane failure: water, a bolt", closed.draw_plane, 120),
     "arch": ("semicircular arches", arches.draw_arch, 110),
     "beam": ("flat arches of two stones", arches.draw_beam, 80),
+    "stiff beam": ("flat arches with stiff shear springs", arches.draw_stiff_beam, 60),
+    "corner": ("blocks that touch by corners alone", corners.draw_corner, 100),
     "layers": ("layers above a toe", layers.draw_layers, 90),
     "rocking": ("columns, dams and stacks that rock on water", rocking.draw_rocking, 60),
     "tunnel": ("openings between two joint sets", tunnels.draw_tunnel, 110),
@@ -28,7 +30,10 @@ BOLTED = {
 }  # fmt: skip
 WATERED = {"slope": 50, "leaning": 30, "wall": 25, "pile": 25, "layers": 20, "tunnel": 30, "cavern": 20}
 STAGED = {"slope": 50, "leaning": 30, "wall": 30, "pile": 30, "arch": 20, "layers": 20}
+TILTED = {"wall": 60, "column": 30, "incline": 20}
+NODED = {"slope": 40, "leaning": 30, "wall": 40, "pile": 30, "column": 20, "arch": 20, "corner": 40, "tunnel": 30}
 VARIANTS = {"bolts": (bolted, BOLTED), "water": (watered, WATERED), "stages": (staged, STAGED)}
+VARIANTS |= {"tilted": (tilted, TILTED), "nodes": (with_nodes, NODED)}
 
 
 def _families() -> dict[str, Family]:

@@ -1,4 +1,4 @@
-"""The same families with bolts, with water, and in stages."""
+"""The same families with bolts, with water, in stages, tilted in stages, and with nodes on all edges."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 import bsm_mesh as bsm
-from benchmarks.campaign.scene import Dig, Line, Scene, polygon_centre
+from benchmarks.campaign.scene import DOWN, Dig, Line, Scene, polygon_centre
+from benchmarks.campaign.transforms import noded
 from benchmarks.campaign.trial import Draft, Draw
 
 TRIES = 20  # to place bolts whose ends lie in blocks
@@ -109,5 +110,32 @@ def staged(draw: Draw) -> Draw:
         digs = tuple(Dig(blocks=np.sort(part), relaxation=relaxation) for part in np.array_split(chosen, stages))
         given: dict[str, Any] = {"stages": stages, "taken": count, "where": where, "relaxation": len(relaxation)}
         return Draft(scene=replace(scene, digs=digs), parameters={**draft.parameters, **given})
+
+    return drawn
+
+
+def tilted(draw: Draw) -> Draw:
+    """Return a family's models, which stand on an incline, built on the level and tilted in two to twelve stages."""
+
+    def drawn(generator: np.random.Generator) -> Draft:
+        draft = draw(generator)
+        stages = int(generator.choice([2, 6, 12]))
+        base = draft.scene.polygons[0]
+        along = base[1] - base[0]
+        level = float(np.degrees(np.arctan2(along[1], along[0])))
+        turns = level * (1 - np.arange(1, stages + 1) / stages)
+        digs = tuple(Dig(blocks=np.zeros(0, int), gravity=DOWN + float(turn)) for turn in turns)
+        scene = replace(draft.scene, gravity=DOWN + level, digs=digs)
+        return replace(draft, scene=scene, parameters={**draft.parameters, "stages": stages})
+
+    return drawn
+
+
+def with_nodes(draw: Draw) -> Draw:
+    """Return a family's models with nodes where corners of others lie, as in conforming meshes, and more."""
+
+    def drawn(generator: np.random.Generator) -> Draft:
+        draft = draw(generator)
+        return replace(draft, scene=noded(draft.scene, generator))
 
     return drawn

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from benchmarks.campaign.families import FAMILIES
-from benchmarks.campaign.scene import turn
-from benchmarks.campaign.transforms import mirrored, renumbered, scaled, turned
+from benchmarks.campaign.scene import DOWN, polygon_area, turn
+from benchmarks.campaign.transforms import mirrored, noded, renumbered, scaled, turned
 from benchmarks.campaign.trial import trial_of
 
 LINEAR = bsm.Options(scheme="linear", threads=1)
@@ -70,3 +70,32 @@ def test_turned(family, seed):
 def test_ground_cannot_be_turned():
     with pytest.raises(ValueError, match="cannot be turned"):
         turned(scene_of("tunnel", 0), 10.0)
+
+
+def test_nodes_lie_on_edges_and_wherever_others_have_corners():
+    scene = scene_of("wall", 3)
+    there = noded(scene, np.random.default_rng(0))
+    assert_allclose([polygon_area(p) for p in there.polygons], [polygon_area(p) for p in scene.polygons], rtol=1e-12)
+    base = there.polygons[0]
+    for corners in scene.polygons[1:]:  # bricks of the lowest course stand on the base
+        for corner in corners[np.abs(scene_height(scene, corners)) < 1e-9]:
+            assert np.hypot(*(base - corner).T).min() < 1e-9
+    assert sum(map(len, there.polygons)) > 1.5 * sum(map(len, scene.polygons))
+
+
+def scene_height(scene, points):
+    """Return the height (k,) of points over the top of the base."""
+    third, fourth = scene.polygons[0][2:4]
+    along = (third - fourth) / np.hypot(*(third - fourth))
+    return (points - fourth) @ np.array([-along[1], along[0]])
+
+
+@pytest.mark.parametrize("family", ["wall+tilted", "column+tilted", "incline+tilted"])
+def test_what_is_tilted_in_stages_ends_as_what_is_tilted_at_once(family):
+    """Weights turn from across the base to downwards, none greater or less: linear solutions add up."""
+    scene = scene_of(family, 1)
+    assert scene.gravity != DOWN
+    assert scene.at_the_end().gravity == pytest.approx(DOWN)
+    stages = bsm.run(scene.model(), LINEAR).stages
+    found = stages[-1].origin + stages[-1].displacement
+    assert_same(found, displacement(scene.at_the_end()))

@@ -108,7 +108,7 @@ class RelaxToRest:
 
     def solve(self, equations: StepEquations, at: Iterate, goal: Goal) -> Attempt:
         """Return where blocks come to rest, all but few of them."""
-        transit = max(SETTINGS.min_transit, float(np.sqrt(len(equations.start))))
+        transit = _shear_slowness(equations) * max(SETTINGS.min_transit, float(np.sqrt(len(equations.start))))
         motion = ExplicitMotion(_pressed(equations), SETTINGS.motion, ramp=int(SETTINGS.ramp * transit))
         decay, levels = Decay(motion.loading_cycles, int(SETTINGS.period * transit)), list(SETTINGS.levels)
         while levels and motion.searches < SETTINGS.max_searches:
@@ -143,6 +143,18 @@ def _pressed(equations: StepEquations) -> StepEquations:
     farthest = SETTINGS.passed * equations.system.d
     part = min(SETTINGS.pressed, farthest / max(equations.movement(movement), farthest))
     return equations.static_problem_at(equations.start + part * movement, equations.lam)
+
+
+def _shear_slowness(equations: StepEquations) -> float:
+    """Return how many times as many cycles a wave of pressure takes where shear springs are stiffer than normal ones.
+
+    Masses are those that the stiffer springs need.
+    """
+    contacts = equations.contacts
+    near = contacts.within_tolerance
+    at = equations.evaluate(equations.start)
+    normal, shear = at.normal_stiffness[near].sum(), at.springs.stiffness[near].sum()
+    return float(np.sqrt(max(1.0, (normal + shear) / (2 * normal)))) if normal > 0 else 1.0
 
 
 def _is_below(motion: ExplicitMotion, rms: float, max_residual: float) -> bool:

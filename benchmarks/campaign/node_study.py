@@ -1,0 +1,130 @@
+"""Whether nodes on straight edges change an answer: the same model with them and without.
+
+A conforming mesh has a node wherever a joint ends on another. It is no corner, and no answer may hang on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
+
+import bsm_mesh as bsm
+from benchmarks.campaign import outcome, runner
+from benchmarks.campaign.families import FAMILIES
+from benchmarks.campaign.outcome import DECIDED, OPTIONS, Record, noticeable
+from benchmarks.campaign.scene import Scene
+from benchmarks.campaign.tables import Row
+from benchmarks.campaign.transforms import noded
+from benchmarks.campaign.trial import generator_of, trial_of
+from bsm_mesh.solve.limit_analysis import strength_limit
+
+MOST_BLOCKS = 200
+BOUND, FACTOR = 1e-3, 2e-3  # of the bound and of the factor: what differs by more is another answer
+TOLERANCE = 5e-4  # of a factor of safety
+EVERY = 20  # model has its factor found
+HEAD = ["question", "models", "differ", "which"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answers:
+    """What is asked of a model."""
+
+    record: Record
+    admissible: bool
+    bound: float | None
+    factor: float | None
+
+
+def study(count: int, tell: Callable[[str], None]) -> list[Row]:
+    """Return a table of what nodes change, over so many models that runs decide."""
+    asked: dict[str, list[str]] = {question: [] for question in QUESTIONS}
+    differ: dict[str, list[str]] = {question: [] for question in QUESTIONS}
+    for number, (name, scene) in enumerate(islice(_scenes(), count)):
+        generator = generator_of("nodes", name, number)
+        both = [_answers(each, number % EVERY == 0) for each in (scene, noded(scene, generator))]
+        for question, judged in QUESTIONS.items():
+            agree = judged(*both)
+            if agree is not None:
+                asked[question].append(name)
+            if agree is False:
+                differ[question].append(name)
+                tell(f"{name}: {question}: {both[0]} and with nodes {both[1]}")
+    rows = [HEAD]
+    rows += [[q, str(len(asked[q])), str(len(differ[q])), ", ".join(differ[q]) or "none"] for q in QUESTIONS]
+    return rows
+
+
+def _scenes() -> Iterable[tuple[str, Scene]]:
+    """Yield the scenes of all families in turn, from one that the campaign does not have, the first stage alone."""
+    base = {name: family.models for name, family in FAMILIES.items() if not name.endswith("+nodes")}
+    for family, seed in runner.in_turn({name: 100 * models for name, models in base.items()}):
+        scene = trial_of(FAMILIES[family], seed + FAMILIES[family].models).scene
+        if scene.count <= MOST_BLOCKS and scene.k0 is None:
+            yield f"{family} {seed + FAMILIES[family].models}", replace(scene, digs=())
+
+
+def _answers(scene: Scene, with_factor: bool) -> Answers:
+    model = scene.model()
+    record = outcome.record_of(scene, *outcome.run(scene))
+    factor = None
+    if with_factor and record["status"] == "stable" and record["moved"] < noticeable(record):
+        found = bsm.factor_of_safety(model, OPTIONS, tolerance=TOLERANCE)
+        if found.stable is not None and found.unstable is not None and found.is_closed:
+            factor = (found.stable + found.unstable) / 2
+    return Answers(
+        record=record,
+        admissible=bsm.limit_analysis(model).admissible,
+        bound=_bound_of(model),
+        factor=factor,
+    )
+
+
+def _bound_of(model: bsm.Model) -> float | None:
+    try:
+        return strength_limit(model).factor
+    except bsm.ModelError:  # nothing that touches has a strength
+        return None
+
+
+def _verdict(one: Answers, other: Answers) -> bool | None:
+    here, there = one.record["status"], other.record["status"]
+    return here == there if {here, there} <= set(DECIDED) else None
+
+
+def _stands(one: Answers, other: Answers) -> bool | None:
+    standing = [each for each in (one, other) if _unmoved(each.record)]
+    return all(each.admissible for each in standing) if standing else None
+
+
+def _unmoved(record: Record) -> bool:
+    stands: bool = record["status"] == "stable" and record["moved"] < noticeable(record)
+    return stands
+
+
+def _admissible(one: Answers, other: Answers) -> bool | None:
+    return one.admissible == other.admissible
+
+
+def _bound(one: Answers, other: Answers) -> bool | None:
+    if one.bound is None or other.bound is None:
+        return None if one.bound == other.bound else False
+    return _near(one.bound, other.bound, BOUND)
+
+
+def _factor(one: Answers, other: Answers) -> bool | None:
+    return None if one.factor is None or other.factor is None else _near(one.factor, other.factor, FACTOR)
+
+
+def _near(one: float, other: float, part: float) -> bool:
+    return one == other or abs(one - other) <= part * max(abs(one), abs(other))
+
+
+QUESTIONS: dict[str, Callable[[Answers, Answers], Any]] = {
+    "the verdict is the same": _verdict,
+    "what stands unmoved is admissible": _stands,
+    "admissible is the same": _admissible,
+    "the bound of the factor is the same": _bound,
+    "the factor is the same": _factor,
+}
