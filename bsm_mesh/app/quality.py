@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bsm_mesh.app.tables import engineering
-from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.arrays import FloatArray, IntArray, rounding_of
 from bsm_mesh.errors import ModelError, counted, named_stage, nearest, numbered, place
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
 from bsm_mesh.model.bolt_layout import BoltLayout
@@ -228,14 +228,16 @@ def _voids(blocks: Blocks, width: float) -> tuple[int, list[float], float]:
     """Return how many narrow voids the blocks enclose, where the first is, and the area covered more than once."""
     import shapely
 
-    union = shapely.union_all(polygons_of(blocks.vertices, blocks.offsets, np.arange(blocks.count)))
+    middle, rounding = blocks.vertices.mean(axis=0), rounding_of(blocks.vertices)
+    union = shapely.union_all(polygons_of(blocks.vertices - middle, blocks.offsets, np.arange(blocks.count)))
     parts = shapely.get_parts(union)
     holes = shapely.polygons(shapely.get_rings(parts))[_are_holes(parts)]
     wide = 2 * shapely.area(holes) / shapely.length(holes)
-    narrow = (wide > MERGE_TOLERANCE) & (wide < width * np.sqrt(np.median(blocks.moments.area)))
-    place = [] if not narrow.any() else [float(x) for x in shapely.get_coordinates(holes[narrow][0].centroid)[0]]
+    narrow = (wide > max(MERGE_TOLERANCE, rounding)) & (wide < width * np.sqrt(np.median(blocks.moments.area)))
+    place = [] if not narrow.any() else (shapely.get_coordinates(holes[narrow][0].centroid)[0] + middle).tolist()
     overlap = float(blocks.moments.area.sum() - union.area)
-    return int(narrow.sum()), place, max(overlap, 0.0) if overlap > 1e-12 * union.area else 0.0
+    least = 1e-12 * union.area + rounding * float(np.hypot(*blocks.edge_vectors.T).sum())
+    return int(narrow.sum()), place, overlap if overlap > least else 0.0
 
 
 def _are_holes(polygons: Any) -> Any:

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, rounding_of
 from bsm_mesh.errors import place
 from bsm_mesh.model.edges import EdgeTable, LongArray
 from bsm_mesh.model.polygons import owner_of_corner
 
 SMALLEST_SHARE = 1e-6  # of the smaller block's area: less is rounding at a corner on a neighbour's edge
-GRID = 1e-10  # of the smallest block's size: to what overlaps are rounded
+GRID = 1e-10  # of the smallest block's size: to what overlaps are rounded, if coordinates are not coarser
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -105,7 +105,8 @@ def _shared_areas(vertices: FloatArray, offsets: IntArray, blocks: LongArray, ri
     """Return the overlaps of the rim among `blocks` with any of `blocks`."""
     import shapely
 
-    outlines = polygons_of(vertices, offsets, blocks)
+    middle = vertices.mean(axis=0)  # about which areas are exact, wherever the blocks lie
+    outlines = polygons_of(vertices - middle, offsets, blocks)
     valid = shapely.is_valid(outlines)
     outlines, blocks, rim = outlines[valid], blocks[valid], rim[valid]
     shapely.prepare(outlines)
@@ -118,14 +119,14 @@ def _shared_areas(vertices: FloatArray, offsets: IntArray, blocks: LongArray, ri
     left, right = left[entered], right[entered]
     smaller = np.minimum(shapely.area(outlines[left]), shapely.area(outlines[right]))
     # Snapped to a grid: where edges differ by rounding alone GEOS has returned a whole triangle as the shared area.
-    grid = GRID * float(np.sqrt(smaller.min(initial=np.inf)))
+    grid = max(GRID * float(np.sqrt(smaller.min(initial=np.inf))), rounding_of(vertices))
     shared = shapely.intersection(outlines[left], outlines[right], grid_size=grid if np.isfinite(grid) else None)
     area = shapely.area(shared)
     real = area > SMALLEST_SHARE * smaller
     centre = shapely.centroid(shared[real])
     pairs = np.sort(np.stack([blocks[left[real]], blocks[right[real]]], axis=1), axis=1)
     order = np.lexsort(pairs.T[::-1])
-    place = np.stack([shapely.get_x(centre), shapely.get_y(centre)], axis=1)
+    place = np.stack([shapely.get_x(centre), shapely.get_y(centre)], axis=1) + middle
     return Overlaps(pairs=pairs[order], area=area[real][order], place=place[order])
 
 

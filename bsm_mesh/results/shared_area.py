@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, rounding_of
 from bsm_mesh.compiled import njit
 from bsm_mesh.model.overlap import polygons_of
 
@@ -66,9 +66,10 @@ def _pair_areas(corners: FloatArray, offsets: IntArray, left: IntArray, right: I
     others = np.flatnonzero(~clipped)
     if others.size:
         named, inverse = np.unique(np.concatenate([left[others], right[others]]), return_inverse=True)
-        outlines = polygons_of(corners, offsets, named)
+        outlines = polygons_of(corners - corners.mean(axis=0), offsets, named)
         one, other = np.split(outlines[inverse], 2)
-        area[others] = shapely.area(shapely.intersection(one, other, grid_size=_grid(outlines)))
+        grid = max(_grid(outlines), rounding_of(corners))
+        area[others] = shapely.area(shapely.intersection(one, other, grid_size=grid))
     return area
 
 

@@ -28,7 +28,6 @@ from bsm_mesh.converters.meshes.marks import Marks, mark
 from bsm_mesh.converters.meshes.outlines import Outlines, outline_elements
 from bsm_mesh.converters.meshes.regions import merge_regions
 from bsm_mesh.converters.meshes.report import MeshReport, Note, NoteKind, places
-from bsm_mesh.converters.meshes.straight import straightened
 from bsm_mesh.errors import MeshWarning, ModelError, listing, one_line, raise_faults
 from bsm_mesh.geometries.physical_groups import GroupKind
 from bsm_mesh.model.blocks import MERGE_TOLERANCE, Blocks
@@ -185,6 +184,8 @@ def _blocks_of(
     outlines = outline_elements(cells, unit_scale=unit_scale, merge_tolerance=merge_tolerance)
     named = settle_dimensions(named, outlines.piece_of)
     rocks = assign_rocks(cells, named, outlines.outline_of, len(outlines.offsets) - 1)
+    if blocks_from == "elements":
+        outlines = outlines.straightened()
     elements, block_of, bolts, loose, notes = _assemble(cells, named, outlines, rocks)
     if marks is not None:
         elements, more = mark(elements, marks, cells, block_of)
@@ -196,8 +197,6 @@ def _blocks_of(
         elements, more = merge_regions(elements, outlines.precision, () if marks is None else marks.lines)
         vars(elements)["overlaps"] = overlaps  # none, which takes long to find out again
         notes = (*notes, *more)
-    else:
-        elements = straightened(elements, np.arange(len(elements.vertices)), outlines.precision)
     notes = (*notes, *loose_notes(loose, elements.vertices, elements.offsets))
     return elements, _report(cells, elements, bolts, notes)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
 from bsm_mesh.converters.meshes.cells import MeshCells
 from bsm_mesh.converters.meshes.repeats import first_of_equal
 from bsm_mesh.converters.meshes.report import Note, NoteKind, places
-from bsm_mesh.converters.meshes.straight import Precision
+from bsm_mesh.converters.meshes.straight import Precision, straight_points
 from bsm_mesh.errors import ModelError, counted, listing
 from bsm_mesh.model.block_faults import FARTHEST
 from bsm_mesh.model.blocks import merge_points
@@ -56,6 +56,11 @@ class Outlines:
     notes: tuple[Note, ...]
     precision: Precision
     tolerance: float
+
+    def straightened(self) -> Outlines:
+        """Return outlines whose edges in one line, to the digits of the file, are in one line to rounding."""
+        every = np.arange(len(self.corners))
+        return replace(self, points=straight_points(self.points, self.corners, self.offsets, every, self.precision))
 
 
 def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: float) -> Outlines:

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bsm_mesh.arrays import FloatArray, rounding_of
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray, rounding_of
 from bsm_mesh.model.blocks import Blocks
 from bsm_mesh.model.edges import LongArray
-from bsm_mesh.model.polygons import polygon_moments
+from bsm_mesh.model.polygons import next_corner, polygon_moments
 
 EPSILON = float(np.finfo(np.float64).eps)
 OFF_LINE = 3.0  # half units of the last digit: a node and both its neighbours are each up to 1.4 beside their places
@@ -75,14 +75,65 @@ def straightened(blocks: Blocks, edges: LongArray, precision: Precision) -> Bloc
     """
     _, first, corner = np.unique(blocks.nodes, return_index=True, return_inverse=True)
     corner = corner.reshape(-1)  # the point of every corner
-    middle = blocks.vertices.mean(axis=0)
-    points = blocks.vertices[first] - middle
-    ends = np.unique(np.sort(np.column_stack([corner[edges], corner[blocks.following[edges]]]), axis=1), axis=0)
-    moved = points + _moves(points, ends, precision)
-    moved = _without_inversions(blocks, corner, points, moved)
-    if moved is points:
+    points = straight_points(blocks.vertices[first], corner, blocks.offsets, edges, precision)
+    if np.array_equal(points, blocks.vertices[first]):
         return blocks
-    return replace(blocks, vertices=np.where((moved != points)[corner], (moved + middle)[corner], blocks.vertices))
+    return replace(blocks, vertices=points[corner])
+
+
+def straight_points(
+    points: FloatArray, corners: IntArray, offsets: IntArray, edges: LongArray, precision: Precision
+) -> FloatArray:
+    """Return points (n, 2) so moved that edges in one line, to the digits of their coordinates, are so to rounding.
+
+    Parameters
+    ----------
+    points : (n, 2) float64 [m]
+        Where corners of outlines are.
+    corners, offsets : (m,), (k + 1,) int
+        Outline b has the corners ``corners[offsets[b]:offsets[b + 1]]``, counter-clockwise.
+    edges : (e,) int64
+        Which edges, by the number of the corner where they begin.
+    precision : Precision
+        Of the coordinates.
+    """
+    middle = points[corners].mean(axis=0)
+    here = points - middle
+    ends = np.sort(np.column_stack([corners[edges], corners[next_corner(offsets)[edges]]]), axis=1)
+    ends, beside = np.unique(ends, axis=0, return_counts=True)
+    there = here + _moves(here, _split(here, ends.astype(np.int64), beside == 1, precision), precision)
+    there = _without_inversions(corners, offsets, here, there)
+    return np.where(there != here, there + middle, points)
+
+
+def _split(points: FloatArray, ends: LongArray, alone: BoolArray, precision: Precision) -> LongArray:
+    """Return edges with ends (k, 2), those that are `alone`, (k,), in parts where a corner of others lies on them."""
+    import shapely
+
+    edge = np.flatnonzero(alone)
+    if not len(edge):
+        return ends
+    start, along = points[ends[edge, 0]], points[ends[edge, 1]] - points[ends[edge, 0]]
+    length = np.hypot(*along.T)
+    reach = np.maximum(np.minimum(OFF_LINE * precision.digits, PART * length), precision.rounding)
+    near = np.unique(ends[edge])
+    tree = shapely.STRtree(shapely.points(points[near]))
+    lines = shapely.linestrings(np.stack([start, start + along], axis=1))
+    which, point = tree.query(lines, predicate="dwithin", distance=reach)
+    point = near[point]
+    place = ((points[point] - start[which]) * along[which]).sum(axis=1) / length[which]
+    within = (place > reach[which]) & (place < length[which] - reach[which])
+    which, point, place = which[within], point[within], place[within]
+    if not len(which):
+        return ends
+    cut = np.unique(which)
+    rows = np.concatenate([which, cut, cut])  # of every cut edge its points and both its ends, in their order
+    nodes = np.concatenate([point, ends[edge[cut], 0], ends[edge[cut], 1]])
+    order = np.lexsort([np.concatenate([place, np.zeros(len(cut)), length[cut]]), rows])
+    rows, nodes = rows[order], nodes[order]
+    follows = rows[1:] == rows[:-1]
+    parts = np.column_stack([nodes[:-1], nodes[1:]])[follows]
+    return np.unique(np.concatenate([np.delete(ends, edge[cut], axis=0), np.sort(parts, axis=1)]), axis=0)
 
 
 def _moves(points: FloatArray, ends: LongArray, precision: Precision) -> FloatArray:
@@ -192,14 +243,14 @@ def _on_lines(point: LongArray, normal: FloatArray, distance: FloatArray, count:
     return moves
 
 
-def _without_inversions(blocks: Blocks, corner: LongArray, points: FloatArray, moved: FloatArray) -> FloatArray:
-    """Return moved points (n, 2), those of blocks that would lose much of their area left where they were."""
+def _without_inversions(corners: IntArray, offsets: IntArray, points: FloatArray, moved: FloatArray) -> FloatArray:
+    """Return moved points (n, 2), those of outlines that would lose much of their area left where they were."""
     if np.array_equal(moved, points):
         return points
-    least = SHRINKS * polygon_moments(points[corner], blocks.offsets).area
-    while (thin := polygon_moments(moved[corner], blocks.offsets).area < least).any():
+    least = SHRINKS * polygon_moments(points[corners], offsets).area
+    while (thin := polygon_moments(moved[corners], offsets).area < least).any():
         kept = np.zeros(len(points), dtype=np.bool_)
-        kept[corner[thin[blocks.owner]]] = True
+        kept[corners[np.repeat(thin, np.diff(offsets))]] = True
         if not (moved[kept] != points[kept]).any():
             return points
         moved = np.where(kept[:, None], points, moved)

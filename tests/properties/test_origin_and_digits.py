@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.solve.limit_analysis import strength_limit
+from tests.scenes.known_factors import arch, incline, tutorial_slope
 from tests.scenes.slope_mesh import moved, slope_mesh, slope_model, with_coordinates
 
 MAP = (512345.0, 4501234.0)  # easting and northing [m]
@@ -55,6 +58,18 @@ def test_bound_where_every_element_is_a_block(tmp_path: Path, slope: tuple[float
     for name in ("map", "feet on a map", "4 decimals", "6 decimals", "8 decimals", "map, 4 decimals"):
         found = strength_limit(model_of(tmp_path / "a.msh", slope, name, "elements"))
         assert found.beyond == pytest.approx(expected.beyond, rel=SAME), name
+
+
+@pytest.mark.parametrize("build", [incline, tutorial_slope, arch], ids=lambda build: build.__name__)
+def test_bound_of_blocks_on_a_map(build: Callable[..., bsm.Model]) -> None:
+    """Of blocks without a mesh."""
+    given = {"incline": (40.0, 30.0), "tutorial_slope": (20.0,), "arch": (0.12, 20, 35.0)}[build.__name__]
+    model = build(*given)
+    expected = strength_limit(model)
+    there = replace(model.blocks, vertices=model.blocks.vertices + MAP)
+    found = strength_limit(model.replace(blocks=there))
+    assert found.factor == pytest.approx(expected.factor, rel=SAME)
+    assert found.beyond == pytest.approx(expected.beyond, rel=SAME)
 
 
 @pytest.mark.heavy

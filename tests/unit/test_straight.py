@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.arrays import FloatArray
+from bsm_mesh.converters import convert_mesh
 from bsm_mesh.converters.meshes.straight import Precision, straightened
+from bsm_mesh.model.faces import find_faces
 from bsm_mesh.solve.limit.program import LimitProgram
 from tests.scenes.models import model_of
-from tests.scenes.shapes import grid, rectangle, turned
+from tests.scenes.shapes import grid, rectangle, running_bond, turned
 
 ANGLE = 17.0  # of the grid: no coordinate is a short decimal
 
@@ -51,6 +55,24 @@ def test_a_rounded_grid_is_straight_again(decimals: int) -> None:
         line = rows[:5, edge] - rows[0, edge]
         fitted = np.polynomial.Polynomial.fit(line @ along, line @ across, 1)
         assert np.abs(line @ across - fitted(line @ along)).max() < 1e-13
+
+
+@pytest.mark.parametrize("decimals", [4, 6, 8])
+@pytest.mark.parametrize("at", [(0.0, 0.0), (512345.0, 4501234.0)])
+def test_a_rounded_wall_in_bond_has_all_its_faces(decimals: int, at: tuple[float, float]) -> None:
+    """Corners within edges are on them: the wall was refused, for bricks that overlap by half a digit."""
+    polygons = [turned(np.asarray(p, float), 10.0) + at for p in [rectangle(-1, -0.5, 9, 0), *running_bond(6, 8)]]
+    offsets = np.cumsum([0, *map(len, polygons)])
+    elements = [("polygon", [list(range(a, b))]) for a, b in pairwise(offsets.tolist())]
+    groups = {"rock:rock": [[0]] * len(polygons)}
+    exact, _ = convert_mesh(np.concatenate(polygons), elements, groups)
+    found, _ = convert_mesh(np.concatenate(polygons).round(decimals), elements, groups)
+    assert len(find_faces(found).edge_a) == len(find_faces(exact).edge_a)
+    angle = np.arctan2(*found.edge_vectors.T[::-1]) % np.pi
+    height = (found.vertices - at) @ (-np.sin(np.radians(10)), np.cos(np.radians(10)))
+    of_bed = np.where(np.abs(angle - np.radians(10)) < 0.1, height.round(1), np.nan)
+    for bed in np.arange(0.0, 3.1, 0.5):
+        assert np.ptp(angle[of_bed == bed]) < (1e-7 if any(at) else 1e-12)  # map coordinates: a nanometre
 
 
 def test_exact_meshes_stay_as_they_are() -> None:
