@@ -86,7 +86,7 @@ def outline_elements(cells: MeshCells, *, unit_scale: float, merge_tolerance: fl
     used = _used_nodes(cells, unit_scale)
     axes, notes = _plane_axes(cells.source, cells.points, used)
     given = cells.points[used][:, axes]
-    flat, precision = given * unit_scale, Precision.of(given, unit_scale)
+    flat, precision = given * unit_scale, Precision.of(given, unit_scale, merge_tolerance)
     tolerance = max(merge_tolerance, precision.rounding) if merge_tolerance else 0.0
     label = merge_points(flat, tolerance)
     points = np.empty((int(label.max()) + 1, 2))

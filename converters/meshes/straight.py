@@ -23,6 +23,7 @@ OFF_LINE = 3.0  # half units of the last digit: a node and both its neighbours a
 PART = 1e-3  # of the shorter edge at a node: kinks beyond are meant, and coarser digits are those of a grid
 FIRM, PASSES = 1e6, 20  # weight of points where three lines or more cross; fits, of which four are usual
 CROSSING = 1e-3  # least square of the sine of two lines in whose crossing a node is put
+MESHED = 3e-3  # of the merge tolerance: what meshers leave of points on a line
 SHRINKS = 0.5  # of its area: what a block keeps at least
 MOST_DECIMALS = 17
 
@@ -43,10 +44,11 @@ class Precision:
     rounding: float
 
     @classmethod
-    def of(cls, coordinates: FloatArray, unit: float = 1.0) -> Precision:
+    def of(cls, coordinates: FloatArray, unit: float = 1.0, tolerance: float = 0.0) -> Precision:
         """Return the precision of coordinates, any shape, as a file has them, in a unit [m].
 
-        Decimals of the greatest ones count: of numbers with as many digits each, smaller ones have more.
+        Decimals of the greatest ones count: of numbers with as many digits each, smaller ones have more. No digits
+        count that are far below the `tolerance` [m], within which points are one: a mesher leaves its own.
         """
         size = np.abs(np.unique(coordinates))
         greatest = float(size.max(initial=0.0))
@@ -58,7 +60,7 @@ class Precision:
             if np.abs(units - np.rint(units)).max(initial=0.0) <= 2 * EPSILON * greatest * 10.0**decimals:
                 digits = max(digits, 0.5 * 10.0**-decimals)
                 break
-        return cls(digits=digits * unit, rounding=rounding * unit)
+        return cls(digits=max(digits * unit, MESHED * tolerance), rounding=rounding * unit)
 
 
 def straightened(blocks: Blocks, edges: LongArray, precision: Precision) -> Blocks:

@@ -121,6 +121,16 @@ def test_single_precision_is_known() -> None:
     assert Precision.of(values).digits == pytest.approx(60 * 2.0**-25)
 
 
+def test_what_a_mesher_leaves_is_put_straight() -> None:
+    """Far below the merge tolerance, above rounding: corners that are none, and kinks."""
+    jitter = np.random.default_rng(5).uniform(-2e-12, 2e-12, (25, 4, 2))
+    polygons = [np.concatenate(cells())]
+    points = polygons[0].reshape(25, 4, 2) + jitter
+    elements = [("quad", [list(range(4 * k, 4 * k + 4))]) for k in range(25)]
+    found, _ = convert_mesh(points.reshape(-1, 2), elements, {"rock:rock": [[0]] * 25}, blocks="regions")
+    assert (found.count, len(found.vertices)) == (1, 4)
+
+
 @pytest.mark.parametrize("at", [(0.0, 0.0), (5e5, 5e6)])
 @pytest.mark.parametrize("angle", [0.0, 17.0, 90.0, 135.0])
 def test_limit_analysis_has_parallel_faces(at: tuple[float, float], angle: float) -> None:
