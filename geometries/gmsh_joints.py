@@ -15,6 +15,7 @@ from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.joint_sets import FloatArray, Joints, Points, clip_traces
 from bsm_mesh.geometries.session import load_gmsh
 
+BEYOND = 0.01  # of the model's size: so far traces stick out of its box, lest their ends move the rim to them
 OFF = 1e-6  # of the model's size, where no tolerance is given
 
 
@@ -51,7 +52,9 @@ def fragment_by_joints(
         raise GeometryError("fragment_by_joints: there are no surfaces; give the tags of those that joints cut")
     boxes = np.array([occ.getBoundingBox(2, tag) for tag in surfaces])
     low, high = boxes[:, :2].min(axis=0), boxes[:, 3:5].max(axis=0)
-    corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+    off = BEYOND * float((high - low).max())
+    (left, bottom), (right, top) = low - off, high + off
+    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
     lines: list[tuple[int, int]] = []
     names: list[str] = []
     traces = ended(joints, [one.traces(low, high, seed) for one in joints])
@@ -59,9 +62,14 @@ def fragment_by_joints(
         for start, end in clip_traces(drawn, corners):
             lines.append((1, occ.addLine(occ.addPoint(*start, 0.0), occ.addPoint(*end, 0.0))))
             names.append(f"joint:{one.name}")
+    none = GeometryError("fragment_by_joints: no joint crosses the surfaces; give closer spacings, or others")
     if not lines:
-        raise GeometryError("fragment_by_joints: no joint crosses the surfaces; give closer spacings, or others")
+        raise none
     _, parts = occ.fragment([(2, tag) for tag in surfaces], lines)
+    made = {tag for part in parts[len(surfaces) :] for dimension, tag in part if dimension == 1}
+    middle = {tag: np.array(occ.getCenterOfMass(1, tag)[:2]) for tag in made}
+    beyond = [(1, tag) for tag, at in middle.items() if np.any(at < low) or np.any(at > high)]
+    occ.remove(beyond, recursive=True)
     occ.synchronize()
     bounds = {tag for _, tag in gmsh.model.getBoundary(gmsh.model.getEntities(2), combined=False, oriented=False)}
     curves: dict[str, list[int]] = {name: [] for name in names}
@@ -70,6 +78,8 @@ def fragment_by_joints(
         mine = {tag for dimension, tag in children if dimension == 1 and tag in bounds} - taken
         curves[name] += sorted(mine)
         taken |= mine
+    if not taken:
+        raise none
     children = [[tag for dimension, tag in part if dimension == 2] for part in parts[: len(surfaces)]]
     return children, {name: tags for name, tags in curves.items() if tags}
 

@@ -81,6 +81,21 @@ def test_curves_by_direction_box_and_line() -> None:
         assert len(find_curves(along=[(0, 0), (4, 0)])) == 1
 
 
+def test_joints_that_end_beyond_the_rock_leave_its_rim_straight(tmp_path: Path) -> None:
+    """Their ends lay on Open CASCADE's padded box, and the rim went out to them by 1e-7 m."""
+    with gmsh_session("rim"):
+        rock = gmsh.model.occ.addRectangle(0, 0, 0, 4, 4)
+        (pieces,), joints = fragment_by_joints([rock], [Fault(name="F", lines=[[(-1, 1.1), (5, 2.3)]])])
+        name_groups({"rock:a": pieces, **joints})
+        assert set(find_curves()) == {tag for _, tag in gmsh.model.getEntities(1)}
+        gmsh.model.mesh.generate(2)
+        write_mesh(tmp_path / "rim.msh")
+    blocks, _ = read_mesh(tmp_path / "rim.msh", blocks="regions")
+    assert blocks.count == 2
+    np.testing.assert_allclose(blocks.vertices.min(axis=0), 0, atol=1e-12)
+    np.testing.assert_allclose(blocks.vertices.max(axis=0), 4, rtol=1e-12)
+
+
 def test_loose_pieces_outside_the_rock_are_not_found() -> None:
     """A line fragmented by hand leaves pieces beyond the rock; one that ends in the rock is part of its mesh."""
     with gmsh_session("loose"):
