@@ -239,6 +239,7 @@ def test_what_a_geometry_prints_does_not_get_into_the_json(case: Case) -> None:
     """Gmsh prints past Python, so that only a process of its own shows it."""
     case.write("g.py", SCRIPT)
     case.change('file = "mesh.msh"', 'geometry = "g.py"')
+    case.change("[mesh]\n", "[mesh]\nallow_unused = true\n")  # it has no joint
     outcome = run_process(case.folder, "run", "model.toml", "--json")
     assert json.loads(outcome.out)["status"] == "stable"
     assert "from Python" in outcome.err
