@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import chdir
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from bsm_mesh.files import whole_file
@@ -11,6 +12,7 @@ from bsm_mesh.files import whole_file
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+LETTERS = 8.0  # of a title in an inch, so that wide ones fit
 TEXT, FRAME = "#222222", "#bbbbbb"
 
 
@@ -27,14 +29,33 @@ def paper(size: tuple[float, float], dpi: float = 100.0) -> Figure:
 
 def entitle(figure: Figure, title: str) -> None:
     """Write the title as every picture has it, broken where it is too wide, and pale frames round its axes."""
-    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False, wrap=True)
+    breaks = "$" not in title  # Matplotlib measures a line to be broken as a formula, even where it may be none
+    if not breaks:
+        width = round(LETTERS * figure.get_figwidth())
+        title = "\n".join("\n".join(wrap(line, width)) for line in title.splitlines())
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=TEXT, parse_math=False, wrap=breaks)
     for axes in figure.axes:
         for side in axes.spines.values():
             side.set_color(FRAME)
 
 
+def plain_texts(figure: Figure) -> Figure:
+    """Return a figure whose texts are shown as they are: a ``$`` in a name begins no formula, which may be none.
+
+    Labels of ticks stay: those of logarithmic axes are formulas.
+    """
+    from matplotlib.text import Text
+
+    axes = [axis for part in figure.axes for axis in (part.xaxis, part.yaxis)]
+    ticks = {id(label) for axis in axes for label in (*axis.get_ticklabels(which="both"), axis.offsetText)}
+    for text in figure.findobj(Text):
+        if id(text) not in ticks:
+            text.set_parse_math(False)
+    return figure
+
+
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG, and return its path; folders that are missing are made."""
     with whole_file(path, parents=True) as draft:
-        figure.savefig(draft, format="png")
+        plain_texts(figure).savefig(draft, format="png")
     return path

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bsm_mesh.app.beside_marks import COLOURS
 from bsm_mesh.app.canvas import WIDTH
+from bsm_mesh.app.figures import paper, save
 from bsm_mesh.app.tables import engineering
 from bsm_mesh.arrays import FloatArray
-from bsm_mesh.files import whole_file
 from bsm_mesh.joint_test import BoltCurve, JointCurve
 
 HEIGHT = 5.5  # inches
@@ -90,15 +89,10 @@ def _colours(count: int) -> list[str]:
 
 def _save(draw: Callable[[Any], None], title: str, path: Path) -> None:
     """Draw one chart and write it."""
-    with chdir(Path(__file__).parent):  # a matplotlibrc in the current folder is a stranger's, and may hold code
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    figure = Figure(figsize=(0.7 * WIDTH / 100, HEIGHT), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = paper((0.7 * WIDTH / 100, HEIGHT))
     axes = figure.add_subplot()
     draw(axes)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    axes.set_title(title, loc="left", parse_math=False)  # a $ is a $
-    with whole_file(path) as draft:
-        figure.savefig(draft, format="png")
+    axes.set_title(title, loc="left")
+    save(figure, path)

@@ -13,6 +13,7 @@ import numpy as np
 from bsm_mesh.app.beside import with_sources
 from bsm_mesh.app.block_pictures import draw_model
 from bsm_mesh.app.canvas import finish, new_sheet
+from bsm_mesh.app.figures import plain_texts
 from bsm_mesh.app.pictures import figure_of
 from bsm_mesh.app.scene import Scene, Window
 from bsm_mesh.errors import ModelError
@@ -58,7 +59,7 @@ def _shown(figure: Figure) -> Figure:
         return content.getvalue()
 
     figure._repr_png_ = png  # type: ignore[attr-defined]
-    return figure
+    return plain_texts(figure)
 
 
 def as_given(model: Model) -> Results:

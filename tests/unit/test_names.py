@@ -14,6 +14,7 @@ import pytest
 
 import bsm_mesh as bsm
 from bsm_mesh.app.csv_tables import CsvWriter
+from bsm_mesh.app.figures import entitle, paper, save
 from bsm_mesh.app.result_tables import OutputForm
 from bsm_mesh.app.storage import save_results
 from bsm_mesh.converters.exports import PROGRAMS, export
@@ -145,3 +146,21 @@ def test_tables_of_results_hold_no_formula(tmp_path: Path) -> None:
     read = bsm.results.Results.load(folder)
     assert [stage.name for stage in read.stages] == ["initial", "-2+3"]
     assert bsm.load(folder / "model.toml").histories[0].measured[0].source == "@here"
+
+
+@pytest.mark.parametrize("name", ["$x_$", "$\\frac{", "$$a$$", "$", "a$b", "\\alpha"])
+def test_a_name_in_a_picture_is_no_formula(tmp_path: Path, name: str) -> None:
+    """Labels of logarithmic axes are."""
+    figure = paper((4, 3))
+    axes = figure.add_subplot()
+    axes.loglog([1, 1e4], [1, 1e4], label=name)
+    axes.annotate(name, (10, 10))
+    axes.set_ylabel(name)
+    axes.set_title(name)
+    axes.legend(title=name)
+    entitle(figure, f"{name} {'word ' * 30}\nsecond")
+    assert save(figure, tmp_path / "a.png").stat().st_size > 0
+    assert figure.get_suptitle().replace("\n", " ").split() == [*name.split(), *["word"] * 30, "second"]
+    labels = axes.get_xticklabels()
+    assert all(label.get_parse_math() for label in labels)
+    assert any("mathdefault" in label.get_text() for label in labels)
