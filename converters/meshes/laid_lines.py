@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -35,7 +34,8 @@ def lay_lines(blocks: Blocks, lines: Mapping[str, Sequence[FloatArray]]) -> tupl
     lines : mapping of str to sequence of (n, 2) float64 [m]
         The lines of each joint.
     """
-    segments = Segments.of(lines).around(blocks.vertices.min(axis=0), blocks.vertices.max(axis=0))
+    drawn = Segments.of(lines)
+    segments = drawn.around(blocks.vertices.min(axis=0), blocks.vertices.max(axis=0))
     if not len(segments.ends):
         return blocks, np.arange(blocks.count), []
     tolerance = REACH * grid_of(blocks)
@@ -45,11 +45,12 @@ def lay_lines(blocks: Blocks, lines: Mapping[str, Sequence[FloatArray]]) -> tupl
     made = conforming(made, tolerance)
     notes = _moved_notes(node, distance)
     ends = np.stack([made.vertices, made.vertices[made.following]], axis=1)
-    for k, (joint, some) in enumerate(lines.items()):
+    for k, joint in enumerate(lines):
         mine = segments.ends[segments.joint == k]
+        far = drawn.length_of(k) - segments.length_of(k)  # beyond what was cut off
         edges = np.flatnonzero(along_line(ends, mine, 2 * tolerance)) if len(mine) else np.empty(0, np.int64)
         made = with_joint(made, joint, edges)
-        notes += _length_notes(made, joint, edges, some, tolerance)
+        notes += _length_notes(made, joint, edges, mine, far)
     return made, parent, notes
 
 
@@ -60,14 +61,12 @@ def _moved_notes(node: LongArray, distance: FloatArray) -> list[Note]:
     return [Note(kind=NoteKind.SNAPPED, count=int(node.size), text=text)]
 
 
-def _length_notes(
-    blocks: Blocks, joint: str, edges: LongArray, lines: Sequence[FloatArray], tolerance: float
-) -> list[Note]:
-    """Return notes on the parts of a joint's lines that are no edges with it: inside the rock, and outside."""
-    import shapely
+def _length_notes(blocks: Blocks, joint: str, edges: LongArray, lines: FloatArray, far: float) -> list[Note]:
+    """Return notes on the parts of a joint's lines that are no edges with it: inside the rock, and outside.
 
-    drawn = shapely.union_all([shapely.linestrings(line) for line in lines])
-    length, within = float(shapely.length(drawn)), _length_within(drawn, blocks, tolerance)
+    The lines are given by the ends of their segments, (n, 2, 2) [m], without a length `far` from the rock [m].
+    """
+    length, within = _lengths(lines, blocks)
     number = blocks.joint_names.index(joint) if joint in blocks.joint_names else len(blocks.joint_names)
     is_laid = blocks.edge_joint[edges] == number
     lost = within - _length_once(blocks, edges[is_laid])
@@ -78,6 +77,7 @@ def _length_notes(
         text = f"{lost:.3g} of {within:.3g} m of the lines of '{name}' bear another joint{where}"
         kind = NoteKind.LOST if lost > MOST_LOST * within else NoteKind.LOOSE
         notes.append(Note(kind=kind, name=name, count=1, text=text))
+    length += far
     if length - within > ROUNDING * length:
         text = f"{length - within:.3g} of {length:.3g} m of the lines of '{name}' lie outside the rock"
         notes.append(Note(kind=NoteKind.OUTSIDE, name=name, count=1, text=text))
@@ -91,11 +91,16 @@ def _length_once(blocks: Blocks, edges: LongArray) -> float:
     return float(np.hypot(*blocks.edge_vectors[edges[first]].T).sum())
 
 
-def _length_within(lines: Any, blocks: Blocks, tolerance: float) -> float:
-    """Return the length of the parts of lines in the blocks, the rim with them [m]."""
+def _lengths(lines: FloatArray, blocks: Blocks) -> tuple[float, float]:
+    """Return the length of segments, and of their parts in the blocks, the rim with them [m].
+
+    Segments that lie on each other, to the grid of the cuts, count once.
+    """
     import shapely
 
-    polygons = shapely.polygons(shapely.linearrings(blocks.vertices, indices=blocks.owner))
-    near = np.unique(shapely.STRtree(polygons).query(lines, predicate="dwithin", distance=tolerance))
-    around = shapely.buffer(shapely.union_all(polygons[near]), tolerance, join_style="mitre")
-    return float(shapely.length(shapely.intersection(lines, around)))
+    middle, grid = blocks.vertices.mean(axis=0), grid_of(blocks)
+    drawn = shapely.union_all(shapely.linestrings(lines - middle), grid_size=grid)
+    polygons = shapely.polygons(shapely.linearrings(blocks.vertices - middle, indices=blocks.owner))
+    near = np.unique(shapely.STRtree(polygons).query(drawn, predicate="dwithin", distance=REACH * grid))
+    around = shapely.buffer(shapely.union_all(polygons[near]), REACH * grid, join_style="mitre")
+    return float(shapely.length(drawn)), float(shapely.length(shapely.intersection(drawn, around)))

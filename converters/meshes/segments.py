@@ -75,6 +75,11 @@ class Segments:
 
         return shapely.linestrings(self.ends)
 
+    def length_of(self, joint: int) -> float:
+        """Return the length of all segments of a joint, by its number [m]."""
+        vectors = (self.ends[:, 1] - self.ends[:, 0])[self.joint == joint]
+        return float(np.hypot(*vectors.T).sum())
+
     def tips(self) -> tuple[FloatArray, FloatArray]:
         """Return the two ends of every line, (k, 2) [m], and the unit vectors in which they point out of it."""
         new = np.flatnonzero(np.append(True, self.line[1:] != self.line[:-1]))

@@ -165,6 +165,16 @@ def test_a_line_inside_one_element_and_a_loop() -> None:
     assert_allclose(blocks.moments.area.sum(), 50, rtol=1e-12)
 
 
+def test_lines_on_each_other_count_once() -> None:
+    """Traces that are digitised twice, to rounding, ask for no more joint than one."""
+    one, other = np.array([(0.7, 0.4), (9.3, 4.1)]), np.array([(1.0, 0.4), (9.0, 4.1)])
+    share = (other[:, :1] - 0.7) / 8.6
+    other[:, 1] = 0.4 + 3.7 * share[:, 0] + (1e-15, -1e-14)
+    blocks, report = marked(Marks(lines={"f": [one, other, one]}))
+    assert_allclose(length(blocks, joint_edges(blocks, "f")), 2 * np.hypot(8.6, 3.7), rtol=1e-9)
+    assert [note for note in report.notes if "bear another" in note.text] == []
+
+
 def test_random_lines_keep_area_and_do_not_overlap() -> None:
     rng = np.random.default_rng(71)
     for _ in range(8):
