@@ -167,11 +167,14 @@ class ResultsFolder:
     def strange(self) -> list[str]:
         """Return what is wrong with the folders beside this one: what no run left there is never taken for a run's."""
         beside = [place for place in (self.running, self.interrupted, self.former) if not is_left_by_a_run(place)]
-        return [
+        found = [
             f"{self.told(place)} is {'a link' if place.is_symlink() else f'not from a run (no {MARKER} in it)'}, and a "
             "folder of that name is kept for runs on their way; rename or remove it"
             for place in beside
         ]
+        if self.lock.is_symlink():
+            found.append(f"{self.told(self.lock)} is a link, and a run keeps its lock there; remove it")
+        return found
 
     def inside(self, files: Iterable[Path]) -> list[str]:
         """Return the names, relative to the folder, of those files that lie in it."""

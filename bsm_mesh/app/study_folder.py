@@ -56,7 +56,7 @@ class StudyFolder:
     def refuse_others(self) -> None:
         """Raise `ModelError` where the folder holds another study, or what is of no study, or cannot be written to."""
         refuse_unwritable(self.path, "a study")
-        for name in (RUNS, IDENTITY, PICTURES_FOLDER):
+        for name in (RUNS, IDENTITY, LOCK, PICTURES_FOLDER):
             place_in(self.path, name, itself=True)
         there = read_json(self.path / IDENTITY)
         if there:

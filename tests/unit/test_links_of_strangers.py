@@ -60,6 +60,13 @@ def test_links_beside_results_are_never_a_runs(stranger: Case, ending: str, opti
     assert mine(stranger) == before
 
 
+def test_a_lock_that_is_a_link_is_not_taken(stranger: Case) -> None:
+    (stranger.folder / ".out.lock").symlink_to("victim/notes.txt")
+    before = mine(stranger)
+    stranger.refuses("run", "model.toml", "-q", says=[".out.lock is a link, and a run keeps its lock there; remove it"])
+    assert mine(stranger) == before
+
+
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_folders_beside_results_that_no_run_left_stay(stranger: Case, ending: str) -> None:
     (stranger.folder / "victim").rename(stranger.folder / f"out{ending}")
@@ -146,7 +153,7 @@ def test_a_study_writes_beside_its_file(stranger: Case, options: list[str]) -> N
         says = ['the study\'s folder = "out/study" leads out of the folder']
         stranger.refuses("study", "inside/study.toml", "-q", *options, says=says)
         (stranger.folder / "inside/out").unlink()
-    for name in ("runs.jsonl", "pictures", "study.json"):
+    for name in ("runs.jsonl", "pictures", "study.json", ".lock"):
         (stranger.folder / "inside/out/study").mkdir(parents=True, exist_ok=True)
         link = stranger.folder / "inside/out/study" / name
         link.symlink_to("../../../victim/pictures" if name == "pictures" else "../../../victim/notes.txt")
