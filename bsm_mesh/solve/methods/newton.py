@@ -31,8 +31,7 @@ class NewtonSettings:
     max_updates : int
         Of the contacts, at most: a list that still changes then has no equilibrium nearby.
     shrinking : float
-        Part to which two regularised corrections must reduce the 2-norm of the residual or their own size, or it has
-        stalled.
+        Part to which two regularised corrections must reduce the 2-norm of the residual, or it has stalled.
     """
 
     max_corrections: int = 12
@@ -97,31 +96,6 @@ def with_contacts_at(step: StepEquations, position: FloatArray) -> StepEquations
     return step.updated(restore_history(contacts, step.contacts, at, size), position)
 
 
-class _Progress:
-    """How the 2-norm of the residual falls, and the size of corrections.
-
-    Either is enough: where shear springs are much stiffer than normal ones, corrections that lead on to an equilibrium
-    raise the residual by the squares of their turns.
-    """
-
-    def __init__(self, norm: float) -> None:
-        self._norms, self._sizes = [np.inf, np.inf, norm], [np.inf, np.inf, np.inf]
-
-    @property
-    def corrections(self) -> int:
-        """How many there were."""
-        return len(self._norms) - 3
-
-    def add(self, norm: float, size: float) -> None:
-        """Add a correction of a size (not a number: of no such correction), and the norm after it."""
-        self._norms.append(norm)
-        self._sizes.append(size)
-
-    def reduced_to(self, part: float) -> bool:
-        """Return whether the last two corrections reduced either of them to a part; a number that is none is not."""
-        return any(bool(values[-1] <= part * values[-3]) for values in (self._norms, self._sizes))
-
-
 def newton(
     step: StepEquations,
     position: FloatArray,
@@ -145,31 +119,32 @@ def newton(
     exact : bool
         Use the exact tangent, not the regularised one (`tangent_regularization`).
     shrinking : float
-        The part to which two regularised corrections must reduce the 2-norm, or their own size.
+        The part to which two regularised corrections must reduce the 2-norm.
     max_rms : float
         Rms residual with which it may end, though few blocks exceed the tolerance.
     localized : bool
         Corrections move the influence region of the largest residuals alone, where that is a small part of all.
     """
     here, outcome = step.residual_at(position), Outcome.SINGULAR
-    progress = _Progress(here.l2_norm)
+    norms = [np.inf, np.inf, here.l2_norm]
     while True:
-        if here.max_norm < tolerance and (progress.corrections or not step.supports_move):
+        if here.max_norm < tolerance and not (step.supports_move and len(norms) == 3):
             outcome = Outcome.SOLVED
             break
         if here.rms < max_rms:
             outcome = Outcome.ACCEPTABLE
             break
-        if progress.corrections == SETTINGS.max_corrections if exact else not progress.reduced_to(shrinking):
+        brought_little = not norms[-1] <= shrinking * norms[-3]  # so does a number that is none
+        if len(norms) - 3 == SETTINGS.max_corrections if exact else brought_little:
             outcome = Outcome.STALLED
             break
-        corrected, size = subdomain_correction(step, here.position) if localized else None, np.nan
+        corrected = subdomain_correction(step, here.position) if localized else None
         if corrected is not None:
             here = step.residual_at(corrected)
         else:
             correction = newton_correction(step, here, 0.0 if exact else tangent_regularization(here.max_norm))
             if correction is None:
                 break
-            here, size = line_search(step, here, correction), step.movement(correction)
-        progress.add(here.l2_norm, size)
+            here = line_search(step, here, correction)
+        norms.append(here.l2_norm)
     return Attempt(equations=step, position=here.position, outcome=outcome)
