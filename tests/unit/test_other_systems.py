@@ -32,7 +32,7 @@ POSIX_NAMES = {
     *("signal.SIGXCPU", "signal.alarm", "signal.setitimer", "signal.pthread_sigmask"),
 }
 OPENERS = {"read_text", "open", "fdopen"}  # `write_text` is the one writer's
-OTHER_OPENERS = {"os.open", "Image.open"}
+OTHER_OPENERS = {"os.open", "Image.open", "archive.open"}
 GUARDS = ("os.name", "sys.platform", "hasattr(os", "except ImportError")
 
 

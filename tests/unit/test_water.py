@@ -124,7 +124,7 @@ def test_blocks_that_water_lifts_are_named():
 
 def test_a_table_below_all_blocks_is_said():
     stage = bsm.run(two_blocks(water=bsm.Water(table=[(0, -50)])), LINEAR).stages[0]
-    assert stage.notes == ("no block lies below the water table: check its level and unit",)
+    assert stage.notes == ("water: the table lies below all blocks (the lowest point of the model is at y = -1 m)",)
     assert len(WaterLoad(two_blocks()).point_forces(two_blocks().blocks.vertices)) == 0
 
 

@@ -63,7 +63,7 @@ def tangent_regularization(max_norm: float) -> float:
 
 
 def line_search(step: StepEquations, here: Residual, correction: FloatArray) -> Residual:
-    """Return the best of the corrections halved until the 2-norm falls, or the next correction is small (backtracking).
+    """Return the best of the corrections halved until the 2-norm falls (backtracking).
 
     The maximum norm as merit function needs many times the iterations.
     """
@@ -73,17 +73,7 @@ def line_search(step: StepEquations, here: Residual, correction: FloatArray) -> 
     for _ in range(SETTINGS.max_halvings + 1):
         there = step.residual_at(moved_by(here.position, part * correction), here.weight)
         tried.append(there)
-        if there.l2_norm < here.l2_norm or _leads_on(step, there, size, part):
+        if there.l2_norm < here.l2_norm:
             return there
         part /= 2
     return min(tried, key=lambda residual: np.nan_to_num(residual.l2_norm, nan=np.inf))
-
-
-def _leads_on(step: StepEquations, there: Residual, size: float, part: float) -> bool:
-    """Return whether the next correction by the same factors is small (natural monotonicity, Deuflhard 2004, 3.3).
-
-    A stiff shear spring feels the square of a turn: corrections that are right raise the 2-norm.
-    """
-    if not np.isfinite(there.l2_norm):
-        return False
-    return step.movement(step.solve(there.forces)) < (1 - part / 2) * size

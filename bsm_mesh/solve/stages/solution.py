@@ -185,9 +185,6 @@ class StageSolution:
                     break
             self._keep()
         state.forget_released()
-        if state.water is not None and state.water.table and not stage.water.any():
-            dry = "no block lies below the water table: check its level and unit"
-            stage = replace(stage, notes=(*stage.notes, dry))
         stage = replace(stage, small_blocks=self._small_blocks())
         found = (*_notes_on_movement(run.model.blocks, stage), *notes_on_crushing(run.model, stage))
         stage = replace(stage, notes=(*stage.notes, *found))
