@@ -159,11 +159,14 @@ make_venv() {
     "$base_python" -m venv --clear "$venv" || fail "$base_python could not make a virtual environment in $venv."
 }
 
-# What the tests want beyond the project itself: every solver that there is here.
+# What the daily tests want beyond the project itself: the solver is that of users, without MKL.
+daily_extras=docs,test
+
+# All extras of the tests: every solver that there is here.
 test_extras() {
     case $(uname -s)-$(uname -m) in
-        Linux-x86_64 | Linux-amd64) printf 'docs,mpi,pardiso,test\n' ;;
-        *) printf 'docs,test\n' ;;
+        Linux-x86_64 | Linux-amd64) printf '%s,mpi,pardiso\n' "$daily_extras" ;;
+        *) printf '%s\n' "$daily_extras" ;;
     esac
 }
 
@@ -204,17 +207,9 @@ pip_install() {
     PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 "$python" -m pip install -q --no-compile ${constraints:+-c "$root/$constraints"} "$@" >&2
 }
 
-# Each state of the sources has a cache of compiled kernels of its own, so that going back to one compiles nothing.
-choose_numba_cache() {
-    if [ -z "${NUMBA_CACHE_DIR:-}" ]; then
-        state=$(cd "$root" && find bsm_mesh geometries converters -name '*.py' -exec cksum {} + | sort -k 3 | cksum)
-        NUMBA_CACHE_DIR=$venv/numba-cache/$(echo "$state" | tr ' ' '-')
-        export NUMBA_CACHE_DIR
-        if [ ! -d "$NUMBA_CACHE_DIR" ]; then
-            mkdir -p "$NUMBA_CACHE_DIR"
-            find "$venv/numba-cache" -type d -name '[0-9]*' -prune -mtime +7 -exec rm -rf {} +
-        fi
-    fi
+# Kernels are compiled once, into the package, where every way of calling finds them; what is there is not compiled again.
+compile_kernels() {
+    (cd "$root" && "$python" -m bsm_mesh.app.precompile) || say "kernels could not be compiled now; a run compiles those that it needs"
 }
 
 # -------------------------------------------------------------------------------------------------- tests
@@ -253,10 +248,17 @@ with_report() {
 daily="not slow and not robust and not heavy"
 apart="(robust or heavy) and not slow"
 
+# Tests that take MKL where it is there, and those whose numbers change most by it.
+where_mkl_matters="tests/examples/test_examples.py tests/properties/test_invariants.py tests/unit/test_linear_solvers.py
+    tests/unit/test_mixed_precision.py tests/unit/test_pardiso_mpi.py tests/unit/test_resume.py
+    tests/verification/test_jointed_slope.py"
+
 # pytest's exit code 5 means that it found no test; that is a pass only where there is none to be found.
-run_tests() { # $1: which, as pytest's -m takes it
+run_tests() { # $1: which, as pytest's -m takes it; then files, all without
     code=0
-    "$python" -m pytest -n 2 --dist worksteal -m "$1" --durations=25 || code=$?
+    which=$1
+    shift
+    "$python" -m pytest -n 2 --dist worksteal -m "$which" --durations=25 "$@" || code=$?
     if [ "$code" = 5 ] && [ -z "$(find tests -name 'test_*.py' 2>/dev/null)" ]; then
         code=0
     fi
@@ -290,11 +292,16 @@ test_all() {
     check "linter" "$python" -m ruff check .
     # One process each, so that side by side they take half as long; what is said beside is shown afterwards.
     types_and_documentation >"$report.beside" 2>&1 &
-    check "doctests" run_doctests # compiles most kernels, which would be compiled by both workers of the tests
+    check "doctests" run_doctests
     wait $! || true
     cat "$report.beside"
     check "tests" run_tests "$daily"
-    [ "$tier" = daily ] || check "tests of the other tier" run_tests "$apart"
+    if [ "$tier" = all ]; then
+        check "tests of the other tier" run_tests "$apart"
+        install_project "$(test_extras)"
+        # shellcheck disable=SC2086 # a list of names
+        check "tests with MKL" run_tests "not slow" $where_mkl_matters
+    fi
 }
 
 # ------------------------------------------------------------------------------------------------- matrix
@@ -333,8 +340,7 @@ test_environment() (
     make_venv
     install_project "$(test_extras)"
     "$python" -m pip check || exit
-    unset NUMBA_CACHE_DIR
-    choose_numba_cache
+    compile_kernels
     share_the_machine
     if [ "$smoke" = yes ]; then
         # shellcheck disable=SC2086 # a list of names
@@ -387,7 +393,7 @@ case $command in
             --all) tier=all ;;
             *) usage ;;
         esac
-        extra=$(test_extras)
+        extra=$daily_extras
         ;;
     pardiso | mpi | dask | dxf | gis | pandas | pyvista | meshlane | docs) [ $# = 0 ] || usage; extra=$command ;;
     view) extra=view ;; # what the command draws with
@@ -402,13 +408,16 @@ if [ "$command" = matrix ]; then
 fi
 make_venv
 install_project "$extra"
-choose_numba_cache
 
 case $command in
-    test) with_report test_all ;;
+    test)
+        compile_kernels
+        with_report test_all
+        ;;
     docs) cd "$root" && exec "$python" -m docs.build ;;
     pardiso | mpi | dask | dxf | gis | pandas | pyvista | meshlane) say "$command is installed in $(basename "$venv")" ;;
     demo)
+        compile_kernels
         "$venv/bin/bsm-mesh" demo "$@"
         if [ "$(pwd -P)" = "$(cd "$root" && pwd -P)" ]; then say_how_to_go_on .venv; else say_how_to_go_on "$venv"; fi
         ;;

@@ -1,43 +1,42 @@
-"""Kernels compiled by Numba, and kept on disk: the first run on a machine waits for the compiler, and says so.
+"""Kernels compiled by Numba, each kept in a file of its own: the first run on a machine waits for the compiler.
 
-That they cannot be kept (neither this package's folder nor the home can be written to, the disk is full, what was kept
-is damaged) stops no run: they are compiled anew. So are they after a change of anything that was compiled into them,
-be it in another file: a new version runs no kernel of a former one.
+A file's name holds a digest of all that went into the kernel: its bytecode, that of all kernels that it calls, the
+constants that they see, the types of its arguments, the level of the processor and the versions of the compiler. So a
+kernel is compiled anew exactly where it has to be; files need no list of what is in them, which two processes could
+write at once; and they can be copied to another machine. A file that is damaged or cannot be written stops no run.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
+import pickle
+import platform
 import sys
-import warnings
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from functools import cache
+from types import CodeType, ModuleType
 from typing import Any
 
-from bsm_mesh.files import private_folder
+import llvmlite
+import llvmlite.binding
+import numba
+import numpy as np
+from numba import types
+from numba.core.caching import CompileResultCacheImpl
+from numba.core.dispatcher import Dispatcher
+from numba.core.serialize import dumps
+from numba.core.sigutils import normalize_signature
 
-_CONFIGURED = "numba" in sys.modules  # by whoever imported it before us
+from bsm_mesh import kernel_files
 
-import numba  # noqa: E402
-from numba.core.caching import FunctionCache, IndexDataCacheFile  # noqa: E402
-from numba.core.dispatcher import Dispatcher  # noqa: E402
-
-if not _CONFIGURED:
-    # Numba takes settings from the current folder too (.numba_config.yaml, where PyYAML is installed). What is kept
-    # holds code, so that a stranger must not say where.
-    numba.config.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR", "")
-
-CURE = "set the environment variable NUMBA_CACHE_DIR to a folder that can be written to"
-
-
-class CacheWarning(UserWarning):
-    """Compiled code is not kept where it usually is."""
+PORTABLE = "x86-64-v3"  # the level of kernels that are made to be shared: AVX2 and FMA; x86 processors since 2013-2015
+PORTABLE_FEATURES = ["avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt", "sse4.2"]
+VERSIONS = f"{sys.implementation.cache_tag}-numba{numba.__version__}-llvmlite{llvmlite.__version__}"
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return Numba's decorator of this name, with a cache on disk that stops no run.
+    """Return Numba's decorator of this name, with files on disk.
 
     Parameters
     ----------
@@ -47,92 +46,140 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def compiled(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
-        cache = _cache(function)
-        if cache is not None:
-            dispatcher._cache = cache  # as its enable_caching() does with a FunctionCache
+        dispatcher._cache = KernelCache(dispatcher)  # as its enable_caching() does with a FunctionCache
         return dispatcher
 
     return compiled
 
 
-def is_compiled(kernel: Any) -> bool:
-    """Return whether a kernel is in memory, or was left on disk by an earlier run."""
-    if kernel.signatures:
-        return True
-    function, folder = kernel.py_func, kernel.stats.cache_path
-    if folder is None:  # nowhere to keep it
-        return False
-    stem = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}-{function.__code__.co_firstlineno}"
-    return any(Path(folder).glob(f"{stem}.py{sys.version_info.major}{sys.version_info.minor}*.nbi"))
+def compiled_into(kernel: Any) -> list[Any]:
+    """Return a kernel, and the kernels that it calls, one through the other."""
+    found = [kernel]
+    for part in found:
+        found += [new for _, new in _seen(part.py_func) if isinstance(new, Dispatcher) and new not in found]
+    return found
 
 
-class _KernelCache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache of a function; what it cannot read or write is done without.
+class KernelCache:
+    """What Numba asks for a kernel that is not in memory, and gives it when it is compiled."""
 
-    Numba looks at the kernel's own file alone, here it is also other files whose kernels it calls that count.
-    """
+    cache_path = None  # part of Numba's statistics
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        locator = self._impl.locator
-        if type(locator).__module__ == FunctionCache.__module__:  # else a stranger's, with a stamp of its own
-            stamp = _stamp(function, locator.get_source_stamp())
-            self._cache_file = IndexDataCacheFile(self.cache_path, self._impl.filename_base, stamp)
+    def __init__(self, kernel: Any) -> None:
+        self._kernel = kernel
+        self._form = _Form()
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was kept for a signature, or None."""
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception:  # unpickling something damaged raises anything
-            with contextlib.suppress(OSError):
-                self.flush()
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled for a signature."""
-        try:
-            super().save_overload(sig, data)
-        except OSError as error:
-            _warn(f"compiled code cannot be kept in {self.cache_path} ({error.strerror}); {CURE}")
-
-
-def _cache(function: Callable[..., Any]) -> _KernelCache | None:
-    """Return the cache of a function: where Numba keeps it, else in a folder of this user's among temporary files."""
-    with contextlib.suppress(RuntimeError):  # no place for it
-        return _KernelCache(function)
-    folder = private_folder()
-    if folder is None:
-        _warn(f"there is no folder for compiled code, so that every run compiles for half a minute; {CURE}")
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Return the kernel for a signature, or None, which has it compiled."""
+        target.refresh()
+        for level in levels():
+            content = kernel_files.read(self.name(signature, level))
+            if content is not None:
+                with contextlib.suppress(Exception):  # unpickling something damaged raises anything
+                    return self._form.rebuild(target, pickle.loads(content))
+        kernel_files.compiling()
         return None
-    _warn(f"compiled code is kept in {folder}: neither its package's folder nor the home can be written to; {CURE}")
-    numba.config.CACHE_DIR = str(folder)
-    with contextlib.suppress(RuntimeError):
-        return _KernelCache(function)
-    return None
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep what was compiled for a signature."""
+        kernel_files.write(self.name(signature, levels()[-1]), dumps(self._form.reduce(compiled)))
+
+    def is_kept(self, signature: Any) -> bool:
+        """Return whether the kernel is on disk for a signature."""
+        return any(kernel_files.is_kept(self.name(signature, level)) for level in levels())
+
+    def name(self, signature: Any, level: str) -> str:
+        """Return the name of the kernel's file in the folder of kernels."""
+        arguments, _ = normalize_signature(signature)
+        told = (
+            level,
+            VERSIONS,
+            np.__version__.partition(".")[0],
+            _digest(self._kernel),
+            arguments,
+            *_fields(arguments),
+        )
+        digest = hashlib.sha256(repr(told).encode()).hexdigest()
+        function = self._kernel.py_func
+        plain = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+        return f"{VERSIONS}/{plain.removeprefix('bsm_mesh.')}-{digest[:24]}.nbc"
 
 
-_stamps: dict[str, str] = {}  # of files, by name
+class _Form(CompileResultCacheImpl):  # type: ignore[misc]
+    """Numba's form of a compiled kernel on disk; files and their names are ours."""
+
+    def __init__(self) -> None:
+        pass
 
 
-def _stamp(function: Callable[..., Any], own: object) -> str:
-    """Return a digest of what may be compiled into a kernel: its file, numbers, and files whose kernels it may call."""
-    seen, file = function.__globals__, function.__code__.co_filename
-    called = {v.py_func.__code__.co_filename for v in seen.values() if isinstance(v, Dispatcher)} - {file}
-    numbers = sorted(f"{name}={value!r}" for name, value in seen.items() if _is_number(value))
-    told = (own, numbers, sorted(_stamps[other] for other in called if other in _stamps))
-    _stamps[file] = hashlib.sha256(repr(told).encode()).hexdigest()
-    return _stamps[file]
+@cache
+def levels() -> tuple[str, ...]:
+    """Return the levels of the processor whose kernels this process can run; it compiles for the last."""
+    own = "-".join(numba.core.registry.cpu_target.target_context.codegen().magic_tuple())
+    if numba.config.CPU_NAME == PORTABLE:
+        return (_portable(),)
+    features = llvmlite.binding.get_host_cpu_features()
+    can = platform.machine() in ("x86_64", "AMD64") and all(features.get(name) for name in PORTABLE_FEATURES)
+    return (_portable(), own) if can else (own,)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) or (isinstance(value, tuple) and all(map(_is_number, value)))
+def _portable() -> str:
+    return f"{PORTABLE}-{sys.platform}"
 
 
-_warned: set[str] = set()
+@cache
+def _digest(kernel: Any) -> str:
+    """Return a digest of what is compiled into a kernel, when it is first asked for: by then its module is read."""
+    found = hashlib.sha256()
+    for part in compiled_into(kernel):
+        function = part.py_func
+        constants = [f"{name}={_text(value)}" for name, value in _seen(function) if _is_constant(value)]
+        code = _code(function.__code__, function.__doc__)
+        told = (sorted(part.targetoptions.items()), function.__defaults__, constants, *code)
+        found.update(repr(told).encode())
+    return found.hexdigest()
 
 
-def _warn(text: str) -> None:
-    """Warn once, whatever the filters: every kernel comes here."""
-    if text not in _warned:
-        _warned.add(text)
-        warnings.warn(text, CacheWarning, stacklevel=2)
+def _seen(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
+    """Yield what the names in a function stand for outside it, and those of modules of the package."""
+    names, scope = sorted(_names(function.__code__)), dict(function.__globals__)
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        names, scope[name] = [*names, name], cell.cell_contents
+    modules = [v for n in names if isinstance(v := scope.get(n), ModuleType) and v.__name__.startswith("bsm_mesh")]
+    for space in (scope, *map(vars, modules)):
+        yield from ((name, space[name]) for name in names if name in space)
+
+
+def _names(code: CodeType) -> set[str]:
+    inner = (_names(part) for part in code.co_consts if isinstance(part, CodeType))
+    return set(code.co_names).union(*inner)
+
+
+def _code(code: CodeType, words: str | None = None) -> tuple[Any, ...]:
+    """Return what a function does, without its docstring."""
+    parts = [part for part in code.co_consts if words is None or part != words]
+    constants = [_code(part) if isinstance(part, CodeType) else _text(part) for part in parts]
+    return code.co_code, code.co_names, code.co_varnames, code.co_freevars, constants
+
+
+def _is_constant(value: Any) -> bool:
+    return not isinstance(value, Dispatcher | ModuleType)
+
+
+def _text(value: Any) -> str:
+    """Return a text that is the same in every process, of constants and of named tuples with their fields."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype}{value.shape}{hashlib.sha256(value.tobytes()).hexdigest()}"
+    if isinstance(value, frozenset):
+        return repr(sorted(map(repr, value)))
+    if callable(value):
+        return f"{value.__module__}.{value.__qualname__}{getattr(value, '_fields', '')}"
+    return repr(value)
+
+
+def _fields(arguments: tuple[Any, ...]) -> Iterator[Any]:
+    """Yield the fields of named tuples, which the texts of their types leave out."""
+    for one in arguments:
+        if isinstance(one, types.BaseNamedTuple):
+            yield (one.instance_class.__qualname__, *one.fields)
+        yield from _fields(tuple(getattr(one, "types", ())))

@@ -1,7 +1,8 @@
 """What is released, built and tried as a stranger gets it: ``python -m tests.release [-o dist] [--no-install]``.
 
-The sdist is made of the last commit, the wheel of the sdist, both twice: the same commit gives the same bytes. Then the
-wheel is installed into a new environment, with the pinned versions and no checkout, and what the README shows is run.
+The sdist is made of the last commit, the wheel of the sdist and of kernels compiled for this Python, both twice: the
+same commit and kernels give the same bytes. Then the wheel is installed into a new environment, with the pinned
+versions and no checkout, and what the README shows is run.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from docs.code_blocks import python_blocks, typed
 
 ROOT = Path(__file__).parents[1]
 SDIST = "import setuptools.build_meta as b, sys; b.build_sdist(sys.argv[1])"
+KERNELS = ("-m", "bsm_mesh.app.precompile", "--only")
 WHEEL = ("-m", "pip", "wheel", "-q", "--no-deps", "--no-index", "--no-build-isolation")
 
 
@@ -39,8 +41,8 @@ def run(*command: str | Path, folder: Path, **variables: str) -> str:
     return done.stdout
 
 
-def build(folder: Path, epoch: str) -> tuple[Path, Path]:
-    """Return sdist and wheel of the last commit, built in an empty folder."""
+def build(folder: Path, epoch: str, kernels: Path) -> tuple[Path, Path]:
+    """Return sdist and wheel of the last commit, built in an empty folder; the wheel carries compiled kernels."""
     source, made = folder / "source", folder / "made"
     for place in (source, made, folder / "unpacked"):
         place.mkdir(parents=True)
@@ -53,6 +55,9 @@ def build(folder: Path, epoch: str) -> tuple[Path, Path]:
     with tarfile.open(sdist) as archive:
         archive.extractall(folder / "unpacked", filter="data")
     unpacked = next((folder / "unpacked").iterdir())
+    if not kernels.is_dir():
+        run(sys.executable, *KERNELS, folder=unpacked, NUMBA_CACHE_DIR=str(kernels))
+    shutil.copytree(kernels, unpacked / "bsm_mesh/_kernels")
     run(sys.executable, *WHEEL, "-w", made, unpacked, folder=folder, SOURCE_DATE_EPOCH=epoch)
     return sdist, next(made.glob("*.whl"))
 
@@ -107,9 +112,9 @@ def main() -> int:
     parser.add_argument("--no-install", action="store_true", help="build only")
     given = parser.parse_args()
     epoch = run("git", "log", "-1", "--format=%ct", folder=ROOT).strip()
-    with TemporaryDirectory() as name:
-        folder = Path(name)
-        once, again = build(folder / "once", epoch), build(folder / "again", epoch)
+    with TemporaryDirectory() as place:
+        folder = Path(place)
+        once, again = (build(folder / name, epoch, folder / "kernels") for name in ("once", "again"))
         is_same = digests(once) == digests(again)
         given.output.mkdir(parents=True, exist_ok=True)
         for file, digest in zip(once, digests(once), strict=True):

@@ -18,6 +18,7 @@ from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argu
 from bsm_mesh.app.cli_results import paraview, plot, report, verify, view
 from bsm_mesh.app.cli_safety import back_analysis, safety, study
 from bsm_mesh.app.interruption import guarded
+from bsm_mesh.app.progress import Progress, early, start_early
 from bsm_mesh.app.terminal import complain, mend_streams, plain_warnings, say, say_json
 from bsm_mesh.errors import ModelError, one_line
 
@@ -46,6 +47,7 @@ def demo(output: Path) -> None:
     Geometry, mesh, stages, VTU files and pictures, in a folder of their own: without bolts a wedge comes down from the
     roof, with them it stands.
     """
+    start_early("a cavern, without bolts and with them", quiet=False)
     from bsm_mesh.app.demo import run_demo
 
     run_demo(output)
@@ -110,6 +112,7 @@ def check(
     Thresholds by name: tiny, thin, short_edged, elongated, deeply_concave, many_edged, gap. Slivers are the tiny
     and thin blocks; --repair lists every change.
     """
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.app.check import Repair, check_model
 
     asked = None if repair is None else Repair(file=repair, snap=snap, across_joints=across_joints)
@@ -161,8 +164,8 @@ def run(
     At the end of every stage, and every two minutes between, the state of the run is on disk. If it is interrupted, or
     the machine goes down, --resume goes on from there, and ends with the same results to the last digit.
     """
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.app.commands import run_model
-    from bsm_mesh.app.progress import Progress
 
     progress, scripts = Progress(quiet=quiet or (as_json and not verbose), verbose=verbose), not no_scripts
     sys.exit(
@@ -271,7 +274,7 @@ def _run(arguments: list[str] | None) -> Any:
     gc.set_threshold(FEWER_COLLECTIONS)
     mend_streams()
     try:
-        with plain_warnings():
+        with plain_warnings(), early():
             result = cli.main(arguments, standalone_mode=False)
         sys.stdout.flush()
         return result

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from bsm_mesh.app.cli_options import PATH, json_option, model_argument, no_scripts_option, quiet_option
+from bsm_mesh.app.progress import start_early
 
 
 @click.command()
@@ -84,6 +85,7 @@ def compare(
 
     Exit code 0 where every stage was compared, 3 where one could not be.
     """
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.app.comparing import Asked, compare_model
     from bsm_mesh.app.comparing_with import Others, compare_with_files, field_names
 

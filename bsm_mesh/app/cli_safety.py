@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from bsm_mesh.app.cli_options import PATH, SeveralNames, json_option, model_argument, no_scripts_option, quiet_option
+from bsm_mesh.app.progress import Progress, start_early
 
 vary_option = partial(
     click.option,
@@ -70,7 +71,7 @@ def safety(model: Path, output: Path | None, as_json: bool, quiet: bool, no_scri
     --vary takes a key of the model file (gravity.horizontal, joint.J1.friction), or load.N.factor,
     stage.NAME.load.N.factor, water.rise, tilt.left, tilt.right: what a study varies too. Values may have units.
     """
-    from bsm_mesh.app.progress import Progress
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.app.safety import ask_safety
 
     asked["joints"] = asked["joints"] or None
@@ -99,8 +100,8 @@ def back_analysis(model: Path, as_json: bool, quiet: bool, no_scripts: bool, **a
 
     The number is a key of the model file, or one of those that `safety --vary` takes.
     """
+    start_early(f"reading {model}", quiet=quiet or as_json)
     from bsm_mesh.app.back_analysis import analyse_back
-    from bsm_mesh.app.progress import Progress
 
     progress = Progress(quiet=quiet or as_json)
     sys.exit(analyse_back(model, progress, as_json=as_json, scripts=not no_scripts, **asked))
@@ -129,6 +130,7 @@ def study(
     runs become a table (study.parquet), a summary (probability of failure, which key decides) and pictures.
     Interrupted or killed, the same command goes on: no finished run is done again.
     """
+    start_early(f"reading {study}", quiet=quiet or as_json)
     from bsm_mesh.app.study import study_command
 
     study_command(

@@ -16,11 +16,20 @@ from bsm_mesh.model.quantities import BLOCK, COORDINATE, FORCE, STRESS, STRESS_G
 NUMBER = r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf))\s*(?P<unit>[^\d\s,;+-][^,;+]*)?"
 
 
+PREFIXES = {"": 1.0, "c": 1e-2, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9}
+
+
 @cache
 def _registry() -> Any:
-    import pint  # half a second: only where a file bears a unit
+    import pint  # a fifth of a second: only where a unit is not the wanted one with a prefix
 
     return pint.UnitRegistry()
+
+
+def _prefixed(text: str, unit: str) -> float | None:
+    """Return the factor of a unit that is `unit` with a prefix, as kN/m^3 for N/m^3; None if it is another one."""
+    begins_plainly = re.match(r"[A-Za-z]+(?![A-Za-z^])", unit) is not None  # mm^2 is (mm)^2
+    return PREFIXES.get(text.removesuffix(unit)) if begins_plainly and text.endswith(unit) else None
 
 
 def convert(value: object, quantity: Quantity) -> float:
@@ -105,16 +114,28 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 def _from_text(text: str, unit: str, cure: str) -> float:
-    import pint
-
     parts = re.fullmatch(NUMBER, text)
     if parts is None:
         comma = " (a comma is no decimal point)" if "," in text else ""
         raise ValueError(f"not a number with a unit{comma}; {cure}")
     if not parts["unit"]:
         raise ValueError(f"a text without a unit; write a plain number (in {unit}) or {cure}")
+    number = float(parts["number"])
     try:
-        quantity = _registry().Quantity(float(parts["number"]), _spelled_out(parts["unit"]))
+        spelled = _spelled_out(parts["unit"].strip())
+    except ValueError:
+        raise ValueError(f"not a number with a unit; {cure}") from None
+    factor = _prefixed(spelled, unit)
+    if factor is None:
+        return _by_pint(number, spelled, unit, cure)
+    return float(f"{number * factor:.15g}")
+
+
+def _by_pint(number: float, spelled: str, unit: str, cure: str) -> float:
+    import pint
+
+    try:
+        quantity = _registry().Quantity(number, spelled)
     except pint.UndefinedUnitError as error:
         raise ValueError(f"the unit {error.unit_names[0]} is unknown; {cure}") from None
     except Exception:  # pint lets through whatever its tokenizer raises

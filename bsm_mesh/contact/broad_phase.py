@@ -49,8 +49,7 @@ def near_pairs(vertices: RecordArray, blocks: RecordArray) -> IntArray:
     order = _sort_by(column, np.arange(len(owner), dtype=np.int32), 2 * grid.reach + 1)
     order = _sort_by(row, order, 2 * grid.reach + 1)
     found = _pairs_in_cells(owner[order], column[order], row[order], large, blocks, grid)
-    pairs: IntArray = _sorted_once(found, len(blocks))
-    return pairs
+    return _sorted_once(found, len(blocks))
 
 
 @njit(inline="always")
@@ -67,7 +66,7 @@ def _enter_blocks(
     """Return the entries (block, column, row) in the grid, and which blocks are entered along their edges."""
     n = blocks.size
     entries = np.empty((4 * n + 64, 3), np.int32)
-    count = 0
+    count = np.int64(0)  # the kernels below would be compiled for a constant too
     large = np.zeros(n, np.bool_)
     for b in range(n):
         x0, y0, x1, y1 = blocks[b].x0, blocks[b].y0, blocks[b].x1, blocks[b].y1
@@ -117,9 +116,7 @@ def _enter_box(
     for column in range(_cell_of(x0, grid.x, grid), _cell_of(x1, grid.x, grid) + 1):
         for row in range(_cell_of(y0, grid.y, grid), _cell_of(y1, grid.y, grid) + 1):
             if count == entries.shape[0]:
-                longer = np.empty((2 * count, 3), np.int32)
-                longer[:count] = entries
-                entries = longer
+                entries = _longer(entries)
             entries[count, 0], entries[count, 1], entries[count, 2] = block, column, row
             count += 1
     return entries, count
@@ -179,9 +176,7 @@ def _pairs_in_cells(
                     if _cell_of(max(blocks[i].y0, blocks[j].y0), grid.y, grid) != row[first]:
                         continue
                 if count == pairs.shape[0]:
-                    longer = np.empty((2 * count, 2), np.int32)
-                    longer[:count] = pairs
-                    pairs = longer
+                    pairs = _longer(pairs)
                 pairs[count, 0], pairs[count, 1] = min(i, j), max(i, j)
                 count += 1
         first = last
@@ -189,42 +184,21 @@ def _pairs_in_cells(
 
 
 @njit()
-def _sorted_once(pairs: IntArray, n_blocks: int) -> IntArray:  # pragma: no cover - compiled
+def _longer(rows: IntArray) -> IntArray:  # pragma: no cover - compiled
+    """Return twice as many rows that begin with these. For slices Numba compiles a message about shapes, in 2 s."""
+    longer = np.empty((2 * rows.shape[0], rows.shape[1]), np.int32)
+    for i in range(rows.shape[0]):
+        for k in range(rows.shape[1]):
+            longer[i, k] = rows[i, k]
+    return longer
+
+
+def _sorted_once(pairs: IntArray, n_blocks: int) -> IntArray:
     """Return the pairs sorted by lower, then higher block, each once."""
-    start = np.zeros(n_blocks + 1, np.int64)
-    for p in range(pairs.shape[0]):
-        start[pairs[p, 0] + 1] += 1
-    for b in range(n_blocks):
-        start[b + 1] += start[b]
-    higher = np.empty(pairs.shape[0], np.int32)
-    place = start[:-1].copy()
-    for p in range(pairs.shape[0]):
-        higher[place[pairs[p, 0]]] = pairs[p, 1]
-        place[pairs[p, 0]] += 1
-    out = np.empty_like(pairs)
-    count = 0
-    for b in range(n_blocks):
-        others = higher[start[b] : start[b + 1]]
-        if others.size > CROWD:
-            others = np.sort(others)
-        else:
-            _sort_few(others)
-        last = -1
-        for other in others:
-            if other != last:
-                out[count, 0], out[count, 1] = b, other
-                count += 1
-            last = other
-    return out[:count].copy()
-
-
-@njit()
-def _sort_few(values: IntArray) -> None:  # pragma: no cover - compiled
-    """Sort a few values in place (by insertion)."""
-    for i in range(1, values.size):
-        value = values[i]
-        k = i - 1
-        while k >= 0 and values[k] > value:
-            values[k + 1] = values[k]
-            k -= 1
-        values[k + 1] = value
+    lower, higher = pairs.T.copy()
+    order = _sort_by(higher, np.arange(len(pairs), dtype=np.int32), n_blocks)
+    order = _sort_by(lower, order, n_blocks)
+    lower, higher = lower[order], higher[order]
+    first = np.ones(len(pairs), dtype=bool)
+    first[1:] = (lower[1:] != lower[:-1]) | (higher[1:] != higher[:-1])
+    return np.stack([lower[first], higher[first]], axis=1)

@@ -5,6 +5,8 @@ Each rule mends a wrong answer: the tests of the rules show the answer with the 
 
 from __future__ import annotations
 
+import numpy as np
+
 from bsm_mesh.arrays import IntArray
 from bsm_mesh.compiled import njit
 from bsm_mesh.contact.history_transfer import (
@@ -48,7 +50,7 @@ def resolve_candidates(
     rows, starts : records ROW, (k + 1,) int64
         Candidates of all pairs, and where each pair's begin (`narrow_phase.facing_rows`).
     """
-    count = last = 0
+    count = last = np.int64(0)  # the kernels below would be compiled for a constant too
     for p in range(pairs.shape[0]):
         i, j = pairs[p, 0], pairs[p, 1]
         first, last = rows_of_pair(active, last, i, j)

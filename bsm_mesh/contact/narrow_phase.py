@@ -62,7 +62,8 @@ def facing_rows(
                 end = _add_facing(vertices, blocks, j, i, h, band, rules, rows, end)
             if end == FULL:
                 longer = np.empty(2 * rows.size, ROW)
-                longer[: starts[p]] = rows[: starts[p]]
+                for k in range(starts[p]):  # no slice: for those Numba compiles a message about shapes
+                    longer[k] = rows[k]
                 rows = longer
         starts[p + 1] = end
     return rows, starts

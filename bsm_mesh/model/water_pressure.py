@@ -46,6 +46,7 @@ class WaterLoad:
 
     def _under_table(self, start: FloatArray, end: FloatArray, joint: IntArray | None = None) -> FloatArray:
         s = self.surface
+        start, end = (np.array(points, order="C") for points in (start, end))  # of one type for the kernel
         forces: FloatArray = end_forces(start, end, s.breaks, s.level, s.slope, s.factor, self.water.unit_weight)
         if joint is None:
             return forces

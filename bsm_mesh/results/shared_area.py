@@ -103,7 +103,8 @@ def _clipped_areas(
     for pair in range(left.size):
         a, b = left[pair], right[pair]
         count = offsets[a + 1] - offsets[a]
-        kept[:count] = corners[offsets[a] : offsets[a + 1]]
+        for i in range(count):  # no slice here and below: for those Numba compiles a message about shapes
+            kept[i, 0], kept[i, 1] = corners[offsets[a] + i, 0], corners[offsets[a] + i, 1]
         first, n = offsets[b], offsets[b + 1] - offsets[b]
         for e in range(n):
             p, q = corners[first + e], corners[first + (e + 1) % n]
@@ -129,7 +130,7 @@ def _cut_off(
         here = dx * (outline[i, 1] - y) - dy * (outline[i, 0] - x)
         there = dx * (outline[j, 1] - y) - dy * (outline[j, 0] - x)
         if here >= 0.0:
-            kept[found] = outline[i]
+            kept[found, 0], kept[found, 1] = outline[i, 0], outline[i, 1]
             found += 1
         if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
             part = here / (here - there)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -135,7 +136,7 @@ def tilted_wall() -> str:
     lines = []
     for file, tilt in (("model", 5), ("tilt_27", 27), ("tilt_28", 28), ("tilt_30", 30)):
         name = f"tilted_wall/{file}"
-        results = run(name)
+        results = _by_superlu(name)
         told = "" if results.unstable_blocks.size else f", moved {1e3 * moved(results).max():.3f} mm"
         lines.append(
             (f"{file}.toml", f"{tilt}°", verdict(results) + told, admits(name), proves(name, "the wall must move"))
@@ -150,11 +151,22 @@ def tilted_wall() -> str:
             stiff.append(f"{verdict(bsm.run(model))} at {tilt:g}° with {stiffness / 1e9:g} GPa/m")
     return f"""{markdown(("file", "tilt", "verdict", LIMIT, "which proves"), lines)}
 
+Solved by SuperLU, as without MKL. MKL's solver rounds otherwise, and near the limit that decides which joints slip: at
+27° the displacement then differs by a few per cent.
+
 By limit analysis the greatest tilt is {5 + beyond:.2f}° ({beyond:.2f}° beyond the 5° of model.toml). Beyond it the
 wall must fail. Below it forces within strength exist, but whether the bricks find them is another matter: with
 friction, limit analysis gives an upper bound, and here the bricks come down earlier. This is why "admissible" proves
 nothing. Stiffness of the joints (10 GPa/m) does not change it much:
 {", ".join(stiff)}. Which bricks are named as unstable depends on how far the wall is followed."""
+
+
+@cache
+def _by_superlu(name: str) -> bsm.Results:
+    from dataclasses import replace
+
+    model = load(name)
+    return bsm.run(model, replace(model.options or bsm.Options(), linear_solver="superlu"))
 
 
 def _stiff(joint: bsm.Joint, stiffness: float) -> bsm.Joint:

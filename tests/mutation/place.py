@@ -14,7 +14,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from .kernels import LOCATOR
 from .mutants import ROOT
 
 COPIED = ("bsm_mesh", "geometries", "converters", "tests", "docs", "examples", "pyproject.toml", "README.md")
@@ -69,7 +68,7 @@ class Place:
     def mutant(self, file: str, changed: str) -> Iterator[None]:
         """Put a mutant in the place of a file, with kernels that begin as those of the program as it is.
 
-        Numba replaces the files of its cache, and does not write into them, so that links do for copies.
+        Files of kernels are replaced, and not written into, so that links do for copies.
         """
         path = self.root / file
         original = path.with_name(f"{path.name}.original")
@@ -92,7 +91,6 @@ class Place:
             **inherited,
             "PYTHONPATH": os.pathsep.join([str(self.root), *_elsewhere()]),
             "NUMBA_CACHE_DIR": str(kernels),
-            "NUMBA_CACHE_LOCATOR_CLASSES": LOCATOR,
         }
         here = ["-c", "pyproject.toml", "--rootdir", "."]  # or pytest might take the checkout around the copy
         quick = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider", "-p", "no:xdist"]

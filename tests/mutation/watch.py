@@ -20,7 +20,8 @@ import pytest
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-from .kernels import compiled_into
+from bsm_mesh.compiled import compiled_into
+
 from .mutants import FOLDERS, ROOT
 
 
@@ -90,7 +91,7 @@ class Watch:
     def pytest_sessionfinish(self) -> None:
         """Write what was seen."""
         sys.setprofile(None)
-        kernels = {id(v.py_func.__code__): v.py_func for v in _package() if isinstance(v, Dispatcher)}
+        kernels = {id(v.py_func.__code__): v for v in _package() if isinstance(v, Dispatcher)}
         rows = {
             test: [seconds, sorted(_functions(self._at_import | called, kernels))]
             for test, (seconds, called) in self._tests.items()
@@ -107,7 +108,7 @@ def _package() -> Iterator[Any]:
 def _functions(called: dict[int, CodeType], kernels: dict[int, Any]) -> set[str]:
     codes = list(called.values())
     for number in called.keys() & kernels.keys():
-        codes += [part.__code__ for part in compiled_into(kernels[number])]
+        codes += [part.py_func.__code__ for part in compiled_into(kernels[number])]
     places = ((Path(code.co_filename), code.co_firstlineno) for code in codes)
     named = (f"{file.relative_to(ROOT)}:{line}" for file, line in places if file.is_relative_to(ROOT))
     return {name for name in named if name.startswith(FOLDERS)}

@@ -1,51 +1,28 @@
-"""The first run on a machine says that it compiles; later ones do not."""
+"""Compiled kernels on disk: known by what went into them, in one folder, and no run stops for their sake."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
-from bsm_mesh.compiled import is_compiled
-from bsm_mesh.solve.contacts.force_kernels import fill_tangent
-from tests.scenes.small_case import environment
+from bsm_mesh import kernel_files
+from bsm_mesh.app.precompile import listed
+from bsm_mesh.app.progress import Progress
+from bsm_mesh.compiled import compiled_into
+from bsm_mesh.contact.narrow_phase import facing_rows
+from bsm_mesh.solve.bolts.chain import solve_chain
+from bsm_mesh.solve.bolts.kernels import add_bolt_forces
+from bsm_mesh.solve.motion.kernels import advance
+from tests.scenes.small_case import ROOT, environment
 
 pytestmark = pytest.mark.robust
 
-ASK = """
-import sys
-from pathlib import Path
-import numpy as np
-from bsm_mesh.compiled import is_compiled
-from bsm_mesh.solve.contacts.force_kernels import relative_positions as kernel
-print(is_compiled(kernel))
-if sys.argv[1] == "call":
-    i = np.zeros(1, np.int32)
-    kernel(np.zeros((1, 3)), i, i, np.zeros((1, 8)))
-    print(is_compiled(kernel))
-"""
-
-
-def ask(folder: Path, what: str) -> list[str]:
-    told = {**environment(), "NUMBA_CACHE_DIR": os.fspath(folder)}
-    done = subprocess.run([sys.executable, "-c", ASK, what], env=told, capture_output=True, text=True, check=True)
-    return done.stdout.split()
-
-
-def test_compiled_code_is_found_on_disk(tmp_path: Path) -> None:
-    assert ask(tmp_path, "call") == ["False", "True"]
-    assert ask(tmp_path, "look") == ["True"]
-
-
-def test_a_cache_that_cannot_be_looked_at() -> None:
-    kernel = SimpleNamespace(signatures=(), py_func=fill_tangent.py_func, stats=SimpleNamespace(cache_path=None))
-    assert not is_compiled(kernel)
-
-
+PACKAGE = ("__init__", "arrays", "compiled", "errors", "files", "kernel_files", "reading", "run")  # of the package
 KERNELS = """
 from bsm_mesh.compiled import njit
 
@@ -57,59 +34,110 @@ def first(x):
 def second(x):
     return first(x) + 1
 """
-CALL = "import kernels; print(kernels.second(1), kernels.second.stats.cache_path)"
+CALL = "import kernels, bsm_mesh.kernel_files as files; print(kernels.second(1), files._compiled, files.places().write)"
 
 
-def call_kernels(folder: Path, **settings: str) -> tuple[str, str]:
-    """Return what a process says that runs kernels beside which nothing can be kept, nor at home."""
-    (folder / "kernels.py").write_text(KERNELS)
-    (folder / "__pycache__").touch()  # no folder can be made there, not even by a superuser
-    told = {key: value for key, value in environment().items() if key != "NUMBA_CACHE_DIR"}
-    told |= {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "TMPDIR": str(folder), **settings}
+def settings(folder: Path, **told: str) -> dict[str, str]:
+    """Return an environment without a home, in which Python finds a folder's modules first."""
+    known = {key: value for key, value in environment().items() if key != "NUMBA_CACHE_DIR"}
+    nowhere = {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "TMPDIR": str(folder)}
+    return {**known, **nowhere, "PYTHONPATH": f"{folder}{os.pathsep}{known['PYTHONPATH']}", **told}
+
+
+def call(folder: Path, code: str = CALL, **told: str) -> tuple[str, str]:
+    """Return what a process in a folder writes."""
+    command = [sys.executable, "-B", "-c", code]
     done = subprocess.run(
-        [sys.executable, "-c", CALL], env=told, cwd=folder, capture_output=True, text=True, check=True
+        command, env=settings(folder, **told), cwd=folder, capture_output=True, text=True, check=False
     )
-    return done.stdout, done.stderr
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip(), done.stderr
 
 
-def test_where_nothing_can_be_kept_a_folder_of_ones_own_serves(tmp_path: Path) -> None:
-    said, warned = call_kernels(tmp_path)
-    (own,) = tmp_path.glob("bsm-mesh-*")
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """Return a folder with a part of the package, and a module with kernels."""
+    (tmp_path / "bsm_mesh").mkdir()
+    for name in PACKAGE:
+        shutil.copy(ROOT / f"bsm_mesh/{name}.py", tmp_path / "bsm_mesh")
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    return tmp_path
+
+
+def read_only(copy: Path) -> None:
+    """Have nothing kept in the package: not even a superuser makes a folder there."""
+    (copy / "bsm_mesh/_kernels").touch()
+
+
+def test_kernels_are_kept_in_the_package_and_read_from_there(copy: Path) -> None:
+    there = copy / "bsm_mesh/_kernels"
+    assert call(copy) == (f"3 2 {there}", "")
+    assert {path.name.partition("-")[0] for path in there.rglob("*.nbc")} == {"kernels.first", "kernels.second"}
+    assert call(copy)[0].startswith("3 0 ")
+
+
+def test_kernels_in_a_package_that_cannot_be_written_to_are_read(copy: Path) -> None:
+    """A wheel that carries them, installed by somebody else."""
+    call(copy)
+    (copy / "kernels.py").write_text(f"{KERNELS}\n\n@njit()\ndef third(x):\n    return second(x) + 1\n")
+    place = "import bsm_mesh.kernel_files as files; files._is_writable = lambda folder: False;"
+    said, _ = call(copy, f"{place} import kernels; print(kernels.third(1), files._compiled, files.places().write)")
+    assert said == f"4 1 {copy / f'bsm-mesh-{os.getuid()}'}"
+    assert not list((copy / "bsm_mesh/_kernels").rglob("*third*"))
+
+
+def test_a_user_s_own_cache_serves_where_the_package_cannot_be_written_to(copy: Path) -> None:
+    read_only(copy)
+    said, warned = call(copy, HOME=str(copy / "home"), XDG_CACHE_HOME=str(copy / "home/.cache"))
+    assert said == f"3 2 {copy}/home/.cache/bsm-mesh/kernels"
+    assert warned == ""
+
+
+def test_where_nothing_can_be_kept_a_folder_of_ones_own_serves(copy: Path) -> None:
+    read_only(copy)
+    said, warned = call(copy)
+    (own,) = copy.glob("bsm-mesh-*")
     assert own.stat().st_mode & 0o077 == 0
-    assert said.startswith(f"3 {own}")
+    assert said == f"3 2 {own}"
     assert warned.count("CacheWarning: ") == 1
     assert "NUMBA_CACHE_DIR" in warned
-    assert list(own.rglob("*.nbi"))
+    assert call(copy)[0].startswith("3 0 ")
 
 
-def test_what_others_can_write_to_is_no_place_for_code(tmp_path: Path) -> None:
-    own = tmp_path / f"bsm-mesh-{os.getuid()}"
+def test_what_others_can_write_to_is_no_place_for_code(copy: Path) -> None:
+    read_only(copy)
+    own = copy / f"bsm-mesh-{os.getuid()}"
     own.mkdir()
     own.chmod(0o777)
-    said, warned = call_kernels(tmp_path)
-    assert said == "3 None\n"
+    said, warned = call(copy)
+    assert said == "3 2 None"
     assert warned.count("CacheWarning: there is no folder for compiled code") == 1
     assert not list(own.iterdir())
 
 
-def test_damaged_compiled_code_is_made_anew(tmp_path: Path) -> None:
-    call_kernels(tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
-    kept = [*(tmp_path / "kept").rglob("*.nb[ic]")]
-    whole = [path.read_bytes() for path in kept]
-    for path, content in zip(kept, whole, strict=True):
-        path.write_bytes(content[: len(content) // 2])
-    said, warned = call_kernels(tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
-    assert said.startswith("3 ")
+def test_a_folder_that_is_named_replaces_all_others(copy: Path) -> None:
+    call(copy)
+    assert call(copy, NUMBA_CACHE_DIR=str(copy / "kept"))[0] == f"3 2 {copy / 'kept'}"
+    assert call(copy, NUMBA_CACHE_DIR=str(copy / "kept"))[0] == f"3 0 {copy / 'kept'}"
+
+
+def test_damaged_compiled_code_is_made_anew(copy: Path) -> None:
+    call(copy)
+    kept = [*(copy / "bsm_mesh").rglob("*.nbc")]
+    whole = [path.stat().st_size for path in kept]
+    for path in kept:
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    said, warned = call(copy)
+    assert said.startswith("3 2 ")
     assert warned == ""
-    assert [path.stat().st_size for path in kept] == [len(content) for content in whole]
+    assert [path.stat().st_size for path in kept] == whole
 
 
-def test_settings_in_the_current_folder_do_not_say_where_code_is_kept(tmp_path: Path) -> None:
-    (tmp_path / "yaml.py").write_text("def safe_load(file):\n    return {'cache_dir': 'evil'}\n")
-    (tmp_path / ".numba_config.yaml").touch()
-    said, _ = call_kernels(tmp_path, PYTHONPATH=f"{tmp_path}{os.pathsep}{environment()['PYTHONPATH']}")
-    assert "evil" not in said
-    assert not (tmp_path / "evil").exists()
+def test_settings_in_the_current_folder_do_not_say_where_code_is_kept(copy: Path) -> None:
+    (copy / "yaml.py").write_text("def safe_load(file):\n    return {'cache_dir': 'evil'}\n")
+    (copy / ".numba_config.yaml").touch()
+    assert "evil" not in call(copy)[0]
+    assert not (copy / "evil").exists()
 
 
 CALLER = """
@@ -127,19 +155,89 @@ PART = {part}
 
 @njit()
 def called(x):
+    "{words}"
     return x + {more}
+
+@njit()
+def beside(x):
+    return x + {beside}
 """
-TELL = "from caller import kernel; print(kernel(0), sum(kernel.stats.cache_hits.values()))"
+ASK = "from caller import kernel; import bsm_mesh.kernel_files as files; print(kernel(0), files._compiled)"
 
 
-def test_a_kernel_is_compiled_anew_where_another_file_changes_that_went_into_it(tmp_path: Path) -> None:
-    """Seen: after a change of the file called, alone, the kernel of before was run."""
-    (tmp_path / "caller.py").write_text(CALLER)
-    told = {**environment(), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+def test_a_kernel_is_compiled_anew_exactly_where_something_changes_that_goes_into_it(copy: Path) -> None:
+    """Its own file is the same; going back compiles nothing."""
+    (copy / "caller.py").write_text(CALLER)
     said = []
-    for part, more in [(10, 1), (10, 1), (10, 2), (20, 2), (20, 2)]:
-        (tmp_path / "called.py").write_text(CALLED.format(part=part, more=more))
-        command = [sys.executable, "-B", "-c", TELL]
-        done = subprocess.run(command, env=told, cwd=tmp_path, capture_output=True, text=True, check=True)
-        said.append(done.stdout.split())
-    assert said == [["11", "0"], ["11", "1"], ["12", "0"], ["22", "0"], ["22", "1"]]
+    for part, more, beside in [(10, 1, 1), (10, 2, 1), (20, 2, 1), (20, 2, 2), (10, 1, 1)]:
+        words = f"Words count for nothing: {beside}."
+        (copy / "called.py").write_text(CALLED.format(part=part, more=more, beside=beside, words=words))
+        said.append(call(copy, ASK)[0])
+    assert said == ["11 2", "12 2", "22 1", "22 0", "11 0"]
+
+
+TUPLES = """
+from typing import NamedTuple
+from bsm_mesh.compiled import njit
+
+class Given(NamedTuple):
+    {one}: float
+    {other}: float
+
+@njit()
+def kernel(given):
+    return given.a - given.b
+"""
+
+
+def test_the_fields_of_named_tuples_count(copy: Path) -> None:
+    """Numba's own text of their types leaves them out."""
+    said = []
+    for one, other in ("ab", "ba"):
+        (copy / "tuples.py").write_text(TUPLES.format(one=one, other=other))
+        said.append(call(copy, "from tuples import Given, kernel; print(kernel(Given(a=3.0, b=1.0)))")[0])
+    assert said == ["2.0", "2.0"]
+
+
+def test_what_is_compiled_into_a_kernel() -> None:
+    found = compiled_into(advance)
+    assert add_bolt_forces in found
+    assert solve_chain in found  # one through the other, from other files
+    assert facing_rows not in found
+
+
+def test_ten_first_runs_at_once_end_alike(tmp_path: Path) -> None:
+    """From an empty folder; kernels of the package that call others."""
+    code = (
+        "import numpy as np, bsm_mesh.kernel_files as files\n"
+        "from bsm_mesh.solve.algebra.block_matrix import _mirror, _pattern\n"
+        "from bsm_mesh.contact.broad_phase import _sort_by\n"
+        "i, j = np.array([0, 0, 1], np.int32), np.array([1, 2, 2], np.int32)\n"
+        "start, column = _pattern(3, i, j)[:2]\n"
+        "print(start, column, *_mirror(start, column), _sort_by(j, np.arange(3, dtype=np.int32), 3))\n"
+        "print(files._compiled)"
+    )
+    told = {**environment(), "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", code]
+    runs = [subprocess.Popen(command, env=told, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(10)]
+    said = [run.communicate() for run in runs]
+    assert [run.returncode for run in runs] == [0] * 10, said
+    assert {err for _, err in said} == {b""}
+    assert len({out.splitlines()[0] for out, _ in said}) == 1
+    names = [path.name for path in tmp_path.rglob("*") if path.is_file()]
+    assert all(name.endswith(".nbc") and not name.startswith(".") for name in names)
+    assert subprocess.run(command, env=told, capture_output=True, check=True).stdout.split()[-1] == b"0"
+
+
+def test_the_word_compiling_comes_with_the_first_kernel(capsys: pytest.CaptureFixture[str]) -> None:
+    with Progress() as progress:
+        progress.report("contacts")
+        kernel_files.compiling()
+    kernel_files.compiling()  # nobody is told any more
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 2
+    assert "contacts; compiling" in said[1]
+
+
+def test_the_list_of_kernels_is_without_doubles() -> None:
+    assert len(set(listed())) == len(listed()) > 40

@@ -1,6 +1,5 @@
 """The mutation command: what it changes, what it leaves alone, which kernels and tests a change concerns."""
 
-import importlib.util
 import json
 import os
 import signal
@@ -11,14 +10,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.solve.bolts.chain import solve_chain
 from bsm_mesh.solve.bolts.kernels import add_bolt_forces, own_coupling
 from bsm_mesh.solve.motion.kernels import advance
 from tests.mutation import mutants, rooms
 from tests.mutation.chosen import BESIDE, COMPILING, SLOWER, Watched, function_at
 from tests.mutation.equivalent import EQUIVALENT
-from tests.mutation.kernels import Stamp, compiled_into
 from tests.mutation.mutants import Mutant
 from tests.mutation.place import SURVIVED, Ran
 from tests.mutation.report import interval, markdown
@@ -74,57 +71,6 @@ def test_operators_make_mutants_of_every_place():
     assert SOURCE.replace("a * b", "a / b") in texts
     assert SOURCE.replace("a > 0", "a <= 0") in texts
     assert SOURCE not in texts
-
-
-def test_what_is_compiled_into_a_kernel():
-    found = compiled_into(advance.py_func)
-    assert {add_bolt_forces.py_func, solve_chain.py_func} <= set(found)  # one through the other, from other files
-    assert facing_rows.py_func not in found
-
-
-CALLED = """
-from bsm_mesh.compiled import njit
-
-WEIGHT = 2.0
-
-
-@njit()
-def called(a):
-    return WEIGHT * a
-
-
-@njit()
-def beside(a):
-    return a - 1.0
-"""
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "same"),
-    [
-        ("WEIGHT * a", "WEIGHT / a", False),  # a kernel of another file
-        ("WEIGHT = 2.0", "WEIGHT = 3.0", False),  # a constant that it sees
-        ("a - 1.0", "a + 1.0", True),  # a kernel that is not called
-    ],
-)
-def test_kernels_that_hold_what_changed_are_compiled_anew(tmp_path, monkeypatch, old, new, same):
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
-    stamps = []
-    for number, text in enumerate((CALLED, CALLED.replace(old, new))):
-        (tmp_path / f"called{number}.py").write_text(text)
-        monkeypatch.delitem(sys.modules, f"called{number}", raising=False)  # of the last case
-        path = tmp_path / f"calling{number}" / "calling.py"
-        path.parent.mkdir()
-        path.write_text(
-            f"import called{number} as other\ncalled = other.called\ndef calling(a): return called(a) + 1.0\n"
-        )
-        spec = importlib.util.spec_from_file_location(f"calling{number}", path)
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        stamps.append(Stamp(module.calling))
-    kept = stamps[0].__reduce__()[1][0]  # as Numba writes it
-    assert (stamps[1] == kept) is same
 
 
 def test_function_around_a_line():
@@ -211,7 +157,7 @@ def test_called_kernels_are_seen(tmp_path):
 
 def test_a_kernel_that_is_called_calls_what_is_compiled_into_it():
     code = advance.py_func.__code__
-    found = _functions({id(code): code}, {id(code): advance.py_func})
+    found = _functions({id(code): code}, {id(code): advance})
     assert {line_of(kernel) for kernel in (advance, add_bolt_forces, solve_chain)} <= found
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 
-from bsm_mesh.app.units import convert
+from bsm_mesh.app.units import PREFIXES, _by_pint, _prefixed, convert
+from bsm_mesh.model import quantities
 from bsm_mesh.model.quantities import BOLT_COUNT, FRICTION, POISSON, UNIT_WEIGHT, Quantity
 
 
@@ -45,6 +48,23 @@ def test_rounding_of_factors_is_taken_out() -> None:
     """26 * 1000.0000000000001 would make a model in kN differ from the same in N."""
     assert convert("26 kN/m^3", UNIT_WEIGHT) == 26000
     assert convert("0.3 mm", wide("m")) == 0.0003
+
+
+UNITS = sorted({one.unit for one in vars(quantities).values() if isinstance(one, Quantity)} - {"", "1/m"})
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("prefix", PREFIXES)
+def test_prefixes_that_need_no_library_mean_what_they_mean_in_it(prefix: str, unit: str) -> None:
+    rng, any_size = random.Random(7), Quantity(unit=unit, least=-1e40, most=1e40, example="1")
+    for digits in range(1, 16):
+        number = float(f"{rng.uniform(-1, 1) * 10 ** rng.randint(-8, 8):.{digits}g}")
+        assert convert(f"{number} {prefix}{unit}", any_size) == _by_pint(number, prefix + unit, unit, "")
+
+
+@pytest.mark.parametrize(("text", "unit"), [("mm^2/s", "m^2/s"), ("psi", "Pa"), ("MPa/mm", "Pa/m"), ("k1/m", "1/m")])
+def test_other_units_are_read_by_the_library(text: str, unit: str) -> None:
+    assert _prefixed(text, unit) is None
 
 
 @pytest.mark.parametrize(

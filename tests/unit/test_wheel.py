@@ -19,6 +19,8 @@ from tests.scenes.square_mesh import msh
 pytestmark = pytest.mark.robust
 
 SOURCES = ("bsm_mesh", "geometries", "converters", "pyproject.toml", "README.md", "LICENSE")
+NOT_COPIED = ("__pycache__", "_kernels")
+KERNEL = "_kernels/some_python-some_numba/some.kernel.nbc"  # as `bsm_mesh.app.precompile` leaves them
 NEIGHBOURS = ("geometries", "converters", "bsm")
 SCRIPT = """
 import bsm, converters, geometries
@@ -46,9 +48,12 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sources")
     for name in SOURCES:
         if (ROOT / name).is_dir():
-            shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=shutil.ignore_patterns(*NOT_COPIED))
         else:
             shutil.copy(ROOT / name, folder)
+    kernel = folder / "bsm_mesh" / KERNEL
+    kernel.parent.mkdir(parents=True)
+    kernel.write_bytes(b"")
     pip = (sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-index", "--no-build-isolation")
     run(*pip, "-w", folder / "dist", folder, folder=folder)
     return next((folder / "dist").glob("*.whl"))
@@ -87,9 +92,9 @@ def test_it_ships_one_package_that_is_whole(wheel: Path) -> None:
             *((f, f"bsm_mesh/{f}/") for f in ("geometries", "converters")),
         )
         for path in (ROOT / folder).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
+        if path.is_file() and not set(NOT_COPIED) & set(path.parts)
     }
-    assert names == here
+    assert names == here | {f"bsm_mesh/{KERNEL}"}
 
 
 def test_a_script_beside_its_own_modules_of_these_names(programs: Path, neighbours: Path) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.bolts.dowels import DowelEvaluation
 
@@ -44,3 +46,20 @@ class BoltEvaluation:
     bond_force: FloatArray
     dowels: DowelEvaluation
     forces: FloatArray
+
+    @classmethod
+    def none(cls, n_blocks: int, dowels: DowelEvaluation) -> BoltEvaluation:
+        """Return the forces of no bolts, for which no kernel is compiled."""
+        point, value = np.zeros((0, 2)), np.zeros(0)
+        return cls(
+            point=point,
+            arm=point,
+            length=value,
+            direction=point,
+            stretch=value,
+            tension=value,
+            slip=value,
+            bond_force=value,
+            dowels=dowels,
+            forces=np.zeros((n_blocks, 3)),
+        )

@@ -120,6 +120,8 @@ class InstalledBolts:
             Position at installation.
         """
         layout = self.layout
+        if not self.alive.size:
+            return self
         moved, _ = node_movements(position, layout.block, self.arm)
         length, _ = element_lines(layout.point, moved, layout.first_node)
         bolt = layout.bolt_of_element
@@ -168,6 +170,8 @@ class InstalledBolts:
     def evaluate(self, position: FloatArray) -> BoltEvaluation:
         """Return the forces at a position (n_blocks, 3), every bolt in equilibrium with its bond."""
         layout = self.layout
+        if not self.alive.size:
+            return BoltEvaluation.none(len(position), self.dowels.evaluate(position, self.alive))
         moved, arm = node_movements(position, layout.block, self.arm)
         length, direction = element_lines(layout.point, moved, layout.first_node)
         stretch = length - self.rest
@@ -237,12 +241,16 @@ class InstalledBolts:
 
     def places(self, pattern: BlockPattern) -> IntArray:
         """Return where in a matrix each pair of a bolt's nodes stands, for `add_tangent`."""
+        if not self.alive.size:
+            return np.zeros(0, np.int32)
         places: IntArray = find_places(pattern.row_start, pattern.column, self.layout.node_start, self.layout.block)
         return places
 
     def coupling(self, at: BoltEvaluation) -> FloatArray:
         """Return the derivatives of the tensions by the stretches, a matrix a bolt (`bolt_couplings`)."""
         layout = self.layout
+        if not self.alive.size:
+            return np.zeros(0)
         found: FloatArray = bolt_couplings(
             layout.node_start,
             self.alive,

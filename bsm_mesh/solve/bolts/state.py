@@ -58,6 +58,8 @@ def slipping(installed: InstalledBolts, at: BoltEvaluation) -> BoolArray:
 def holding_pairs(installed: InstalledBolts, at: BoltEvaluation) -> tuple[IntArray, IntArray]:
     """Return the pairs of blocks connected by a bolt whose tension or shear rises with their separation."""
     layout, dowels = installed.layout, installed.dowels
+    if not installed.alive.size:
+        return np.zeros(0, np.int32), np.zeros(0, np.int32)
     own = own_coupling(layout.node_start, installed.coupling(at))
     resists = taut(installed, at) & (own > ROUNDING * installed.stiffness)  # less is left where its bond gives way
     sheared = np.abs(at.dowels.force)

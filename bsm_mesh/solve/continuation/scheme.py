@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
-from bsm_mesh.compiled import is_compiled
 from bsm_mesh.contact.search import corner_positions
 from bsm_mesh.contact.strength import MAX_UTILISATION
 from bsm_mesh.model.loads import PointForces, point_forces_of
@@ -23,7 +22,6 @@ from bsm_mesh.solve.algebra.reactions import bar_forces, support_forces
 from bsm_mesh.solve.bolts.installed import InstalledBolts
 from bsm_mesh.solve.bolts.memory import BoltMemory
 from bsm_mesh.solve.bolts.record import bolt_forces
-from bsm_mesh.solve.contacts.force_kernels import fill_tangent
 from bsm_mesh.solve.contacts.forces import turned
 from bsm_mesh.solve.contacts.history import History, commit
 from bsm_mesh.solve.contacts.stage_transfer import between, in_part, in_situ_history, in_whole, with_filled_blocks
@@ -36,8 +34,6 @@ from bsm_mesh.solve.motion.motion import Motion, Start
 from bsm_mesh.solve.options import Options
 from bsm_mesh.solve.stages.new_faces import concatenate
 from bsm_mesh.solve.stages.scheme import Observer, Outcome, Reporter
-
-COMPILING = "once on this machine; takes about half a minute"
 
 
 class ContinuationScheme:
@@ -137,8 +133,7 @@ class ContinuationScheme:
         accepted: Callable[[], None],
     ) -> Outcome:
         """Return the part in equilibrium or collapse, and keep its position and history."""
-        known = is_compiled(fill_tangent)
-        self.report(self.options.scheme if known else f"{self.options.scheme}: compiling, {COMPILING}")
+        self.report(self.options.scheme)
         start = Start(
             position=self.moved[part.block],
             history=in_part(self.history, part),

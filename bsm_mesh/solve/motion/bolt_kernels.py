@@ -12,15 +12,16 @@ from bsm_mesh.solve.bolts.kernels import add_bolt_forces, element_lines, node_mo
 from bsm_mesh.solve.step.block_system import BlockSystem
 
 
-def bolt_arrays(system: BlockSystem, reference: FloatArray) -> tuple[Any, ...]:
-    """Return the bolts as `add_bolts` takes them."""
+def bolt_arrays(system: BlockSystem, reference: FloatArray) -> tuple[Any, ...] | None:
+    """Return the bolts as `add_bolts` takes them, or None where there are none."""
     bolts = system.bolts
+    if not bolts.alive.any():
+        return None
     layout, dowels = bolts.layout, bolts.dowels
     acts = bolts.alive[dowels.element]
-    nodes = len(layout.block) if bolts.alive.any() else 0
     return (
         reference,
-        np.arange(nodes),
+        np.arange(len(layout.block)),
         layout.node_start,
         layout.block,
         bolts.arm,
@@ -82,8 +83,6 @@ def add_bolts(
     dowel : (k, 3) float64 [N/m2, N/m, m]
         Stiffness and strength over the spacing; coordinate at which its force is zero.
     """
-    if node.size == 0:
-        return
     where = np.empty((node.size, 3))
     for k in range(node.size):
         for axis in range(3):

@@ -24,7 +24,7 @@ def advance(
     own: IntArray,
     supports: tuple[IntArray, IntArray, FloatArray, FloatArray],
     contacts: tuple[IntArray, IntArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray, ChunkArray],
-    bolts: tuple[FloatArray, ...],
+    bolts: tuple[FloatArray, ...] | None,
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
     velocity: FloatArray,
@@ -47,8 +47,8 @@ def advance(
         prescribe in a cycle.
     contacts : block_a, block_b, contacts, strengths, closures, slips, growths
         As `add_contact_forces` takes them: all contacts of the blocks that are moved here.
-    bolts : tuple of arrays
-        As `add_bolts` takes them; empty arrays where there are none.
+    bolts : tuple of arrays or None
+        As `add_bolts` takes them; None where there are none: then no kernel of bolts is compiled in.
     loads : acting (n, 3), ramped_load (n, 3), unramped_fraction (cycles,)
         Forces at the reference without the bolts'; part of them that is brought on in a ramp; how much of that part
         does not act yet, in every cycle.
@@ -69,7 +69,8 @@ def advance(
         _set_loads(own, loads, cycle, forces)
         _set_loads(held, loads, cycle, forces)
         add_contact_forces(here, now[0], now[1], *contacts, forces)
-        add_bolts(here, *bolts, forces)
+        if bolts is not None:
+            add_bolts(here, *bolts, forces)
         _move(own, supports, constants, forces, velocity, here, there, then)
         if cycle % CHECK_EVERY == CHECK_EVERY - 1 and _is_beyond(there, constants[1], farthest):
             return cycle + 1

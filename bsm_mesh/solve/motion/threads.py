@@ -70,7 +70,7 @@ def advance_window(
     farthest: float,
     *,
     supports: tuple[IntArray, FloatArray, FloatArray],
-    bolts: tuple[Any, ...],
+    bolts: tuple[Any, ...] | None,
     loads: tuple[FloatArray, FloatArray, FloatArray],
     constants: tuple[FloatArray, FloatArray, float],
     velocity: FloatArray,
