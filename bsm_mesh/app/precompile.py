@@ -40,7 +40,7 @@ def kernel_of(line: str) -> tuple[Any, tuple[Any, ...]]:
     name, _, types = line.partition(" ")
     module, _, function = f"bsm_mesh.{name}".rpartition(".")
     kernel = getattr(import_module(module), function)
-    names = {**vars(numba.types), "bool": numba.types.boolean, "bsm_mesh": bsm_mesh}
+    names = {**vars(numba.types), "bool": numba.types.boolean, "bsm_mesh": bsm_mesh, "numba": numba}
     return kernel, eval(types, {"__builtins__": {}}, names)
 
 

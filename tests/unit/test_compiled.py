@@ -9,15 +9,18 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import types
+from numba.core.dispatcher import Dispatcher
 
 from bsm_mesh import kernel_files
-from bsm_mesh.app.precompile import listed
+from bsm_mesh.app.precompile import kernel_of, listed
 from bsm_mesh.app.progress import Progress
 from bsm_mesh.compiled import compiled_into
 from bsm_mesh.contact.narrow_phase import facing_rows
 from bsm_mesh.solve.bolts.chain import solve_chain
 from bsm_mesh.solve.bolts.kernels import add_bolt_forces
 from bsm_mesh.solve.motion.kernels import advance
+from docs.code_blocks import python_blocks
 from tests.scenes.small_case import ROOT, environment
 
 pytestmark = pytest.mark.robust
@@ -239,5 +242,42 @@ def test_the_word_compiling_comes_with_the_first_kernel(capsys: pytest.CaptureFi
     assert "contacts; compiling" in said[1]
 
 
-def test_the_list_of_kernels_is_without_doubles() -> None:
-    assert len(set(listed())) == len(listed()) > 40
+def test_the_list_names_kernels_and_types() -> None:
+    found = [kernel_of(line) for line in listed()]
+    assert len(set(found)) == len(found) > 40
+    assert all(isinstance(kernel, Dispatcher) for kernel, _ in found)
+    assert all(isinstance(one, types.Type) for _, arguments in found for one in arguments)
+
+
+RUNS = """
+import sys
+import bsm_mesh.kernel_files as files
+from bsm_mesh.app.cli import main
+for words in (["new", "slope", "s"], ["run", "s/model.toml", "-q"]):
+    try:
+        main(words)
+    except SystemExit:
+        pass
+exec(open("readme.py").read())
+print(files._compiled)
+"""
+
+
+def test_first_runs_after_set_up_compile_nothing(tmp_path: Path) -> None:
+    """The starter and the README's model; `python -m tests.kernels` writes the list anew."""
+    told = {**environment(), "NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    fill = [sys.executable, "-m", "bsm_mesh.app.precompile"]
+    done = subprocess.run(fill, env=told, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "compiling kernels" in done.stderr
+    (tmp_path / "readme.py").write_text(python_blocks()[0], encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", RUNS], env=told, cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split()[-1] == "0", done.stderr
+    assert "compiling" not in done.stderr
+    names = sorted(path.name for path in tmp_path.rglob("*.nbc"))
+    done = subprocess.run([*fill, "--only"], env=told, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    kept = sorted(path.name for path in tmp_path.rglob("*.nbc"))
+    assert len(kept) == len(listed())
+    assert set(kept) <= set(names)
