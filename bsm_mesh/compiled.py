@@ -84,10 +84,6 @@ class KernelCache:
         """Keep what was compiled for a signature."""
         kernel_files.write(self.name(signature, levels()[-1]), dumps(self._form.reduce(compiled)))
 
-    def is_kept(self, signature: Any) -> bool:
-        """Return whether the kernel is on disk for a signature."""
-        return any(kernel_files.is_kept(self.name(signature, level)) for level in levels())
-
     def name(self, signature: Any, level: str) -> str:
         """Return the name of the kernel's file in the folder of kernels."""
         arguments, _ = normalize_signature(signature)

@@ -44,6 +44,12 @@ def kernel_of(line: str) -> tuple[Any, tuple[Any, ...]]:
     return kernel, eval(types, {"__builtins__": {}}, names)
 
 
+def name_of(kernel: Any, types: tuple[Any, ...]) -> str:
+    """Return the name of a kernel's file, as others can use it where this machine can make it."""
+    name: str = kernel._cache.name(types, compiled.levels()[0])
+    return name
+
+
 def make(line: str) -> None:
     """Compile a kernel of the list, unless it is there."""
     kernel, types = kernel_of(line)
@@ -55,14 +61,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bsm_mesh.app.precompile", description=__doc__)
     parser.add_argument("--only", action="store_true", help="remove all other kernels, as for a wheel")
     given, began = parser.parse_args(), time.time()
-    kept = [(line, *kernel_of(line)) for line in listed()]
-    missing = [line for line, kernel, types in kept if not kernel._cache.is_kept(types)]
+    names = {line: name_of(*kernel_of(line)) for line in listed()}
+    missing = [line for line, name in names.items() if not kernel_files.is_kept(name)]
     if missing:
         with Progress(total=len(missing)) as progress:
             for done in compile_all(missing):
                 progress.often(f"compiling kernels, once on this machine: {done} of {len(missing)}", done)
-    names = {kernel._cache.name(types, compiled.levels()[0]) for _, kernel, types in kept}
-    remove_former(names, float("inf") if given.only else began - KEPT_FOR)
+    remove_former(set(names.values()), float("inf") if given.only else began - KEPT_FOR)
     return 0
 
 
