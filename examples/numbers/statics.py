@@ -151,8 +151,8 @@ def tilted_wall() -> str:
             stiff.append(f"{verdict(bsm.run(model))} at {tilt:g}° with {stiffness / 1e9:g} GPa/m")
     return f"""{markdown(("file", "tilt", "verdict", LIMIT, "which proves"), lines)}
 
-Solved by SuperLU, as without MKL. MKL's solver rounds otherwise, and near the limit that decides which joints slip: at
-27° the displacement then differs by a few per cent.
+Solved by SuperLU, as without MKL. MKL's solver rounds otherwise: at 27°, near the limit, the displacement differs from
+the third digit on.
 
 By limit analysis the greatest tilt is {5 + beyond:.2f}° ({beyond:.2f}° beyond the 5° of model.toml). Beyond it the
 wall must fail. Below it forces within strength exist, but whether the bricks find them is another matter: with
