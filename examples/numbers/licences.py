@@ -26,7 +26,7 @@ EXTRAS = (
     "pyvista",
 )  # of those who use the program; other extras are tools of its developers, and meshlane takes meshio's place
 LONG = 40  # letters: a longer "License" is the text itself
-INSTALL = "sh bootstrap.sh test"
+INSTALL = "sh bootstrap.sh test --all"
 
 
 def licence(package: Distribution) -> str:

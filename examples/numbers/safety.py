@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import redirect_stdout
+from dataclasses import replace
 from functools import cache
 from io import StringIO
 from pathlib import Path
@@ -54,7 +55,7 @@ def draw_starter_slope() -> None:
 @cache
 def _slope() -> tuple[str, Safety]:
     model = _starter("slope")
-    return model.title, factor_of_safety(model)
+    return model.title, factor_of_safety(model, replace(model.options or bsm.Options(), linear_solver="superlu"))
 
 
 def larger() -> Iterator[tuple[str, bsm.Model]]:

@@ -250,7 +250,8 @@ def test_the_list_names_kernels_and_types() -> None:
 
 
 RUNS = """
-import sys
+from bsm_mesh.solve.algebra import pardiso
+pardiso.is_available = lambda: False
 import bsm_mesh.kernel_files as files
 from bsm_mesh.app.cli import main
 for words in (["new", "slope", "s"], ["run", "s/model.toml", "-q"]):

@@ -10,6 +10,8 @@ from bsm_mesh.arrays import FloatArray
 from bsm_mesh.solve.algebra.mixed_precision import WORTH_REPEATING
 from bsm_mesh.solve.step.equations import Residual, StepEquations, moved_by
 
+ROUNDING = np.finfo(float).eps  # a residual of exactly zero would leave blocks without stiffness in a singular matrix
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionSettings:
@@ -59,7 +61,7 @@ def chord_method(step: StepEquations, position: FloatArray, tolerance: float) ->
 
 def tangent_regularization(max_norm: float) -> float:
     """Return the part of their stiffness that open and slipping contacts keep, proportional to the residual."""
-    return SETTINGS.regularization * min(1.0, max_norm)
+    return SETTINGS.regularization * min(1.0, max(max_norm, ROUNDING))
 
 
 def line_search(step: StepEquations, here: Residual, correction: FloatArray) -> Residual:
