@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.limit_analysis import LimitAnalysis
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.falls import Falls
+    from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
 
 __version__ = "1.0.0"
 
@@ -70,6 +71,7 @@ _HOME = {
     "Results": "bsm_mesh.results",
     "Options": "bsm_mesh.solve.options",
     "Falls": "bsm_mesh.solve.stages.falls",
+    "Polyhedra": "bsm_mesh.three_d.blocks.polyhedra",
     "Failure": "bsm_mesh.safety",
     "Measured": "bsm_mesh.safety",
     "back_analysis": "bsm_mesh.safety",
@@ -191,6 +193,7 @@ __all__ = [
     "Options",
     "Patton",
     "PointLoad",
+    "Polyhedra",
     "PrescribedDisplacement",
     "Pressure",
     "Results",

@@ -64,6 +64,9 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
     "continuation": {"algebra", "bolts", "contacts", "methods", "motion", "options", "stages", "step"},
 }
 DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothing
+ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
+    "blocks": set(),
+}
 
 
 def module_name(path: Path, root: Path) -> str:
@@ -138,9 +141,9 @@ def test_no_wrong_arrow():
     assert wrong_arrows(ROOT) == []
 
 
-def arrows_between_rooms(root: Path) -> dict[str, set[str]]:
-    """Return which other rooms each room of ``bsm_mesh/solve`` imports, when loaded or later."""
-    folder, arrows = root / "bsm_mesh" / "solve", {}
+def arrows_between_rooms(root: Path, house: str = "solve") -> dict[str, set[str]]:
+    """Return which other rooms each room of a house, ``bsm_mesh/solve``, imports, when loaded or later."""
+    folder, arrows = root / "bsm_mesh" / house, {}
     for path in sorted(folder.rglob("*.py")):
         if path.parent == folder and path.stem in DOORS | {"__init__"}:
             continue
@@ -148,7 +151,7 @@ def arrows_between_rooms(root: Path) -> dict[str, set[str]]:
         room = module.split(".")[2]
         known = arrows.setdefault(room, set())
         for name, _, _ in imports(path.read_text(encoding="utf-8"), module, path.stem == "__init__"):
-            if below(name, "bsm_mesh.solve"):
+            if below(name, f"bsm_mesh.{house}"):
                 known.add(name.split(".")[2])
         known.discard(room)
     return arrows
@@ -210,6 +213,22 @@ def test_rooms_of_the_solver():
     assert max(floors(arrows).values()) <= 7
 
 
+def test_rooms_of_three_dimensions():
+    """They know the plane's materials and words; nothing of the plane, and nothing that is shared, imports them."""
+    arrows = arrows_between_rooms(ROOT, "three_d")
+    assert set(arrows) == set(ROOMS_3D)
+    assert {room: others - ROOMS_3D[room] for room, others in arrows.items() if others - ROOMS_3D[room]} == {}
+    assert max(floors(arrows).values()) <= 7
+    doors = {"bsm_mesh/__init__.py"}  # names for scripts
+    users = {
+        str(path.relative_to(ROOT))
+        for path in sorted((ROOT / "bsm_mesh").rglob("*.py"))
+        for name, _, _ in imports(path.read_text(encoding="utf-8"), module_name(path, ROOT), path.stem == "__init__")
+        if below(name, "bsm_mesh.three_d") and not below(module_name(path, ROOT), "bsm_mesh.three_d")
+    }
+    assert users - doors == {user for user in users if user.startswith("bsm_mesh/app/")}
+
+
 FOR_STUDIES = ("model", "arrays", "errors", "files", "processes", "studies", "__version__")
 
 
@@ -253,7 +272,7 @@ def long_functions(source: str, most: int = SCREEN) -> dict[str, int]:
 
 
 def test_functions_of_the_solver_fit_on_a_screen():
-    files = sorted((ROOT / "bsm_mesh" / "solve").rglob("*.py"))
+    files = [path for house in ("solve", "three_d") for path in sorted((ROOT / "bsm_mesh" / house).rglob("*.py"))]
     found = {str(path.relative_to(ROOT)): long_functions(path.read_text(encoding="utf-8")) for path in files}
     assert {path: functions for path, functions in found.items() if functions} == {}
 
