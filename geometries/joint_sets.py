@@ -17,12 +17,12 @@ import numpy.typing as npt
 
 from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.parameters import Checks
-from bsm_mesh.geometries.spacings import Constant, Exponential, Spacing
+from bsm_mesh.geometries.spacings import MOST_PLACES as MOST_TRACES
+from bsm_mesh.geometries.spacings import Constant, Exponential, Spacing, places_across
 
 FloatArray = npt.NDArray[np.float64]
 Points = Sequence[tuple[float, float]] | FloatArray
 Ends = Literal["crossing", "t_ended", "en_echelon"]
-MOST_TRACES = 2_000_000
 LONGEST_BRIDGE = 1e6  # m
 LONGEST_OF = 10_000  # lengths are drawn to see how far traces reach
 FARTHEST_CENTRE = 20.0  # of the model's diagonal: traces longer than twice that are lines for it
@@ -209,26 +209,11 @@ class JointSet:
 
     def _offsets(self, middle: float, radius: float, generator: np.random.Generator) -> FloatArray:
         """Return where the joints cross the line across them, over `radius` to both sides of `middle`."""
-        law = self._law_of_spacing()
-        if 2 * radius / law.mean > MOST_TRACES:
-            raise GeometryError(
-                f"joint set '{self.name}': a spacing of {law.mean:g} m gives {2 * radius / law.mean:.3g} joints; "
-                "give a wider spacing or a smaller model"
-            )
-        random = not isinstance(law, Constant)
-        origin = middle + (generator.uniform(0, law.mean) if random else 0.0)
+        start = None
         if self.start is not None:
             along = _direction(self.dip)
-            origin = float(np.array([-along[1], along[0]]) @ np.asarray(self.start, dtype=np.float64))
-        if not random:
-            first, last = (math.ceil((middle + side * radius - origin) / law.mean) for side in (-1, 1))
-            offsets = (origin + np.arange(first, last) * law.mean).astype(np.float64)
-            return offsets
-        reach = abs(origin - middle) + radius
-        count = int(2 * reach / law.mean) + 50
-        up, down = (origin + sign * np.cumsum(law.draw(count, generator)) for sign in (1, -1))
-        drawn: FloatArray = np.concatenate([down[::-1], [origin], up]).astype(np.float64)
-        return drawn[np.abs(drawn - middle) <= radius]
+            start = float(np.array([-along[1], along[0]]) @ np.asarray(self.start, dtype=np.float64))
+        return places_across(f"joint set '{self.name}'", self._law_of_spacing(), middle, radius, start, generator)
 
     def _stretches(
         self, count: int, reach: float, generator: np.random.Generator

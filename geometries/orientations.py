@@ -138,7 +138,7 @@ def joint_sets_of_scan_line(
         For sets of fewer than two joints, and those nearly parallel to the section.
     """
     faults, sets = [], []
-    line = _unit(np.array([trend]), np.array([plunge]))[0]
+    line = line_directions(np.array([trend]), np.array([plunge]))[0]
     for name in dict.fromkeys(str(row["set"]) for row in rows):
         chosen = [row for row in rows if str(row["set"]) == name]
         dip, direction, at = (
@@ -149,7 +149,7 @@ def joint_sets_of_scan_line(
             continue
         normal = mean_normal(dip, direction)
         spacing = np.diff(np.sort(at)) * max(abs(float(normal @ line)), LEAST_COSINE)
-        mean_dip, mean_direction = _plane_of(normal)
+        mean_dip, mean_direction = plane_of(normal)
         wide = float(apparent_spacing(1.0, mean_dip, mean_direction, section_azimuth))
         if wide > 1 / LEAST_SINE:
             faults.append(f"scan line: set '{name}' is nearly parallel to the section and leaves no traces")
@@ -170,7 +170,7 @@ def mean_normal(dip: npt.ArrayLike, dip_direction: npt.ArrayLike) -> FloatArray:
 
     The mean is the principal axis of the normals' orientation tensor: a normal and its opposite are the same.
     """
-    normals = _normals(np.asarray(dip, dtype=np.float64), np.asarray(dip_direction, dtype=np.float64))
+    normals = upward_normals(np.asarray(dip, dtype=np.float64), np.asarray(dip_direction, dtype=np.float64))
     axis: FloatArray = np.linalg.eigh(normals.T @ normals)[1][:, -1]
     return axis if axis[2] >= 0 else -axis
 
@@ -213,8 +213,10 @@ def draw_stereonet(
         axes.text(1.07 * x, 1.07 * y, name, ha="center", va="center")
     for name, (dip, direction) in sets.items():
         normal = mean_normal(dip, direction)
-        mean_dip, mean_direction = _plane_of(normal)
-        poles = project(-_normals(np.atleast_1d(np.asarray(dip, float)), np.atleast_1d(np.asarray(direction, float))))
+        mean_dip, mean_direction = plane_of(normal)
+        poles = project(
+            -upward_normals(np.atleast_1d(np.asarray(dip, float)), np.atleast_1d(np.asarray(direction, float)))
+        )
         label = f"{name}: {len(poles)} poles, mean {mean_dip:.0f}/{mean_direction:03.0f}"
         (points,) = axes.plot(*poles.T, "o", ms=4, alpha=0.7, label=label)
         axes.plot(*project(_great_circle(mean_dip, mean_direction)).T, color=points.get_color(), lw=1.5)
@@ -242,19 +244,19 @@ def project(directions: FloatArray) -> FloatArray:
     return place
 
 
-def _normals(dip: FloatArray, dip_direction: FloatArray) -> FloatArray:
+def upward_normals(dip: FloatArray, dip_direction: FloatArray) -> FloatArray:
     """Return the upward unit normals (east, north, up), (n, 3)."""
     delta, alpha = np.radians(np.atleast_1d(dip)), np.radians(np.atleast_1d(dip_direction))
     return np.stack([np.sin(delta) * np.sin(alpha), np.sin(delta) * np.cos(alpha), np.cos(delta)], axis=1)
 
 
-def _unit(trend: FloatArray, plunge: FloatArray) -> FloatArray:
+def line_directions(trend: FloatArray, plunge: FloatArray) -> FloatArray:
     """Return the unit vectors (east, north, up) of lines, (n, 3)."""
     alpha, fall = np.radians(trend), np.radians(plunge)
     return np.stack([np.cos(fall) * np.sin(alpha), np.cos(fall) * np.cos(alpha), -np.sin(fall)], axis=1)
 
 
-def _plane_of(normal: FloatArray) -> tuple[float, float]:
+def plane_of(normal: FloatArray) -> tuple[float, float]:
     """Return dip and dip direction of the plane with an upward normal [degrees]."""
     dip = math.degrees(math.acos(min(1.0, float(normal[2]))))
     return dip, math.degrees(math.atan2(float(normal[0]), float(normal[1]))) % 360
@@ -262,8 +264,8 @@ def _plane_of(normal: FloatArray) -> tuple[float, float]:
 
 def _great_circle(dip: float, dip_direction: float) -> FloatArray:
     """Return downward unit vectors in a plane, from one end of its strike to the other, (n, 3)."""
-    strike = _unit(np.array([dip_direction - 90]), np.array([0.0]))[0]
-    down = _unit(np.array([dip_direction]), np.array([dip]))[0]
+    strike = line_directions(np.array([dip_direction - 90]), np.array([0.0]))[0]
+    down = line_directions(np.array([dip_direction]), np.array([dip]))[0]
     angle = np.linspace(0, np.pi, 91)[:, None]
     circle: FloatArray = np.cos(angle) * strike + np.sin(angle) * down
     return circle

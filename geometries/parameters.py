@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from numbers import Integral, Real
 
 from bsm_mesh.errors import as_given, nearest
@@ -45,6 +45,13 @@ class Checks:
         bad = {name: value for name, value in values.items() if not _is_line(value, least)}
         for name, value in bad.items():
             self.add(f"{name} = {as_given(value)} is no line of points; give [(x, y), ...] in m, {least} or more")
+        return not bad
+
+    def vector(self, **values: object) -> bool:
+        """Return whether all `values` are three finite numbers; add a fault for each that is not."""
+        bad = {name: value for name, value in values.items() if not _is_vector(value)}
+        for name, value in bad.items():
+            self.add(f"{name} = {as_given(value)} must be three numbers (x, y, z) in m")
         return not bad
 
     def positive(self, unit: str = "m", /, **values: object) -> bool:
@@ -148,6 +155,11 @@ def _is_line(value: object, least: int) -> bool:
         and len(points) >= least
         and bool(np.isfinite(points).all())
     )
+
+
+def _is_vector(value: object) -> bool:
+    parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
+    return len(parts) == 3 and all(math.isfinite(_number(part)) for part in parts)
 
 
 def _is_count(value: object, least: int) -> bool:

@@ -9,9 +9,11 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from bsm_mesh.geometries.errors import GeometryError
 from bsm_mesh.geometries.parameters import Checks
 
 FloatArray = npt.NDArray[np.float64]
+MOST_PLACES = 2_000_000
 LEAST_SHARE = 0.05  # of the mean: no random spacing is smaller, or blocks would be slivers by chance alone
 
 
@@ -132,6 +134,47 @@ class PowerLaw:
         share = generator.uniform(size=count)
         drawn: FloatArray = (self.least**k + share * (self.greatest**k - self.least**k)) ** (1 / k)
         return drawn
+
+
+def places_across(
+    thing: str, law: Spacing, middle: float, radius: float, start: float | None, generator: np.random.Generator
+) -> FloatArray:
+    """Return where the joints of a set cross the line across them [m], over `radius` to both sides of `middle`.
+
+    Parameters
+    ----------
+    thing : str
+        The set, for messages.
+    law : Spacing
+        Distances between neighbours.
+    middle, radius : float [m]
+        The part of the line.
+    start : float, optional
+        Place of one of the joints [m]; where not given `middle` for a constant spacing, an arbitrary place of others.
+    generator : numpy.random.Generator
+        Of the random numbers.
+
+    Raises
+    ------
+    GeometryError
+        If there would be more than two million of them.
+    """
+    if 2 * radius / law.mean > MOST_PLACES:
+        raise GeometryError(
+            f"{thing}: a spacing of {law.mean:g} m gives {2 * radius / law.mean:.3g} joints; "
+            "give a wider spacing or a smaller model"
+        )
+    random = not isinstance(law, Constant)
+    origin = middle + (generator.uniform(0, law.mean) if random else 0.0)
+    origin = origin if start is None else start
+    if not random:
+        first, last = (math.ceil((middle + side * radius - origin) / law.mean) for side in (-1, 1))
+        return (origin + np.arange(first, last) * law.mean).astype(np.float64)
+    reach = abs(origin - middle) + radius
+    count = int(2 * reach / law.mean) + 50
+    up, down = (origin + sign * np.cumsum(law.draw(count, generator)) for sign in (1, -1))
+    drawn: FloatArray = np.concatenate([down[::-1], [origin], up]).astype(np.float64)
+    return drawn[np.abs(drawn - middle) <= radius]
 
 
 def _check(name: str, **values: float) -> None:

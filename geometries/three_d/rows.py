@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-IntArray = npt.NDArray[np.int64]
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.signedinteger[Any]]
+BoolArray = npt.NDArray[np.bool_]
 
 
 class Growing:
@@ -99,7 +101,7 @@ def following(sizes: IntArray) -> IntArray:
     return after
 
 
-def any_in_row(found: npt.NDArray[np.bool_], sizes: IntArray) -> npt.NDArray[np.bool_]:
+def any_in_row(found: BoolArray, sizes: IntArray) -> BoolArray:
     """Return for every row whether anything in it is true; no row is empty."""
-    whole: npt.NDArray[np.bool_] = np.logical_or.reduceat(found, np.cumsum(sizes) - sizes) if len(sizes) else found[:0]
+    whole: BoolArray = np.logical_or.reduceat(found, np.cumsum(sizes) - sizes) if len(sizes) else found[:0]
     return whole
