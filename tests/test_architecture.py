@@ -66,6 +66,7 @@ ROOMS = {  # a folder or a file of bsm_mesh/solve, and the others that it may im
 DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothing
 ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "blocks": set(),
+    "limit": {"blocks"},
 }
 
 

@@ -120,7 +120,9 @@ def cut_cells(rock: RockMass) -> CellCut:
     for joints in rock.joints:
         planes[joints.name] += _cut_by(cells, joints, names.index(joints.name), rock.seed)
     faults = [
-        f"joint '{name}' cuts no rock: it lies outside the box or on another joint" for name, n in planes.items() if not n
+        f"joint '{name}' cuts no rock: it lies outside the box or on another joint"
+        for name, number in planes.items()
+        if number == 0
     ]
     for number, body in enumerate(rock.bodies):
         if not _fill(cells, body.body, number):

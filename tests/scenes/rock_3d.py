@@ -2,6 +2,7 @@
 
 import numpy as np
 
+import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
 from bsm_mesh.geometries.orientations import upward_normals
 
@@ -31,3 +32,85 @@ def tunnel_rock(spacing=2.0, seed=0, radius=4.0, sides=10):
     low, high = (-12, 0, -12), (12, 16, 12)
     opening = three_d.Opening(body=three_d.prism(profile), boundary="tunnel")
     return three_d.RockMass(box=(low, high), joints=planes(low, high, spacing, seed), bodies=[opening])
+
+
+def wedge_rock(first, second, face, top, height):
+    """Return a slope with a wedge on two planes that meet at its toe, the wedge's number, volume and two areas.
+
+    Planes are (dip, dip direction); the crest lies `height` above the origin, straight up the face. The closed forms
+    are those of the tetrahedron between the four planes.
+    """
+    planes = np.array([first, second, face, top], dtype=float)
+    one, two, front, above = upward_normals(planes[:, 0], planes[:, 1])
+    run = height / np.tan(np.radians(face[0]))
+    crest = np.array([-np.sin(np.radians(face[1])) * run, -np.cos(np.radians(face[1])) * run, height])
+    level = above @ crest
+    corners = [
+        np.linalg.solve(rows, (0, 0, level)) for rows in ((one, front, above), (two, front, above), (one, two, above))
+    ]
+    left, right, back = corners
+    points = np.array([np.zeros(3), *corners])
+    low, high = points.min(axis=0) - height, points.max(axis=0) + height
+    ahead = three_d.HalfSpaces(-front[None], np.zeros(1))
+    over = three_d.HalfSpaces(np.array([front, -above]), np.array([0, -level]))
+    rock = three_d.RockMass(
+        box=(low, high),
+        joints=[
+            three_d.JointPlane(name=name, dip=dip, dip_direction=direction, point=(0, 0, 0))
+            for name, (dip, direction) in (("A", first), ("B", second))
+        ],
+        bodies=[three_d.Opening(body=[ahead, over], boundary="slope")],
+    )
+    blocks = bsm.Polyhedra.from_cells(three_d.cut_cells(rock))
+    number = int(np.argmin(np.linalg.norm(blocks.moments.centroid - points.mean(axis=0), axis=1)))
+    areas = [np.linalg.norm(np.cross(end, back)) / 2 for end in (left, right)]
+    return blocks, number, abs(np.linalg.det(corners)) / 6, areas
+
+
+def wedge_factor(first, second, volume, areas, unit_weight, friction, cohesion):
+    """Return the factor of a wedge that slides on two planes (Hoek & Bray): strength over the pull down their line."""
+    one, two = upward_normals(np.array([first[0], second[0]], float), np.array([first[1], second[1]], float))
+    line = np.cross(one, two)
+    line *= -np.sign(line[2]) / np.linalg.norm(line)
+    weight = np.array([0, 0, -unit_weight * volume])
+    on_one, on_two, pull = np.linalg.solve(np.array([one, two, -line]).T, -weight)
+    assert min(on_one, on_two) > 0
+    slope = np.tan(np.radians(friction))
+    return (on_one * slope[0] + on_two * slope[1] + cohesion[0] * areas[0] + cohesion[1] * areas[1]) / pull
+
+
+WEDGES = {  # planes, face, top (dip, dip direction), height, friction, cohesion, unit weight
+    "Wyllie and Mah's chart": ((40, 165), (70, 285), (65, 210), (0, 210), 20.0, (35, 20), (0, 0), 25e3),
+    "Hoek and Bray": ((45, 105), (70, 235), (65, 185), (12, 195), 40.0, (20, 30), (24e3, 48e3), 25e3),
+    "without cohesion": ((45, 105), (70, 235), (65, 185), (12, 195), 40.0, (20, 30), (0, 0), 25e3),
+    "symmetric": ((54.7356, 135), (54.7356, 225), (70, 180), (0, 180), 10.0, (30, 30), (0, 0), 26e3),
+    "to the north": ((52, 60), (58, 330), (72, 15), (5, 15), 30.0, (30, 35), (10e3, 10e3), 25e3),
+    "two cohesions": ((50, 110), (60, 210), (75, 160), (5, 160), 25.0, (25, 32), (15e3, 5e3), 26e3),
+}
+
+
+def dome(thickness, sectors, courses, radius=5.0):
+    """Return a hemispherical dome of blocks with plane faces, and which blocks are its base.
+
+    Joints across the meridians are quadrilaterals between chords; the base is a ring of blocks under the springing.
+    """
+    fall = np.linspace(0, np.pi / 2, courses + 1)
+    fall[0] = 1e-3  # a small eye instead of a point at the crown
+    turn = 2 * np.pi * np.arange(sectors + 1) / sectors
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    ring[-1] = ring[0]
+    up = np.array([0, 0, 1.0])
+    shells = [
+        [r * (np.sin(angle) * ring + np.cos(angle) * up) for angle in fall]
+        for r in (radius * (1 - thickness / 2), radius * (1 + thickness / 2))
+    ]
+    for shell in shells:
+        shell.append(shell[-1] - 0.5 * up)
+    faces = [(0, 1, 2, 3), (7, 6, 5, 4), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
+    solids = []
+    for course in range(courses + 1):
+        for j in range(sectors):
+            corners = [s[course + i][j + k] for s in shells for i, k in ((0, 0), (0, 1), (1, 1), (1, 0))]
+            solids.append((np.array(corners), faces))
+    blocks = bsm.Polyhedra.from_solids(solids, rock="stone", joint="J1")
+    return blocks, np.arange(blocks.count) >= courses * sectors

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import clarabel
 import numpy as np
@@ -77,20 +79,9 @@ def minimise(
     ModelError
         If the method gives up.
     """
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = ITERATIONS
-    settings.direct_solve_method = "qdldl"  # on one thread: the same to the last digit every time
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ENOUGH
-    settings.reduced_tol_infeas_abs = settings.reduced_tol_infeas_rel = ENOUGH
     matrix = csc_array(vstack([balance, bounded]))
     cones = [clarabel.ZeroConeT(len(right)), clarabel.NonnegativeConeT(len(bound))]
-    no_squares = csc_array((len(cost), len(cost)))
-    found = clarabel.DefaultSolver(no_squares, cost, matrix, np.concatenate([right, bound]), cones, settings).solve()
-    answer = ANSWERS.get(str(found.status))
-    if answer is None:
-        raise ModelError(f"limit analysis: the linear program could not be solved ({found.status})")
+    answer, found = solve_conic(cost, matrix, np.concatenate([right, bound]), cones)
     z, columns = np.array(found.z), csr_array(matrix[:, cost == 0].T)
     if answer is not Answer.UNBOUNDED:  # that there is no solution multipliers prove which vanish in all columns
         vanishing = columns if answer is Answer.SOLVED else csr_array(matrix.T)
@@ -103,6 +94,38 @@ def minimise(
         loose=np.abs(columns @ z),
         negative=np.maximum(-z[len(right) :], 0.0),
     )
+
+
+def solve_conic(cost: FloatArray, matrix: csc_array, right: FloatArray, cones: Sequence[Any]) -> tuple[Answer, Any]:
+    """Return how a conic program ends, and Clarabel's solution: ``x``, slacks ``s`` and multipliers ``z``.
+
+    Parameters
+    ----------
+    cost : (k,) float64
+        The least ``cost x`` is sought.
+    matrix, right : (r, k), (r,) float64
+        ``matrix x + s = right`` with s in the cones.
+    cones : sequence
+        Clarabel's cones, in the order of the rows.
+
+    Raises
+    ------
+    ModelError
+        If the method gives up.
+    """
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = ITERATIONS
+    settings.direct_solve_method = "qdldl"  # on one thread: the same to the last digit every time
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ENOUGH
+    settings.reduced_tol_infeas_abs = settings.reduced_tol_infeas_rel = ENOUGH
+    no_squares = csc_array((len(cost), len(cost)))
+    found = clarabel.DefaultSolver(no_squares, cost, matrix, right, list(cones), settings).solve()
+    answer = ANSWERS.get(str(found.status))
+    if answer is None:
+        raise ModelError(f"limit analysis: the linear program could not be solved ({found.status})")
+    return answer, found
 
 
 def _polished(z: FloatArray, slack: FloatArray, columns: csr_array, balances: int) -> FloatArray:

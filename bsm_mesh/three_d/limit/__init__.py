@@ -1,0 +1,1 @@
+"""Limit analysis with friction cones: forces within strength, or the mechanism that proves that there are none."""

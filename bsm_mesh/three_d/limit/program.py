@@ -1,0 +1,199 @@
+"""The conic program of limit analysis: equilibrium of blocks, friction cones at contact points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import clarabel
+import numpy as np
+from scipy.sparse import coo_array, csc_array, hstack, vstack
+
+from bsm_mesh.arrays import BoolArray, FloatArray, IntArray
+from bsm_mesh.errors import ModelError
+from bsm_mesh.solve.limit.interior_point import Answer, solve_conic
+from bsm_mesh.three_d.blocks.contact_polygons import ContactPoints, ContactPolygons
+from bsm_mesh.three_d.blocks.moments import Moments
+from bsm_mesh.three_d.blocks.polygons import tangents
+from bsm_mesh.three_d.limit.strength import ConeStrength
+
+NOTHING = 1e-7  # over the mean load of a block: a smaller shortfall is none; programs are solved to 1e-10
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Optimum:
+    """What a program has for an answer.
+
+    Attributes
+    ----------
+    value : float
+        The load factor; or the strength that is lacking at every point, over the mean load of a block.
+    pressure : (m,) float64 [N]
+        Normal force of every point, compression positive.
+    shear : (m, 3) float64 [N]
+        Shear force on block_b.
+    velocity : (n, 6) float64 [m, rad]
+        The mechanism: velocities and rates of rotation of the blocks, the greatest of a centroid, or of rotation times
+        radius of gyration, 1.
+    """
+
+    value: float
+    pressure: FloatArray
+    shear: FloatArray
+    velocity: FloatArray
+
+
+class ConeProgram:
+    """Equilibrium and strength of contact points as the matrices of a conic program.
+
+    The unknowns are pressure and two shear forces of every point. Strength is associated: where a point slides the
+    program lets it open by slope times slip, so that its load and strength factors are upper bounds.
+
+    Parameters
+    ----------
+    moments : Moments
+        Of the blocks.
+    polygons, points : ContactPolygons, ContactPoints
+        Where blocks touch.
+    fixed : (n,) bool
+        Blocks that bear whatever comes.
+    """
+
+    def __init__(self, moments: Moments, polygons: ContactPolygons, points: ContactPoints, fixed: BoolArray) -> None:
+        self.fixed, self.points, self.radius = fixed, points, moments.gyration
+        self.centroid = moments.centroid
+        self.block_a, self.block_b = polygons.block_a[points.polygon], polygons.block_b[points.polygon]
+        normal = polygons.normal[points.polygon]
+        self.basis = np.stack([normal, *tangents(normal)], axis=1)
+        self.free = np.flatnonzero(~fixed)
+        if not len(self.free):
+            raise ModelError("limit analysis: all blocks are fixed; nothing can fail")
+        self.equilibrium = self._equilibrium()
+
+    def _equilibrium(self) -> csc_array:
+        """Return forces, and moments over radii of gyration, that unit forces of the points give the free blocks."""
+        number = np.full(len(self.fixed), -1)
+        number[self.free] = np.arange(len(self.free))
+        rows, cols, values = [], [], []
+        for block, sign in ((self.block_b, 1.0), (self.block_a, -1.0)):
+            point = np.flatnonzero(number[block] >= 0)
+            arm = (self.points.point[point] - self.centroid[block[point]]) / self.radius[block[point], None]
+            for axis, turn in enumerate((-sign, sign, sign)):  # a pressure pushes block_b against its outward normal
+                force = turn * self.basis[point, axis]
+                values.append(np.concatenate([force, np.cross(arm, force)], axis=1).reshape(-1))
+                rows.append((6 * number[block[point], None] + np.arange(6)).reshape(-1))
+                cols.append(np.repeat(3 * point + axis, 6))
+        shape = (6 * len(self.free), 3 * self.points.count)
+        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=shape).tocsc()
+
+    def balance(self, loads: FloatArray, strength: ConeStrength) -> Optimum:
+        """Return the least strength, in shear and tension alike, that all points lack to balance loads (n, 6) [N, N m].
+
+        Not positive where forces within strength balance the loads; otherwise the velocity is the mechanism.
+        """
+        reference = self._reference(loads)
+        matrix, right, cones, lacking = self._strength(strength, reference)
+        column = np.concatenate([np.zeros(self.equilibrium.shape[0]), lacking])
+        least = np.append(np.zeros(3 * self.points.count), -1.0)  # not below minus the mean load of a block
+        whole = vstack([hstack([vstack([self.equilibrium, matrix]), column[:, None]]), least[None]]).tocsc()
+        right = np.concatenate([-self._scaled(loads) / reference, right, [1.0]])
+        cost = np.append(np.zeros(3 * self.points.count), 1.0)
+        return self._solved(cost, whole, right, [*cones, clarabel.NonnegativeConeT(1)], reference)
+
+    def maximise(self, dead: FloatArray, live: FloatArray, strength: ConeStrength) -> Optimum:
+        """Return the greatest factor on live loads beside dead ones, (n, 6) [N, N m]; infinite for no limit."""
+        reference = self._reference(dead + live)
+        matrix, right, cones, _ = self._strength(strength, reference)
+        column = np.concatenate([self._scaled(live) / reference, np.zeros(matrix.shape[0])])
+        whole = hstack([vstack([self.equilibrium, matrix]), column[:, None]]).tocsc()
+        right = np.concatenate([-self._scaled(dead) / reference, right])
+        cost = np.append(np.zeros(3 * self.points.count), -1.0)
+        return self._solved(cost, whole, right, cones, reference)
+
+    def _strength(
+        self, strength: ConeStrength, reference: float
+    ) -> tuple[csc_array, FloatArray, list[object], FloatArray]:
+        """Return rows of strength, their right sides and cones, and the column of what every point lacks."""
+        rows, cols, values, right, lacking, cones = [], [], [], [], [], []
+        count = 0
+        for line in range(strength.slope.shape[1]):
+            point = np.flatnonzero(np.isfinite(strength.intercept[:, line]))
+            slope = strength.slope[point, line]
+            rows.append(count + np.arange(3 * len(point)))
+            cols.append((3 * point[:, None] + np.arange(3)).reshape(-1))
+            values.append(-np.stack([slope, *np.ones((2, len(point)))], axis=1).reshape(-1))
+            shifted = np.stack([strength.intercept[point, line] / reference, *np.zeros((2, len(point)))], axis=1)
+            right.append(shifted.reshape(-1))
+            lacking.append(-np.stack([slope, *np.zeros((2, len(point)))], axis=1).reshape(-1))
+            cones += [clarabel.SecondOrderConeT(3)] * len(point)
+            count += 3 * len(point)
+        bounded = np.isfinite(strength.tension)
+        apex = strength.slope * np.where(bounded, strength.tension, 0.0)[:, None]
+        implied = ((strength.intercept == apex) & (strength.slope > 0)).any(axis=1)  # by a cone with its tip there
+        point = np.flatnonzero(bounded & ~implied)
+        rows.append(count + np.arange(len(point)))
+        cols.append(3 * point)
+        values.append(-np.ones(len(point)))
+        right.append(strength.tension[point] / reference)
+        lacking.append(-np.ones(len(point)))
+        if len(point):
+            cones.append(clarabel.NonnegativeConeT(len(point)))
+        shape = (count + len(point), 3 * self.points.count)
+        triplets = np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))
+        matrix = coo_array(triplets, shape=shape).tocsc()
+        return matrix, np.concatenate(right), cones, np.concatenate(lacking)
+
+    def _solved(
+        self, cost: FloatArray, matrix: csc_array, right: FloatArray, cones: list[object], reference: float
+    ) -> Optimum:
+        balances = self.equilibrium.shape[0]
+        answer, found = solve_conic(cost, matrix, right, [clarabel.ZeroConeT(balances), *cones])
+        sense = float(cost[-1])
+        if answer is not Answer.SOLVED:
+            value = math.inf if answer is Answer.UNBOUNDED else 0.0
+            forces, velocity = np.zeros((self.points.count, 3)), np.zeros((len(self.fixed), 6))
+        else:
+            value = float(found.x[-1])
+            forces = np.array(found.x[:-1]).reshape(-1, 3) * reference
+            velocity = self.mechanism(np.array(found.z[:balances]))
+        shear = np.einsum("mk,mkj->mj", forces[:, 1:], self.basis[:, 1:])
+        return Optimum(value=value if sense else 0.0, pressure=forces[:, 0], shear=shear, velocity=velocity)
+
+    def mechanism(self, multipliers: FloatArray) -> FloatArray:
+        """Return multipliers of equilibrium as velocities (n, 6) of the blocks, the greatest 1."""
+        rates = np.zeros((len(self.fixed), 6))
+        rates[self.free] = multipliers.reshape(-1, 6)
+        size = max(np.linalg.norm(rates[:, :3], axis=1).max(), np.linalg.norm(rates[:, 3:], axis=1).max())
+        if size > 0:
+            rates /= size
+        rates[:, 3:] /= self.radius[:, None]
+        return rates
+
+    def _scaled(self, loads: FloatArray) -> FloatArray:
+        """Return loads of the free blocks, moments over radii of gyration [N]."""
+        free = loads[self.free].copy()
+        free[:, 3:] /= self.radius[self.free, None]
+        return free.reshape(-1)
+
+    def _reference(self, loads: FloatArray) -> float:
+        """Return the mean load of a free block [N]."""
+        mean = float(np.linalg.norm(self._scaled(loads).reshape(-1, 6), axis=1).mean())
+        if mean == 0:
+            raise ModelError("limit analysis: there is neither weight nor load; nothing can fail")
+        return mean
+
+    def rates(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how fast points open, (m,), and how fast block_b slips past block_a there, (m, 3)."""
+        at = [
+            velocity[block, :3] + np.cross(velocity[block, 3:], self.points.point - self.centroid[block])
+            for block in (self.block_a, self.block_b)
+        ]
+        relative = at[1] - at[0]
+        along = np.einsum("ij,ij->i", relative, self.basis[:, 0])
+        return -along, relative - along[:, None] * self.basis[:, 0]
+
+
+def points_of(polygons: ContactPolygons, chosen: IntArray) -> tuple[ContactPolygons, ContactPoints]:
+    """Return some contact polygons with their points, corners and centroid."""
+    some = polygons.some(chosen)
+    return some, some.points("both")
