@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from bsm_mesh.solve.options import Options
     from bsm_mesh.solve.stages.falls import Falls
     from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+    from bsm_mesh.three_d.key_blocks.analysis import key_blocks
 
 __version__ = "1.0.0"
 
@@ -72,6 +73,7 @@ _HOME = {
     "Options": "bsm_mesh.solve.options",
     "Falls": "bsm_mesh.solve.stages.falls",
     "Polyhedra": "bsm_mesh.three_d.blocks.polyhedra",
+    "key_blocks": "bsm_mesh.three_d.key_blocks.analysis",
     "Failure": "bsm_mesh.safety",
     "Measured": "bsm_mesh.safety",
     "back_analysis": "bsm_mesh.safety",
@@ -207,6 +209,7 @@ __all__ = [
     "back_analysis",
     "bolt_patterns",
     "factor_of_safety",
+    "key_blocks",
     "library",
     "limit_analysis",
     "limit_value",

@@ -67,6 +67,7 @@ DOORS = {"cluster", "limit_analysis"}  # hand names on to scripts, define nothin
 ROOMS_3D = {  # of bsm_mesh/three_d: the others that each may import
     "blocks": set(),
     "limit": {"blocks"},
+    "key_blocks": {"blocks"},
 }
 
 

@@ -82,6 +82,21 @@ def to_pandas(results: Results, name: str) -> Any:
     return frame
 
 
+def write_table(table: ResultTable, path: Path) -> Path:
+    """Write one table, as the ending of its name says: ``.csv`` or ``.parquet``; return the path.
+
+    Raises
+    ------
+    ModelError
+        For another ending.
+    """
+    ending = path.suffix.removeprefix(".")
+    if ending not in _WRITERS:
+        raise ModelError(f"{path}: a table ends in .csv or .parquet; give such a name")
+    _WRITERS[ending](table, path)
+    return path
+
+
 def _write_csv(table: ResultTable, path: Path) -> None:
     with whole_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = CsvWriter(file)

@@ -6,8 +6,9 @@ from numpy.testing import assert_allclose
 
 import bsm_mesh as bsm
 from bsm_mesh.geometries import three_d
+from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.limit.analysis import LimitAnalysis3D, weights
-from bsm_mesh.three_d.limit.strength import ConeStrength, Materials
+from bsm_mesh.three_d.limit.strength import ConeStrength, cone_strength
 from tests.scenes.rock_3d import WEDGES, dome, tunnel_rock, wedge_factor, wedge_rock
 from tests.unit.test_polyhedra import box, rotation
 
@@ -133,7 +134,7 @@ def test_a_contact_without_a_law_bears_whatever_comes():
     joint = bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9)
     analysis = analysis_of(blocks)
     materials = Materials.checked(blocks, [bsm.Rock("granite", unit_weight=26e3)], [joint], None)
-    strength = materials.strength(blocks, analysis.polygons, analysis.points)
+    strength = cone_strength(materials, blocks, analysis.polygons, analysis.points)
     found = analysis.analyse(weights(blocks.moments, np.ones(2), (5, 0, 1)), strength)
     assert found.admissible
     pulled = ConeStrength.coulomb(analysis.points.area, 35, 10.0)
@@ -152,13 +153,13 @@ def test_materials_give_every_contact_its_law():
     rocks = [bsm.Rock("rock", unit_weight=26e3, cohesion=1e6, friction=45, tensile_strength=2e5)]
     polygons = blocks.contact_polygons
     points = polygons.points()
-    strength = Materials.checked(blocks, rocks, joints, None).strength(blocks, polygons, points)
+    strength = cone_strength(Materials.checked(blocks, rocks, joints, None), blocks, polygons, points)
     on_joint = polygons.joint[points.polygon] == 0
     slope = np.tan(np.radians(30))
     assert_allclose(strength.slope[on_joint, 0], slope)
     assert_allclose(strength.intercept[on_joint, 0], (1e3 + slope * 500) * points.area[on_joint])
     assert_allclose(strength.tension[~on_joint], 2e5 * points.area[~on_joint])
-    with pytest.raises(bsm.ModelError, match="there is no joint 'A'; give"):
+    with pytest.raises(bsm.ModelError, match="there is no joint 'A' among the joints"):
         Materials.checked(blocks, rocks, [], None)
     with pytest.raises(bsm.ModelError, match="there is no rock 'rock'"):
         Materials.checked(blocks, [], joints, None)

@@ -1,0 +1,268 @@
+"""Key blocks round an opening or in a slope: mode, factor of safety, weight and support of blocks at free faces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bsm_mesh.arrays import ROUNDING, BoolArray, FloatArray, IntArray
+from bsm_mesh.contact.strength import peak_strength
+from bsm_mesh.errors import ModelError, nearest, raise_faults
+from bsm_mesh.model.joint_laws.law import JointLaw
+from bsm_mesh.model.materials import Joint, Rock
+from bsm_mesh.model.values import Rules, is_number
+from bsm_mesh.three_d.blocks.materials import Materials
+from bsm_mesh.three_d.blocks.polygons import sums
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.key_blocks.modes import FALLS, HELD, ONE, TWO, Movement, movements, removable
+from bsm_mesh.three_d.key_blocks.record import KeyBlocks
+from bsm_mesh.three_d.key_blocks.walls import Planes, Wall, planes_of, wall_of
+
+HALVINGS = 40  # of the support pressure: to 1e-12 of where it is sought
+MOST_PRESSURE = 10.0  # times the weight over the free face, and times the factor required: no support is sought beyond
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class _Given:
+    """What acts on blocks, and what bears them."""
+
+    blocks: Polyhedra
+    laws: tuple[JointLaw | None, ...]
+    law: IntArray
+    bound: BoolArray  # of contact polygons: whether they bear no more than their law
+    weight: FloatArray  # (n, 3)
+    thrust: FloatArray  # of contact polygons: water pressure times area [N]
+
+
+def key_blocks(
+    blocks: Polyhedra,
+    *,
+    rocks: Sequence[Rock],
+    joints: Sequence[Joint],
+    free: Sequence[str] = (),
+    excavated: Sequence[str] = (),
+    default_joint: str | None = None,
+    gravity: Sequence[float] = (0.0, 0.0, -1.0),
+    joint_pressure: Mapping[str, float] | None = None,
+    required: float = 1.0,
+    rounds: int = 1,
+) -> KeyBlocks:
+    """Return how every block at a free face moves by block theory, and its factor of safety.
+
+    The blocks are rigid and translate; stress in the rock around them, which clamps or squeezes them, counts for
+    nothing. The factor is that of limit equilibrium: of a wedge on two planes that of Hoek & Bray.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The rock.
+    rocks, joints : sequence of Rock, of Joint
+        Unit weights, and laws of the joints; a joint without a law does not slip.
+    free : sequence of str
+        Boundaries that are free: those along openings. Blocks that reach another outer face are held.
+    excavated : sequence of str
+        Excavations that are open; blocks along them have free faces too.
+    default_joint : str, optional
+        Joint of the faces between blocks that bear none; where not given they are faces of rock.
+    gravity : (float, float, float)
+        Force over weight: straight down by default, with parts to the side for an earthquake.
+    joint_pressure : mapping of str to float, optional [Pa]
+        Water pressure on the faces of joints, by their names.
+    required : float
+        Factor of safety that the support pressure brings.
+    rounds : int
+        How often the blocks below the required factor are taken away and the new wall is looked at. In each round after
+        the first blocks are added to the table that the blocks before had covered, or held.
+
+    Raises
+    ------
+    ModelError
+        For names that do not exist, values out of range, and where no block has a free face.
+
+    References
+    ----------
+    Goodman & Shi (1985), Block theory and its application to rock engineering. Hoek & Bray (1981), Rock slope
+    engineering, Appendix 2.
+
+    Examples
+    --------
+    A cube in a level roof falls; between joints without friction nothing holds it.
+
+    >>> import bsm_mesh as bsm
+    >>> from bsm_mesh.geometries import three_d
+    >>> sets = [three_d.JointSet(name="J1", dip=90, dip_direction=d, spacing=1.0, origin=(0, 0, 0)) for d in (0, 90)]
+    >>> sets.append(three_d.JointPlane(name="J1", dip=0, dip_direction=0, point=(0, 0, 1)))
+    >>> rock = three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=sets)
+    >>> found = bsm.key_blocks(
+    ...     bsm.Polyhedra.from_cells(three_d.cut_cells(rock)),
+    ...     rocks=[bsm.Rock("rock", unit_weight=26e3)],
+    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))],
+    ...     free=["bottom"],
+    ... )
+    >>> found.modes.count("falls"), found.weight[found.unstable].round(6).tolist()
+    (1, [26000.0])
+    """
+    given, present = _given(blocks, rocks, joints, default_joint, gravity, joint_pressure or {}, excavated, free)
+    rules = Rules("key blocks")
+    if not is_number(required) or required <= 0:
+        rules.faults.append(f"{rules.thing}: required = {required!r} must be a number above 0")
+    if not isinstance(rounds, int) or rounds < 1:
+        rules.faults.append(f"{rules.thing}: rounds = {rounds!r} must be a whole number of at least 1")
+    raise_faults(rules.faults)
+    found: KeyBlocks | None = None
+    for number in range(1, rounds + 1):
+        wall = wall_of(blocks, free, present)
+        if not len(wall.block):
+            break
+        now = _analysed(given, wall, planes_of(blocks, wall, present), float(required), number)
+        found = now if found is None else found.and_then(now)
+        gone = now.block[now.round == number]
+        if not len(gone):
+            break
+        present[gone] = False
+    if found is None:
+        raise ModelError("key blocks: no block has a free face; name boundaries along openings, or excavations")
+    return found
+
+
+def _given(
+    blocks: Polyhedra,
+    rocks: Sequence[Rock],
+    joints: Sequence[Joint],
+    default_joint: str | None,
+    gravity: Sequence[float],
+    joint_pressure: Mapping[str, float],
+    excavated: Sequence[str],
+    free: Sequence[str],
+) -> tuple[_Given, BoolArray]:
+    """Return what is given, checked, and which blocks are there."""
+    materials = Materials.checked(blocks, rocks, joints, default_joint)
+    faults = [
+        f"{kind}: there is no {kind} '{name}'{nearest(name, known)}"
+        for kind, names, known in (
+            ("boundary", free, blocks.boundaries),
+            ("excavation", excavated, blocks.excavations),
+            ("joint", joint_pressure, blocks.joint_names),
+        )
+        for name in names
+        if name not in known
+    ]
+    parts = list(gravity)
+    if len(parts) != 3 or not all(is_number(part) for part in parts):
+        faults.append(f"key blocks: gravity = {gravity!r} must be three numbers (east, north, up)")
+    faults += [
+        f"key blocks: joint_pressure of '{name}' = {value!r} must be a number of at least 0 Pa"
+        for name, value in joint_pressure.items()
+        if not is_number(value) or value < 0
+    ]
+    raise_faults(faults)
+    polygons = blocks.contact_polygons
+    laws, law, tension = materials.laws(blocks, polygons)
+    pressure = np.array([*(joint_pressure.get(name, 0.0) for name in blocks.joint_names), 0.0])
+    present = np.ones(blocks.count, dtype=bool)
+    for name in excavated:
+        present[blocks.excavations[name]] = False
+    weight = (blocks.moments.volume * materials.unit_weights(blocks))[:, None] * np.array(parts, dtype=np.float64)
+    given = _Given(
+        blocks=blocks,
+        laws=laws,
+        law=law,
+        bound=np.isfinite(tension),
+        weight=weight,
+        thrust=pressure[polygons.joint] * polygons.area,
+    )
+    return given, present
+
+
+def _analysed(given: _Given, wall: Wall, planes: Planes, required: float, number: int) -> KeyBlocks:
+    """Return the blocks of a wall."""
+    blocks, count = given.blocks, len(wall.block)
+    load = given.weight[wall.block] + sums(planes.row, given.thrust[planes.polygon, None] * planes.normal, count)
+    can = removable(planes.normals) & ~wall.held
+    movement, factor = _moved(given, planes, load, can)
+    volume = blocks.moments.volume[wall.block]
+    sliver = np.zeros(blocks.count, dtype=bool)
+    sliver[blocks.slivers] = True
+    return KeyBlocks(
+        block=wall.block,
+        mode=movement.mode,
+        held=wall.held,
+        round=np.where(factor < required * (1 - ROUNDING), number, 0).astype(np.int32),
+        factor=factor,
+        direction=movement.direction,
+        joints=_joints_of(blocks, planes, movement.planes),
+        centroid=blocks.moments.centroid[wall.block],
+        volume=volume,
+        weight=np.linalg.norm(given.weight[wall.block], axis=1),
+        area=wall.area,
+        apex=wall.apex,
+        trace=wall.trace,
+        support=_support(given, wall, planes, load, can, factor, required),
+        sliver=sliver[wall.block],
+        required=required,
+        joint_names=blocks.joint_names,
+    )
+
+
+def _moved(given: _Given, planes: Planes, load: FloatArray, can: BoolArray) -> tuple[Movement, FloatArray]:
+    """Return how blocks move under loads (n, 3) [N], and their factors of safety."""
+    movement = movements(planes.normals, load)
+    mode = np.where(can, movement.mode, HELD).astype(np.int8)
+    movement = replace(movement, mode=mode, planes=np.where(can[:, None], movement.planes, -1))
+    slides = (mode == ONE) | (mode == TWO)
+    factor = np.where(mode == FALLS, 0.0, np.inf)
+    factor[slides] = (_strength(given, planes, movement) / np.where(slides, movement.driving, 1.0))[slides]
+    movement = replace(movement, direction=np.where((mode == HELD)[:, None], 0.0, movement.direction))
+    return movement, factor
+
+
+def _strength(given: _Given, planes: Planes, movement: Movement) -> FloatArray:
+    """Return the shear strength of the planes on which blocks slide, (n,) [N]; the force is shared out by area."""
+    total = np.zeros(len(movement.mode))
+    area = given.blocks.contact_polygons.area[planes.polygon]
+    for slot in (0, 1):
+        plane = movement.planes[planes.row, slot]
+        face = np.flatnonzero((plane >= 0) & (plane == planes.plane))
+        rows, part = planes.row[face], area[face] / planes.area[planes.row[face], planes.plane[face]]
+        pressure = movement.normal_force[rows, slot] * part
+        number, strength = given.law[planes.polygon[face]], np.full(len(face), np.inf)
+        for k, law in enumerate(given.laws):
+            chosen = np.flatnonzero((number == k) & given.bound[planes.polygon[face]])
+            if law is not None and chosen.size:
+                strength[chosen] = peak_strength(law, pressure[chosen], area[face[chosen]])
+        total += sums(rows, strength, len(total))
+    return total
+
+
+def _support(
+    given: _Given, wall: Wall, planes: Planes, load: FloatArray, can: BoolArray, factor: FloatArray, required: float
+) -> FloatArray:
+    """Return the least uniform pressure on free faces that gives the required factor, (n,) [Pa], by halving."""
+    size = np.linalg.norm(wall.outward, axis=1)
+    low = np.zeros(len(load))
+    high = MOST_PRESSURE * max(required, 1.0) * np.linalg.norm(load, axis=1) / np.maximum(size, 1e-300)
+
+    def suffices(pressure: FloatArray) -> BoolArray:
+        return np.asarray(_moved(given, planes, load - pressure[:, None] * wall.outward, can)[1] >= required)
+
+    needed = factor < required * (1 - ROUNDING)
+    if not needed.any():
+        return low
+    found = suffices(high)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        enough = suffices(middle)
+        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+    return np.where(needed, np.where(found, high, np.nan), 0.0)
+
+
+def _joints_of(blocks: Polyhedra, planes: Planes, slid: IntArray) -> IntArray:
+    """Return the joints of planes (n, 2), each by its largest face; -1 for none."""
+    found = np.full(slid.shape, -1, np.int32)
+    joint = blocks.contact_polygons.joint[planes.polygon]
+    for slot in (0, 1):
+        face = np.flatnonzero(slid[planes.row, slot] == planes.plane)[::-1]  # the largest last, so that it stays
+        found[planes.row[face], slot] = joint[face]
+    return found
