@@ -22,21 +22,40 @@ from bsm_mesh.files import whole_file
 from bsm_mesh.reading import refuse_special
 from bsm_mesh.signals import signals_held
 
-VERTEX, LINE, POLYGON = 1, 3, 7  # VTK cell types
+VERTEX, LINE, POLYGON, POLYHEDRON = 1, 3, 7, 42  # VTK cell types
 Compression = Literal["zlib", "lz4"]
 KINDS = ("point:", "cell:")
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 IN_ATTRIBUTES = {'"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Grid:
-    """An unstructured grid in the plane, as it is written and read.
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Faces:
+    """Faces of polyhedra.
 
     Attributes
     ----------
-    points : (n_points, 2) float64 [m]
-        Coordinates; z is 0.
+    cell_offsets : (n_cells + 1,) int
+        Cell c has the faces from ``cell_offsets[c]`` to below ``cell_offsets[c + 1]``.
+    offsets : (n_faces + 1,) int
+        Face f has the points ``connectivity[offsets[f]:offsets[f + 1]]``.
+    connectivity : (k,) int
+        Point numbers, face after face.
+    """
+
+    cell_offsets: IntArray
+    offsets: IntArray
+    connectivity: IntArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Grid:
+    """An unstructured grid, as it is written; one in the plane is read too.
+
+    Attributes
+    ----------
+    points : (n_points, 2) or (n_points, 3) float64 [m]
+        Coordinates; of two z is 0.
     offsets : (n_cells + 1,) int
         Cell c has the points ``connectivity[offsets[c]:offsets[c + 1]]``.
     connectivity : (k,) int
@@ -51,6 +70,8 @@ class Grid:
         array in it.
     units : mapping of str to str
         Unit of each array that has one, in the file VTK's ``UNITS_LABEL``. Not read back.
+    faces : Faces or None
+        Those of polyhedra. Not read back.
     """
 
     points: FloatArray
@@ -61,6 +82,7 @@ class Grid:
     cell_data: Mapping[str, Any] = field(default_factory=dict)
     names: Mapping[str, int] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    faces: Faces | None = None
 
     def names_of(self, array: str) -> tuple[str, ...]:
         """Return the names of an array's numbers, from 0."""
@@ -301,7 +323,9 @@ def files_of(content: bytes, path: Path) -> list[tuple[float, Path]]:
 
 
 def spatial(vectors: FloatArray) -> FloatArray:
-    """Return plane vectors (k, 2) with a third component 0, (k, 3)."""
+    """Return plane vectors (k, 2) with a third component 0, (k, 3); those of three as they are."""
+    if vectors.shape[1] == 3:
+        return vectors
     return np.column_stack([vectors, np.zeros(len(vectors))])
 
 
@@ -321,21 +345,22 @@ def vtk_of_grid(grid: Grid, spell: Callable[[str], str] = str) -> Any:
     load_vtk()
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
     points = vtkPoints()
-    points.SetData(numpy_to_vtk(spatial(grid.points), deep=True))
-    cells = vtkCellArray()
-    cells.SetData(
-        numpy_to_vtk(np.ascontiguousarray(grid.offsets, dtype=np.int64), deep=True, array_type=_id_type()),
-        numpy_to_vtk(np.ascontiguousarray(grid.connectivity, dtype=np.int64), deep=True, array_type=_id_type()),
-    )
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(spatial(grid.points)), deep=True))
     data = vtkUnstructuredGrid()
     data.SetPoints(points)
     types = grid.cell_type
     if not isinstance(types, int):
         types = numpy_to_vtk(np.ascontiguousarray(types, dtype=np.uint8), deep=True)
-    data.SetCells(types, cells)
+    cells = _cell_array(grid.offsets, grid.connectivity)
+    if grid.faces is None:
+        data.SetCells(types, cells)
+    else:
+        own = _cell_array(grid.faces.cell_offsets, np.arange(grid.faces.cell_offsets[-1]))
+        kinds = numpy_to_vtk(np.full(len(grid.offsets) - 1, POLYHEDRON, np.uint8), deep=True)
+        data.SetPolyhedralCells(kinds, cells, own, _cell_array(grid.faces.offsets, grid.faces.connectivity))
     for attributes, arrays in ((data.GetPointData(), grid.point_data), (data.GetCellData(), grid.cell_data)):
         for name, values in arrays.items():
             array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
@@ -348,6 +373,19 @@ def vtk_of_grid(grid: Grid, spell: Callable[[str], str] = str) -> Any:
         array.SetName(spell(name))
         data.GetFieldData().AddArray(array)
     return data
+
+
+def _cell_array(offsets: IntArray, connectivity: IntArray) -> Any:
+    """Return rows of numbers as VTK's own."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkCellArray
+
+    rows = vtkCellArray()
+    rows.SetData(
+        numpy_to_vtk(np.ascontiguousarray(offsets, dtype=np.int64), deep=True, array_type=_id_type()),
+        numpy_to_vtk(np.ascontiguousarray(connectivity, dtype=np.int64), deep=True, array_type=_id_type()),
+    )
+    return rows
 
 
 def in_xml(name: str) -> str:

@@ -180,6 +180,8 @@ def draw_stereonet(
     sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
     *,
     section_azimuth: float | None = None,
+    friction: float | None = None,
+    face: tuple[float, float] | None = None,
     title: str = "",
 ) -> Path:
     """Draw poles and mean planes in an equal-area net of the lower hemisphere, as PNG; return the path.
@@ -192,6 +194,11 @@ def draw_stereonet(
         Arrays of the planes of each set [degrees].
     section_azimuth : float, optional
         The section is drawn as a line across the net [degrees from north].
+    friction : float, optional [degrees]
+        Two circles are drawn: planes whose poles lie inside the dashed one dip less than the friction angle; lines in
+        which two planes meet plunge more steeply where they lie inside the dotted one.
+    face : (dip, dip direction), optional [degrees]
+        Of a slope, drawn as a great circle: lines between it and the rim come out of the slope.
     title : str
         Heading.
     """
@@ -223,12 +230,30 @@ def draw_stereonet(
     if section_azimuth is not None:
         x, y = math.sin(math.radians(section_azimuth)), math.cos(math.radians(section_azimuth))
         axes.plot([-x, x], [-y, y], "--", color="grey", lw=1, label=f"section, x axis to {section_azimuth:03.0f}")
+    for radius, style, what in _friction_circles(friction):
+        axes.plot(radius * np.sin(round_), radius * np.cos(round_), style, color="firebrick", lw=1, label=what)
+    if face is not None:
+        label = f"slope {face[0]:.0f}/{face[1]:03.0f}"
+        axes.plot(*project(_great_circle(*face)).T, color="black", lw=2, label=label)
     for text in axes.legend(loc="upper left", fontsize=8, frameon=False).get_texts():
         text.set_parse_math(False)  # a $ in a name is a $
     axes.set_title(title or "Equal area, lower hemisphere", parse_math=False)
     with whole_file(target, parents=True) as draft:
         FigureCanvasAgg(figure).print_png(str(draft))
     return target
+
+
+def _friction_circles(friction: float | None) -> list[tuple[float, str, str]]:
+    """Return radius, line style and label of the circles of a friction angle [degrees] in a net of radius 1."""
+    if friction is None:
+        return []
+    if not 0 < friction < 90:
+        raise GeometryError(f"friction = {friction} must lie between 0 and 90 degrees")
+    steep, flat = (math.sqrt(2) * math.sin(math.radians(angle) / 2) for angle in (90 - friction, friction))
+    return [
+        (flat, "--", f"poles of planes dipping {friction:g} degrees"),
+        (steep, ":", f"lines plunging {friction:g} degrees"),
+    ]
 
 
 def project(directions: FloatArray) -> FloatArray:

@@ -21,6 +21,8 @@ FOR_CONVERTERS = (
     "bsm_mesh.named_units",
     "bsm_mesh.processes",
     "bsm_mesh.signals",
+    "bsm_mesh.three_d.blocks",
+    "bsm_mesh.three_d.key_blocks",
     "bsm_mesh.solve.bolts",
     "bsm_mesh.geometries.physical_groups",
 )

@@ -16,7 +16,13 @@ from bsm_mesh.geometries import (
     joint_set_in_section,
     joint_sets_of_scan_line,
 )
-from bsm_mesh.geometries.orientations import mean_normal, project
+from bsm_mesh.geometries.orientations import (
+    _friction_circles,
+    line_directions,
+    mean_normal,
+    project,
+    upward_normals,
+)
 
 ANGLES = np.random.default_rng(11).uniform([0, 0, 0], [90, 360, 360], (200, 3))
 
@@ -87,5 +93,21 @@ def test_the_stereonet_is_a_picture(tmp_path: Path) -> None:
         section_azimuth=112,
     )
     assert path.read_bytes().startswith(b"\x89PNG")
+    drawn = draw_stereonet(tmp_path / "slope.png", {"J1": (60, 120)}, friction=30, face=(65, 130))
+    assert drawn.read_bytes() != path.read_bytes()
+    with pytest.raises(GeometryError, match="friction = 95 must lie between 0 and 90 degrees"):
+        draw_stereonet(tmp_path / "slope.png", {}, friction=95)
     with pytest.raises(GeometryError, match="is a PNG"):
         draw_stereonet(tmp_path / "net.svg", {})
+
+
+@pytest.mark.parametrize("friction", [20.0, 45.0])
+def test_friction_circles_part_planes_and_lines(friction: float) -> None:
+    """A plane's pole lies as far from the centre as its dip; a line of the same plunge as far from the rim."""
+    (flat, _, _), (steep, _, _) = _friction_circles(friction)
+    pole, line = (
+        project(-upward_normals(friction, 70)),
+        project(line_directions(np.array([70.0]), np.array([friction]))),
+    )
+    assert np.hypot(*pole[0]) == pytest.approx(flat)
+    assert np.hypot(*line[0]) == pytest.approx(steep)

@@ -1,4 +1,23 @@
-"""Key blocks round an opening or in a slope: mode, factor of safety, weight and support of blocks at free faces."""
+"""Key blocks round an opening or in a slope: mode, factor of safety, weight and support of blocks at free faces.
+
+Examples
+--------
+A cube in a level roof falls; between joints without friction nothing holds it.
+
+>>> import bsm_mesh as bsm
+>>> from bsm_mesh.geometries import three_d
+>>> sets = [three_d.JointSet(name="J1", dip=90, dip_direction=d, spacing=1.0, origin=(0, 0, 0)) for d in (0, 90)]
+>>> sets.append(three_d.JointPlane(name="J1", dip=0, dip_direction=0, point=(0, 0, 1)))
+>>> rock = three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=sets)
+>>> found = bsm.key_blocks(
+...     bsm.Polyhedra.from_cells(three_d.cut_cells(rock)),
+...     rocks=[bsm.Rock("rock", unit_weight=26e3)],
+...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))],
+...     free=["bottom"],
+... )
+>>> found.modes.count("falls"), found.weight[found.unstable].round(6).tolist()
+(1, [26000.0])
+"""
 
 from __future__ import annotations
 
@@ -12,7 +31,7 @@ from bsm_mesh.contact.strength import peak_strength
 from bsm_mesh.errors import ModelError, nearest, raise_faults
 from bsm_mesh.model.joint_laws.law import JointLaw
 from bsm_mesh.model.materials import Joint, Rock
-from bsm_mesh.model.values import Rules, is_number
+from bsm_mesh.model.values import is_number
 from bsm_mesh.three_d.blocks.materials import Materials
 from bsm_mesh.three_d.blocks.polygons import sums
 from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
@@ -49,10 +68,10 @@ def key_blocks(
     required: float = 1.0,
     rounds: int = 1,
 ) -> KeyBlocks:
-    """Return how every block at a free face moves by block theory, and its factor of safety.
+    """Return how every block at a free face moves by block theory, and its factor of safety by limit equilibrium.
 
-    The blocks are rigid and translate; stress in the rock around them, which clamps or squeezes them, counts for
-    nothing. The factor is that of limit equilibrium: of a wedge on two planes that of Hoek & Bray.
+    Blocks translate, and stress in the rock around them counts for nothing. Goodman & Shi (1985), Block theory and its
+    application to rock engineering; of a wedge the factor of Hoek & Bray (1981), Rock slope engineering, Appendix 2.
 
     Parameters
     ----------
@@ -73,44 +92,15 @@ def key_blocks(
     required : float
         Factor of safety that the support pressure brings.
     rounds : int
-        How often the blocks below the required factor are taken away and the new wall is looked at. In each round after
-        the first blocks are added to the table that the blocks before had covered, or held.
+        How often blocks are looked at: before each round after the first those below the required factor are taken away.
 
     Raises
     ------
     ModelError
         For names that do not exist, values out of range, and where no block has a free face.
-
-    References
-    ----------
-    Goodman & Shi (1985), Block theory and its application to rock engineering. Hoek & Bray (1981), Rock slope
-    engineering, Appendix 2.
-
-    Examples
-    --------
-    A cube in a level roof falls; between joints without friction nothing holds it.
-
-    >>> import bsm_mesh as bsm
-    >>> from bsm_mesh.geometries import three_d
-    >>> sets = [three_d.JointSet(name="J1", dip=90, dip_direction=d, spacing=1.0, origin=(0, 0, 0)) for d in (0, 90)]
-    >>> sets.append(three_d.JointPlane(name="J1", dip=0, dip_direction=0, point=(0, 0, 1)))
-    >>> rock = three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=sets)
-    >>> found = bsm.key_blocks(
-    ...     bsm.Polyhedra.from_cells(three_d.cut_cells(rock)),
-    ...     rocks=[bsm.Rock("rock", unit_weight=26e3)],
-    ...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))],
-    ...     free=["bottom"],
-    ... )
-    >>> found.modes.count("falls"), found.weight[found.unstable].round(6).tolist()
-    (1, [26000.0])
     """
     given, present = _given(blocks, rocks, joints, default_joint, gravity, joint_pressure or {}, excavated, free)
-    rules = Rules("key blocks")
-    if not is_number(required) or required <= 0:
-        rules.faults.append(f"{rules.thing}: required = {required!r} must be a number above 0")
-    if not isinstance(rounds, int) or rounds < 1:
-        rules.faults.append(f"{rules.thing}: rounds = {rounds!r} must be a whole number of at least 1")
-    raise_faults(rules.faults)
+    _check_numbers(required, rounds)
     found: KeyBlocks | None = None
     for number in range(1, rounds + 1):
         wall = wall_of(blocks, free, present)
@@ -125,6 +115,16 @@ def key_blocks(
     if found is None:
         raise ModelError("key blocks: no block has a free face; name boundaries along openings, or excavations")
     return found
+
+
+def _check_numbers(required: object, rounds: object) -> None:
+    """Raise for a required factor and a number of rounds that are none."""
+    faults = []
+    if not is_number(required) or required <= 0:  # type: ignore[operator]
+        faults.append(f"key blocks: required = {required!r} must be a number above 0")
+    if not isinstance(rounds, int) or rounds < 1:
+        faults.append(f"key blocks: rounds = {rounds!r} must be a whole number of at least 1")
+    raise_faults(faults)
 
 
 def _given(

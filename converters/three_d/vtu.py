@@ -1,0 +1,187 @@
+"""Polyhedral blocks as VTU: a polyhedron a block with its own points, a polygon a contact; names as in the plane."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bsm_mesh.arrays import FloatArray, IntArray
+from bsm_mesh.converters.vtk_files import POLYGON, POLYHEDRON, Compression, Faces, Grid, numbered, write_vtu
+from bsm_mesh.errors import ModelError
+from bsm_mesh.reading import as_path
+from bsm_mesh.three_d.blocks.polyhedra import Polyhedra
+from bsm_mesh.three_d.key_blocks.modes import MODES
+from bsm_mesh.three_d.key_blocks.record import KeyBlocks
+
+NOT_AT_WALL = -1  # mode of blocks without a free face
+
+
+def block_grid(
+    blocks: Polyhedra,
+    *,
+    displacement: FloatArray | None = None,
+    rotation: FloatArray | None = None,
+    key_blocks: KeyBlocks | None = None,
+    cell_data: Mapping[str, FloatArray] | None = None,
+) -> Grid:
+    """Return a polyhedron a block, each with points of its own.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks, as they were given.
+    displacement : (n, 3) float64, optional [m]
+        Of the centroids.
+    rotation : (n, 3, 3) float64, optional
+        Rotation matrices.
+    key_blocks : KeyBlocks, optional
+        Mode, factor, support pressure, ... of the blocks at free faces; others have the mode -1 and no numbers.
+    cell_data : mapping of str to (n, ...) array, optional
+        Other arrays of the blocks.
+    """
+    face, side = _surfaces(blocks)
+    block = blocks.face_blocks[face, side]
+    sizes = np.diff(blocks.face_offsets)[face]
+    start = blocks.face_offsets[face].astype(np.int64)
+    owner = np.repeat(np.arange(len(face)), sizes)
+    within = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    place = np.where(side[owner] == 0, start[owner] + within, start[owner] + sizes[owner] - 1 - within)
+    many = len(blocks.vertices)
+    point, connectivity = np.unique(
+        block[owner].astype(np.int64) * many + blocks.face_vertices[place], return_inverse=True
+    )
+    of_block, vertex = point // many, point % many
+    data = {"block_id": np.arange(blocks.count), "rock": blocks.rock, "volume": blocks.moments.volume}
+    names, units = numbered("rock", blocks.rock_names), {"volume": "m^3", "displacement": "m"}
+    if key_blocks is not None:
+        data |= _key_arrays(blocks, key_blocks)
+        names |= numbered("mode", MODES)
+        units |= {"weight": "N", "support_pressure": "Pa"}
+    return Grid(
+        points=blocks.vertices[vertex],
+        offsets=np.searchsorted(of_block, np.arange(blocks.count + 1)),
+        connectivity=np.arange(len(point)),
+        cell_type=POLYHEDRON,
+        point_data=_moved(blocks, of_block, vertex, displacement, rotation),
+        cell_data={**data, **(cell_data or {})},
+        names=names,
+        units=units,
+        faces=Faces(
+            cell_offsets=np.searchsorted(block, np.arange(blocks.count + 1)),
+            offsets=np.concatenate([[0], np.cumsum(sizes)]),
+            connectivity=connectivity.reshape(-1),
+        ),
+    )
+
+
+def contact_grid(blocks: Polyhedra, cell_data: Mapping[str, FloatArray] | None = None) -> Grid:
+    """Return a polygon a contact polygon, with its blocks, joint, area and the outward normal of block_b.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks, as they were given.
+    cell_data : mapping of str to (n, ...) array, optional
+        Other arrays of the contact polygons.
+    """
+    polygons = blocks.contact_polygons
+    data = {
+        "block_a": polygons.block_a,
+        "block_b": polygons.block_b,
+        "joint": polygons.joint,
+        "area": polygons.area,
+        "normal": polygons.normal,
+    }
+    return Grid(
+        points=polygons.corners,
+        offsets=polygons.offsets,
+        connectivity=np.arange(len(polygons.corners)),
+        cell_type=POLYGON,
+        cell_data={**data, **(cell_data or {})},
+        names=numbered("joint", blocks.joint_names),
+        units={"area": "m^2"},
+    )
+
+
+def write_blocks(
+    path: str | os.PathLike[str],
+    blocks: Polyhedra,
+    *,
+    key_blocks: KeyBlocks | None = None,
+    compression: Compression = "zlib",
+) -> Path:
+    """Write blocks as VTU, with the arrays of key blocks where they are given; return the path.
+
+    Raises
+    ------
+    ModelError
+        If the name does not end in .vtu.
+    """
+    target = _target(path)
+    write_vtu(target, block_grid(blocks, key_blocks=key_blocks), compression=compression)
+    return target
+
+
+def write_contacts(path: str | os.PathLike[str], blocks: Polyhedra, *, compression: Compression = "zlib") -> Path:
+    """Write the contact polygons as VTU; return the path.
+
+    Raises
+    ------
+    ModelError
+        If the name does not end in .vtu.
+    """
+    target = _target(path)
+    write_vtu(target, contact_grid(blocks), compression=compression)
+    return target
+
+
+def _target(path: str | os.PathLike[str]) -> Path:
+    target = as_path("path", path)
+    if target.suffix != ".vtu":
+        raise ModelError(f"{target}: a grid is a VTU file; give a name that ends in .vtu")
+    return target
+
+
+def _surfaces(blocks: Polyhedra) -> tuple[IntArray, IntArray]:
+    """Return the faces of the surfaces of all blocks and on which side of each its block lies, block after block."""
+    first, second = blocks.face_blocks.T
+    different = first != second
+    face = np.concatenate([np.flatnonzero(different), np.flatnonzero(different & (second >= 0))])
+    side = np.repeat([0, 1], [int(different.sum()), int((different & (second >= 0)).sum())])
+    order = np.argsort(blocks.face_blocks[face, side], kind="stable")
+    return face[order], side[order]
+
+
+def _moved(
+    blocks: Polyhedra, block: IntArray, vertex: IntArray, displacement: FloatArray | None, rotation: FloatArray | None
+) -> dict[str, FloatArray]:
+    """Return the displacements of points of blocks, exact for large rotations; nothing where blocks did not move."""
+    if displacement is None:
+        return {}
+    moved = displacement[block]
+    if rotation is not None:
+        arm = blocks.vertices[vertex] - blocks.moments.centroid[block]
+        moved = moved + np.einsum("kij,kj->ki", rotation[block], arm) - arm
+    return {"displacement": moved}
+
+
+def _key_arrays(blocks: Polyhedra, found: KeyBlocks) -> dict[str, Any]:
+    """Return the numbers of key blocks as arrays of all blocks, NaN where there are none."""
+    mode, unstable = np.full(blocks.count, NOT_AT_WALL, np.int32), np.zeros(blocks.count, np.uint8)
+    mode[found.block] = found.mode
+    unstable[found.block[found.unstable]] = 1
+    arrays: dict[str, Any] = {"mode": mode, "unstable": unstable}
+    for name, values in (
+        ("factor", found.factor),
+        ("weight", found.weight),
+        ("support_pressure", found.support),
+        ("direction", found.direction),
+    ):
+        whole = np.full((blocks.count, *values.shape[1:]), np.nan)
+        whole[found.block] = values
+        arrays[name] = whole
+    return arrays
