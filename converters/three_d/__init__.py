@@ -1,5 +1,6 @@
-"""Polyhedral blocks and their contact polygons as VTU files."""
+"""Polyhedral blocks and their contact polygons as VTU files, key blocks as a picture."""
 
+from bsm_mesh.converters.three_d.pictures import draw_key_blocks
 from bsm_mesh.converters.three_d.vtu import block_grid, contact_grid, write_blocks, write_contacts
 
-__all__ = ["block_grid", "contact_grid", "write_blocks", "write_contacts"]
+__all__ = ["block_grid", "contact_grid", "draw_key_blocks", "write_blocks", "write_contacts"]

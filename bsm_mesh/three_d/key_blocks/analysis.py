@@ -92,7 +92,7 @@ def key_blocks(
     required : float
         Factor of safety that the support pressure brings.
     rounds : int
-        How often blocks are looked at: before each round after the first those below the required factor are taken away.
+        How often blocks are looked at; before each further round those below the required factor are taken away.
 
     Raises
     ------
@@ -201,6 +201,7 @@ def _analysed(given: _Given, wall: Wall, planes: Planes, required: float, number
         trace=wall.trace,
         support=_support(given, wall, planes, load, can, factor, required),
         sliver=sliver[wall.block],
+        free_faces=wall.face,
         required=required,
         joint_names=blocks.joint_names,
     )

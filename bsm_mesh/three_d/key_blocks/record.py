@@ -47,6 +47,8 @@ class KeyBlocks:
         pressure was found.
     sliver : (n,) bool
         Whether it is smaller than a thousandth of the mean volume.
+    free_faces : (k,) int32
+        All free faces of these blocks.
     required : float
         The required factor.
     joint_names : tuple of str
@@ -68,6 +70,7 @@ class KeyBlocks:
     trace: FloatArray
     support: FloatArray
     sliver: BoolArray
+    free_faces: IntArray
     required: float
     joint_names: tuple[str, ...]
 
@@ -137,10 +140,11 @@ class KeyBlocks:
         rows: dict[str, Any] = {
             name: np.concatenate([getattr(self, name)[kept], getattr(later, name)])
             for name in KeyBlocks.__dataclass_fields__
-            if isinstance(getattr(later, name), np.ndarray)
+            if isinstance(getattr(later, name), np.ndarray) and name != "free_faces"
         }
         order = np.argsort(rows["block"])
-        return replace(later, **{name: values[order] for name, values in rows.items()})
+        free = np.union1d(self.free_faces, later.free_faces)
+        return replace(later, free_faces=free, **{name: values[order] for name, values in rows.items()})
 
     def __repr__(self) -> str:
         falls, slides = int((self.mode == FALLS).sum()), int((self.unstable & (self.mode != FALLS)).sum())

@@ -26,6 +26,8 @@ class Wall:
         The blocks.
     held : (n,) bool
         Whether a block reaches the surface of the body elsewhere, where what lies beyond is unknown.
+    face : (k,) int32
+        All free faces.
     area : (n,) float64 [m2]
         Of the free faces.
     outward : (n, 3) float64 [m2]
@@ -38,6 +40,7 @@ class Wall:
 
     block: IntArray
     held: BoolArray
+    face: IntArray
     area: FloatArray
     outward: FloatArray
     trace: FloatArray
@@ -95,6 +98,7 @@ def wall_of(blocks: Polyhedra, free: Sequence[str], present: BoolArray) -> Wall:
     return Wall(
         block=block.astype(np.int32),
         held=np.isin(block, pairs[closed, 0]),
+        face=face.astype(np.int32),
         area=area,
         outward=outward,
         trace=_spans(corners, np.repeat(row, sizes), count),
