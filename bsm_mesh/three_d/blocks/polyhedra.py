@@ -25,19 +25,43 @@ FacePredicate = Callable[[FloatArray, FloatArray, FloatArray], npt.NDArray[np.bo
 
 
 class Cells(Protocol):
-    """A conforming complex of convex cells, as `geometries.three_d` cuts it; arrays as in `Polyhedra`."""
+    """A conforming complex of convex cells, as `geometries.three_d` cuts it; arrays as in `Polyhedra`.
 
-    vertices: FloatArray
-    face_vertices: IntArray
-    face_offsets: IntArray
-    face_cells: IntArray
-    face_joint: IntArray
-    joint_names: tuple[str, ...]
-    boundaries: Mapping[str, IntArray]  # faces
-    cell_rock: IntArray  # in rock_names
-    rock_names: tuple[str, ...]
-    cell_excavation: IntArray  # in excavation_names, -1 for none
-    excavation_names: tuple[str, ...]
+    Cells have a rock, an index in `rock_names`, and an excavation, an index in `excavation_names` or -1.
+    """
+
+    @property
+    def vertices(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def face_vertices(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def face_offsets(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def face_cells(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def face_joint(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def joint_names(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def boundaries(self) -> Mapping[str, IntArray]: ...  # noqa: D102
+
+    @property
+    def cell_rock(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def rock_names(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def cell_excavation(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def excavation_names(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

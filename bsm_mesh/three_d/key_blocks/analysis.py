@@ -1,23 +1,4 @@
-"""Key blocks round an opening or in a slope: mode, factor of safety, weight and support of blocks at free faces.
-
-Examples
---------
-A cube in a level roof falls; between joints without friction nothing holds it.
-
->>> import bsm_mesh as bsm
->>> from bsm_mesh.geometries import three_d
->>> sets = [three_d.JointSet(name="J1", dip=90, dip_direction=d, spacing=1.0, origin=(0, 0, 0)) for d in (0, 90)]
->>> sets.append(three_d.JointPlane(name="J1", dip=0, dip_direction=0, point=(0, 0, 1)))
->>> rock = three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=sets)
->>> found = bsm.key_blocks(
-...     bsm.Polyhedra.from_cells(three_d.cut_cells(rock)),
-...     rocks=[bsm.Rock("rock", unit_weight=26e3)],
-...     joints=[bsm.Joint("J1", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))],
-...     free=["bottom"],
-... )
->>> found.modes.count("falls"), found.weight[found.unstable].round(6).tolist()
-(1, [26000.0])
-"""
+"""Key blocks round an opening or in a slope: mode, factor of safety, weight and support of blocks at free faces."""
 
 from __future__ import annotations
 
@@ -98,15 +79,34 @@ def key_blocks(
     ------
     ModelError
         For names that do not exist, values out of range, and where no block has a free face.
+
+    Examples
+    --------
+    The four cubes in a level roof that reach no side of the rock fall.
+
+    >>> import bsm_mesh as bsm
+    >>> from bsm_mesh.geometries import three_d
+    >>> sets = [three_d.JointSet(name="J", dip=d, dip_direction=a, spacing=1) for d, a in ((0, 0), (90, 0), (90, 90))]
+    >>> cut = three_d.cut_cells(three_d.RockMass(box=((0, 0, 0), (3, 3, 3)), joints=sets))
+    >>> joint = bsm.Joint("J", normal_stiffness=1e9, shear_stiffness=1e9, law=bsm.MohrCoulomb(friction=30))
+    >>> rock, blocks = bsm.Rock("rock", unit_weight=26e3), bsm.Polyhedra.from_cells(cut)
+    >>> bsm.key_blocks(blocks, rocks=[rock], joints=[joint], free=["bottom"]).modes.count("falls")
+    4
     """
-    given, present = _given(blocks, rocks, joints, default_joint, gravity, joint_pressure or {}, excavated, free)
     _check_numbers(required, rounds)
+    given, present = _given(blocks, rocks, joints, default_joint, gravity, joint_pressure or {}, excavated, free)
+    return _in_rounds(given, free, present, float(required), rounds)
+
+
+def _in_rounds(given: _Given, free: Sequence[str], present: BoolArray, required: float, rounds: int) -> KeyBlocks:
+    """Return the blocks at free faces, and those that come to lie there as others are taken away."""
+    blocks = given.blocks
     found: KeyBlocks | None = None
     for number in range(1, rounds + 1):
         wall = wall_of(blocks, free, present)
         if not len(wall.block):
             break
-        now = _analysed(given, wall, planes_of(blocks, wall, present), float(required), number)
+        now = _analysed(given, wall, planes_of(blocks, wall, present), required, number)
         found = now if found is None else found.and_then(now)
         gone = now.block[now.round == number]
         if not len(gone):
