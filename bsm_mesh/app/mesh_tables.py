@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema
@@ -21,6 +22,15 @@ def _path_text(value: str) -> str:
 PathText = Annotated[str, AfterValidator(_path_text)]
 
 
+def _finite(value: Any) -> Any:
+    """Refuse numbers in a value that are infinite or none: no size of a geometry is."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError("must be a finite number")
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _finite(part)
+    return value
+
+
 class Table(BaseModel):
     """A table of the file; a key that it does not know is an error."""
 
@@ -36,7 +46,9 @@ class MeshTable(Table):
     geometry: PathText | None = Field(
         default=None, description="a case of `bsm-mesh mesh --list`, or a .py file with build(path)"
     )
-    parameters: dict[str, Any] = Field(default_factory=dict, description="parameters of the geometry")
+    parameters: dict[str, Annotated[Any, AfterValidator(_finite)]] = Field(
+        default_factory=dict, description="parameters of the geometry"
+    )
     unit: str = Field(default="m", description="unit of length of the mesh")
     merge_tolerance: Annotated[float, In(q.MERGE_TOLERANCE)] = Field(
         default=MERGE_TOLERANCE, description="nodes nearer than this are one"

@@ -12,6 +12,7 @@ from .inputs import ROOT
 from .place import place
 from .state import State
 from .targets import TARGETS
+from .verdict import PARTS, drawn, judge_change, verdict
 
 STATE = ROOT / "out" / "campaigns"
 
@@ -68,9 +69,7 @@ def fuzz_command(inputs: int, targets: tuple[str, ...], seed: int, state: Path, 
 @seed_option
 @state_option
 def verdict_command(runs: int, seed: int, state: Path) -> None:
-    """Slips of the pen in unstable models: none may make one stable without a word."""
-    from .verdict import verdict
-
+    """Slips of the pen and changes of meaning in unstable models: none makes one stable without a message."""
     _end(verdict(state, runs=runs, seed=seed, report=report))
 
 
@@ -109,13 +108,16 @@ def counts_command(date: str, state: Path) -> None:
 
 
 @cli.command("again")
-@click.argument("target", type=click.Choice(list(TARGETS)))
+@click.argument("target", type=click.Choice([*TARGETS, *PARTS]))
 @click.argument("index", type=int)
 @seed_option
 @state_option
 def again_command(target: str, index: int, seed: int, state: Path) -> None:
     """Do input INDEX of TARGET again and say what comes of it."""
     with place() as there:
+        if target in PARTS:
+            click.echo("\n".join(judge_change(there, drawn(target, seed, index))))
+            return
         click.echo("\n".join(again(there, State(state.absolute(), "fuzz", seed).folder / "good", target, seed, index)))
 
 

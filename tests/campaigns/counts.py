@@ -14,7 +14,7 @@ PAGE = ROOT / "docs" / "campaigns.md"
 BEGIN, END = "<!-- counts: python -m tests.campaigns counts -->\n", "<!-- end of counts -->\n"
 TITLES = {
     "fuzz": "Faulty inputs",
-    "verdict": "Slips of the pen in unstable models",
+    "verdict": "Slips of the pen and changes of meaning in unstable models",
     "kill": "Runs that are killed",
     "disk": "Full disks",
 }

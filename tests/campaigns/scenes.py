@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from .inputs import ROOT, without_numbers
 from .small import MESH, MODELS
+from .statics import Tree
 from .targets.models import BOLT_TABLE, written
-from .unstable import Tree
 
 if TYPE_CHECKING:
     from bsm_mesh.results import StepRecord

@@ -121,6 +121,11 @@ def slip(random: Random, tree: Tree) -> tuple[Tree, str, str]:
         name = str(text(random, key))
         holder[name] = holder.pop(key)
         return changed, path, f"written as {name!r}"
+    if kind < 0.62 and isinstance(holder, dict):
+        table, _, where = random.choice([found for found in _named_places(changed) if isinstance(found[0], dict)])
+        table[key] = copy.deepcopy(holder[key]) if random.random() < 0.5 else holder.pop(key)
+        there = where.rpartition(".")[0] or "the file itself"
+        return changed, path, f"put into {there}"
     given = holder[key]
     holder[key] = _other(random, given)
     return changed, path, f"{given!r} became {holder[key]!r}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -30,6 +31,29 @@ def si(value: Any, unit: str) -> float:
         return float(_pint().Quantity(str(value)).to(unit).magnitude)
     except Exception:  # whatever Pint thinks of it, it is no number
         return math.nan
+
+
+def gravity(tree: Tree) -> float:
+    """Return the direction in which weight acts [radians], anticlockwise from the x axis."""
+    return math.radians(si(tree.get("gravity", {}).get("direction", -90), "deg"))
+
+
+def scaled(tree: Tree, scale: float) -> Tree:
+    """Return a model of the given size that stands or falls as the model of `scale` times that size does.
+
+    Weights grow with the square of the size, strengths of faces with the size, forces and bolts not at all: so unit
+    weights are multiplied, and forces divided, by the scale.
+    """
+    tree = copy.deepcopy(tree)
+    for rock in tree.get("rock", {}).values():
+        rock["unit_weight"] = si(rock["unit_weight"], "N/m^3") * scale
+    if "water" in tree:
+        tree["water"]["unit_weight"] = si(tree["water"].get("unit_weight", 9810), "N/m^3") * scale
+    for load in tree.get("load", []):
+        load["force"] = [si(part, "N/m") / scale for part in load["force"]]
+    for bolt in tree.get("bolt", []):
+        bolt["spacing"] = si(bolt["spacing"], "m") * scale
+    return tree
 
 
 def beyond(drive: float, resistance: float) -> bool | None:

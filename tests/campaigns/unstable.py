@@ -10,12 +10,13 @@ import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
+from .hung import HUNG, SLAB, SUSPENDED, line, slab, slab_mesh, suspended
 from .inputs import ROOT
-from .statics import NEAR, Tree, beyond, both, si, strength, weakens
+from .sections import Section, section_of
+from .statics import NEAR, Tree, beyond, both, gravity, si, strength, weakens
 
 ADDED = ("support", "load", "bolt", "water", "stage")  # tables with which the simple forms do not hold
 
@@ -34,18 +35,24 @@ class Example:
         """The model file's content."""
         return tomllib.loads(self.text)
 
+    @cached_property
+    def section(self) -> Section:
+        """The mesh."""
+        return section_of(self.tree["mesh"], self.files)
+
+    @property
+    def filed(self) -> Tree:
+        """The model file's content, with the mesh in the file ``mesh.msh`` and no choice of output."""
+        tree = self.tree
+        tree.pop("output", None)
+        of_geometry = ("file", "geometry", "parameters")
+        tree["mesh"] = {"file": "mesh.msh"} | {k: v for k, v in tree["mesh"].items() if k not in of_geometry}
+        return tree
+
 
 def _is_simple(tree: Tree, given: Tree) -> bool:
     """Return whether the tables that the form takes for granted are as they were."""
     return all(tree.get(name) == given.get(name) for name in ADDED)
-
-
-def _held(tree: Tree) -> set[Any]:
-    return {block for support in tree.get("support", []) for block in support.get("blocks") or []}
-
-
-def _gravity(tree: Tree) -> float:
-    return math.radians(si(tree.get("gravity", {}).get("direction", -90), "deg"))
 
 
 def column(given: Tree) -> Callable[[Tree], bool | None]:
@@ -66,7 +73,7 @@ def column(given: Tree) -> Callable[[Tree], bool | None]:
         weight = (
             si(tree.get("rock", {}).get("rock", {}).get("unit_weight"), "N/m^3") * width * height * count * scale**2
         )
-        fall, slope = _gravity(tree), math.radians(dip)
+        fall, slope = gravity(tree), math.radians(dip)
         pull = weight * math.cos(fall + slope)  # along the base, downhill to the right
         press = -weight * math.sin(fall + slope)
         if press <= 0:
@@ -99,9 +106,9 @@ def arch(given: Tree) -> Callable[[Tree], bool | None]:
         sizes = mesh.get("parameters", {})
         if not _is_simple(tree, given) or mesh.get("geometry") != "voussoir_arch" or sizes.get("count", 16) != 16:
             return None
-        if math.sin(_gravity(tree)) > 0:
+        if math.sin(gravity(tree)) > 0:
             return False
-        if abs(math.cos(_gravity(tree))) > 1e-9:
+        if abs(math.cos(gravity(tree))) > 1e-9:
             return None
         thin = beyond(0.10708, float(sizes.get("thickness", 0.15)) / float(sizes.get("radius", 1.0)))
         joint = strength(tree, "joint")
@@ -124,7 +131,7 @@ def wall(given: Tree) -> Callable[[Tree], bool | None]:
             si(tree.get("joint", {}).get(name, {}).get("tensile_strength", 0), "Pa") > 0 for name in ("bed", "head")
         ):
             return None
-        tilt = abs(_gravity(tree) + math.pi / 2)
+        tilt = abs(gravity(tree) + math.pi / 2)
         bed, head = strength(tree, "bed").friction, strength(tree, "head").friction
         if tilt >= math.pi / 2 or math.tan(tilt) > bed * (1 + NEAR):
             return False
@@ -141,13 +148,13 @@ def pushed(given: Tree) -> Callable[[Tree], bool | None]:
         mesh, load = tree.get("mesh", {}), (tree.get("load") or [{}])[0]
         if mesh != given["mesh"] or tree.get("support") != given["support"] or len(tree.get("load") or []) != 1:
             return None
-        if set(tree) - set(given) or abs(math.cos(_gravity(tree))) > 1e-9 or load.get("block") != 1:
+        if set(tree) - set(given) or abs(math.cos(gravity(tree))) > 1e-9 or load.get("block") != 1:
             return None
         force = load.get("force") or [0, 0]
         across, up = (si(part, "N/m") for part in [*force, 0, 0][:2])
         joint = strength(tree, "joint")
         weight = si(tree.get("rock", {}).get("rock", {}).get("unit_weight"), "N/m^3")
-        press = -weight * math.sin(_gravity(tree)) - up
+        press = -weight * math.sin(gravity(tree)) - up
         if press <= 0:
             return None
         if abs(across) * 0.3 > press * 0.5 or across < 0:
@@ -185,91 +192,6 @@ def wedge(given: Tree) -> Callable[[Tree], bool | None]:
     return stands
 
 
-SUSPENDED = """
-title = "A block that hangs on a bolt that is too weak"
-[mesh]
-file = "hung.msh"
-[rock.rock]
-unit_weight = "25 kN/m^3"
-[joint.joint]
-normal_stiffness = "1 GPa/m"
-shear_stiffness = "1 GPa/m"
-law = "mohr_coulomb"
-friction = 30
-[[support]]
-blocks = [1]
-fix = "all"
-[[bolt]]
-name = "A"
-start = [1.0, 0.0]
-end = [1.0, 3.0]
-kind = "end_anchored"
-diameter = "25 mm"
-yield_strength = "500 MPa"
-pretension = 0
-anchor_capacity = "40 kN"
-spacing = "1 m"
-[solver]
-scheme = "continuation"
-displacement_limit = "2 m"
-"""
-HUNG = b"""$MeshFormat
-2.2 0 8
-$EndMeshFormat
-$PhysicalNames
-2
-1 1 "joint:joint"
-2 2 "rock:rock"
-$EndPhysicalNames
-$Nodes
-6
-1 0 0 0
-2 2 0 0
-3 2 1 0
-4 0 1 0
-5 2 4 0
-6 0 4 0
-$EndNodes
-$Elements
-3
-1 1 2 1 1 4 3
-2 3 2 2 2 1 2 3 4
-3 3 2 2 2 4 3 5 6
-$EndElements
-"""
-
-
-def suspended(given: Tree) -> Callable[[Tree], bool | None]:
-    """Return the form of a block of 2 m2 that only a bolt holds to the roof: its capacity against the weight."""
-
-    def stands(tree: Tree) -> bool | None:
-        if set(tree) - set(given) or any(tree.get(key) != given.get(key) for key in ("mesh", "support")):
-            return None
-        bolts = tree.get("bolt") or []
-        if not bolts:
-            return False
-        bolt, joint = bolts[0], tree.get("joint", {}).get("joint", {})
-        places = ("start", "end", "kind")
-        if (
-            len(bolts) > 1
-            or any(bolt.get(key) != given["bolt"][0][key] for key in places)
-            or set(bolt) - set(given["bolt"][0])
-        ):
-            return None
-        if (
-            {"tensile_strength", "cohesion"} & set(joint)
-            or abs(math.cos(_gravity(tree))) > 1e-9
-            or math.sin(_gravity(tree)) > 0
-        ):
-            return None
-        weight = 2 * si(tree.get("rock", {}).get("rock", {}).get("unit_weight"), "N/m^3")
-        steel = math.pi / 4 * si(bolt.get("diameter"), "m") ** 2 * si(bolt.get("yield_strength", 1e30), "Pa")
-        capacity = min(steel, si(bolt.get("anchor_capacity", 1e30), "N"))
-        return beyond(weight, capacity / si(bolt.get("spacing", 1), "m"))
-
-    return stands
-
-
 def _of_file(name: str, form: Callable[[Tree], Callable[[Tree], bool | None]], *scripts: str) -> Example:
     path: Path = ROOT / "examples" / name
     text = path.read_text(encoding="utf-8")
@@ -291,4 +213,12 @@ def examples() -> tuple[Example, ...]:
         _of_file("02_pushed_block/apart.toml", pushed),
         _of_file("falling_table/rapid.toml", wedge, "slope.py"),
         Example("suspended block", SUSPENDED, suspended(tomllib.loads(SUSPENDED)), {"hung.msh": HUNG}),
+        Example("slab on a group", SLAB, slab(tomllib.loads(SLAB)), {"slab.msh": slab_mesh(cut=True)}),
+        _along(),
     )
+
+
+def _along() -> Example:
+    """Return the slab whose plane is a line of the model file, through the elements."""
+    text = SLAB.replace("[boundary.base]", f"along = {line()}\n[boundary.base]")
+    return Example("slab along a line", text, slab(tomllib.loads(text)), {"slab.msh": slab_mesh(cut=False)})

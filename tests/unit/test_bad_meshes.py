@@ -123,6 +123,8 @@ def test_geometry_scripts_that_fail(case: Case, script: str) -> None:
         ('geometry = "circular_tunnel"\nparameters = {radus = 3}', ["no parameter 'radus'", "did you mean 'radius'"]),
         ('geometry = "circular_tunnel"\nparameters = {radius = -3}', ["radius = -3", "greater than 0"]),
         ('geometry = "circular_tunnel"\nparameters = {path = "a"}', ["there is no parameter 'path'"]),
+        ('geometry = "column"\nparameters = {dip = inf}', ["parameters.dip", "must be a finite number"]),
+        ('geometry = "column"\nparameters = {dip = [1.0, nan]}', ["parameters.dip", "must be a finite number"]),
     ],
 )
 def test_geometries_that_cannot_be_built(case: Case, keys: str, words: list[str]) -> None:

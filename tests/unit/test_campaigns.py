@@ -14,7 +14,7 @@ from tests.campaigns.state import State
 from tests.campaigns.targets import TARGETS, calls
 from tests.campaigns.targets.good_calls import good_calls
 from tests.campaigns.unstable import examples
-from tests.campaigns.verdict import BROKEN, FALSE, demand_unstable, judge_slip
+from tests.campaigns.verdict import BROKEN, FALSE, PARTS, demand_unstable, drawn, judge_change
 from tests.campaigns.watch import watch
 
 pytestmark = pytest.mark.robust
@@ -40,9 +40,10 @@ def test_unstable_models_are_so_by_the_program_and_by_statics() -> None:
         assert demand_unstable(there) == []
 
 
-def test_a_slice_of_slips_of_the_pen() -> None:
+@pytest.mark.parametrize("part", PARTS)
+def test_a_slice_of_changes_of_unstable_models(part: str) -> None:
     with place() as there:
-        found = [judge_slip(there, SEED, index) for index in range(6)]
+        found = [judge_change(there, drawn(part, SEED, index)) for index in range(6)]
     assert [detail for kind, _, detail in found if kind in (FALSE, BROKEN)] == []
 
 

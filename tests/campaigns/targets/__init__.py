@@ -9,7 +9,7 @@ TARGETS: dict[str, Target] = {
     target.name: target
     for target in (
         Target("calls", calls.draw, 0.34),
-        Target("traces", tables.draw_traces, 0.16),
+        Target("traces", tables.draw_traces, 0.16, tables.prepare_traces),
         Target("meshes", meshes.draw, 0.2, meshes.prepare),
         Target("models", models.draw, 0.2),
         Target("bolts", tables.draw_bolts, 0.06),

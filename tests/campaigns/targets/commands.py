@@ -40,6 +40,8 @@ GOOD: tuple[tuple[str, ...], ...] = (
     ("--version",),
 )
 HARMLESS = ("new", "new.msh", "new.vtu", "model.toml", "mesh.msh", "nothing")
+KEPT = {"kept/other.txt": b"of somebody else"}
+LINKS = tuple(f"{name}.{state}" for name in ("new", "out") for state in ("running", "former", "interrupted"))
 CODES = (0, 2, 3, 130)
 
 
@@ -57,10 +59,11 @@ def draw(random: Random, folder: Path) -> Input:
     files = {"model.toml": data, "mesh.msh": mesh, "bolts.csv": table}
     if random.random() < 0.2:  # an old run is there
         files |= {f"new/{name}": content for name, content in good(folder)[0][0].items()}
+    link = random.choice(LINKS) if random.random() < 0.2 else ""
     return Input(
-        "bsm-mesh " + " ".join(words),
-        lambda: _command(words, "--json" in words),
-        files,
+        (f"{link} -> kept; " if link else "") + "bsm-mesh " + " ".join(words),
+        lambda: _linked(link, words) if link else _command(words, "--json" in words),
+        {**files, **KEPT},
         ("new", "new.msh", "new.vtu", "out", "*"),
     )
 
@@ -109,6 +112,16 @@ def _change(random: Random, words: list[str]) -> None:
 def _harmless(word: str) -> str:
     """Return a word that, taken as a path, stays within the folder."""
     return word.replace("/", "_").replace("..", "_")[:3000]
+
+
+def _linked(link: str, words: list[str]) -> str:
+    """Do a command where a link beside the results leads elsewhere: nothing may be written or removed there."""
+    Path(link).symlink_to("kept")
+    kept = Path("kept").absolute()
+    done = _command(words, "--json" in words)
+    if {path.name: path.read_bytes() for path in kept.iterdir()} != {"other.txt": KEPT["kept/other.txt"]}:
+        raise AcceptedError(f"{link.partition('.')[2]}: a link was followed")
+    return done
 
 
 def _command(words: list[str], as_json: bool) -> str:

@@ -10,9 +10,17 @@ from tests.scenes.square_mesh import NODES, QUADS
 
 from ..inputs import Input, demand_finite
 from ..mutations import mutate
+from ..seeds import write_forms, write_meshes
 from ..small import CURVES, MESH, SURFACES
 
-GROUPS: tuple[dict[str, str] | None, ...] = (None, None, {"*": "rock:gneiss"}, {"*": "rock:r"}, {"rock=1": "rock:a"})
+GROUPS: tuple[dict[str, str] | None, ...] = (
+    None,
+    None,
+    {"*": "rock:gneiss"},
+    {"*": "rock:r"},
+    {"rock=1": "rock:a"},
+    {"*": "rock:r", "BASE": "boundary:b"},
+)
 BY_MESHIO = (
     "avs",
     "bdf",
@@ -46,6 +54,7 @@ def prepare(folder: Path) -> None:
     _by_gmsh(there)
     _by_vtk(there)
     _by_meshio(there)
+    write_meshes(there)
 
 
 def _by_gmsh(there: Path) -> None:
@@ -76,6 +85,7 @@ def _by_gmsh(there: Path) -> None:
                 gmsh.option.setNumber("Mesh.MshFileVersion", version)
                 gmsh.option.setNumber("Mesh.Binary", binary)
                 gmsh.write(str(there / f"gmsh.{version}.{binary}.msh"))
+        write_forms(gmsh, there)
 
 
 def _by_vtk(there: Path) -> None:

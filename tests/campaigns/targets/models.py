@@ -11,14 +11,17 @@ import tomli_w
 
 from ..inputs import Input, demand_finite
 from ..mutations import mutate, mutate_tree
+from ..seeds import models as models_of_others
 from ..small import MESH, MODELS
 
+_OURS: list[tuple[dict[str, Any], dict[str, bytes]]] = [(tree, {}) for tree in MODELS]
+GIVEN = 5 * _OURS + models_of_others(MODELS[0])
 RUNS = 0.1  # of the models that load, so many are run as well
 
 
 def draw(random: Random, folder: Path) -> Input:
     """Return a model file with a few changes, to be loaded and at times run."""
-    given = random.choice(MODELS)
+    given, beside = random.choice(GIVEN)
     tree = mutate_tree(random, given) if random.random() < 0.85 else given
     data = written(tree)
     if tree is given or random.random() < 0.15:
@@ -27,7 +30,7 @@ def draw(random: Random, folder: Path) -> Input:
     return Input(
         told="bsm.load('model.toml')" + (", bsm.run of it" if runs else ""),
         act=lambda: _load(runs),
-        files={"model.toml": data, "mesh.msh": MESH, "bolts.csv": BOLT_TABLE},
+        files={"model.toml": data, "mesh.msh": MESH, "bolts.csv": BOLT_TABLE, **beside},
     )
 
 

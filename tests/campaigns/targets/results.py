@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from pathlib import Path
@@ -13,6 +14,7 @@ from ..mutations import mutate, mutate_tree
 from ..small import MESH, model
 from .models import BOLT_TABLE, written
 
+FORGED = 0.4  # of the changed folders, so many have right checksums
 RUNS = (0, 2, 3)  # of small.MODELS: plain, staged with water, bolted
 
 
@@ -92,11 +94,35 @@ def draw(random: Random, folder: Path) -> Input:
         changed[name] = json.dumps(mutate_tree(random, json.loads(files[name]))).encode()
     else:
         changed[name] = mutate(random, files[name])
+    if "summary.json" in changed and random.random() < FORGED:
+        with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
+            return Input(f"Results.load('out'), {name} forged", _look, _placed(_forged(changed, name)))
     return Input(
         f"Results.load('out'), with {name} changed",
         lambda: _load(says, name),
-        {f"out/{name}": data for name, data in changed.items()},
+        _placed(changed),
     )
+
+
+def _placed(files: dict[str, bytes]) -> dict[str, bytes]:
+    return {f"out/{name}": data for name, data in files.items()}
+
+
+def _forged(files: dict[str, bytes], name: str) -> dict[str, bytes]:
+    """Return a folder whose checksums are right for what it holds now, as somebody would make them."""
+    from bsm_mesh.app.summary import _checksum
+
+    told = json.loads(files["summary.json"])
+    told.pop("checksum", None)
+    if name in files and name in told["files"]:
+        told["files"][name].update(bytes=len(files[name]), sha256=hashlib.sha256(files[name]).hexdigest())
+    return {**files, "summary.json": json.dumps({**told, "checksum": _checksum(told)}).encode()}
+
+
+def _look() -> None:
+    import bsm_mesh as bsm
+
+    bsm.Results.load("out").check()
 
 
 def _load(says: str, name: str) -> None:

@@ -7,6 +7,7 @@ from random import Random
 
 from ..inputs import AcceptedError, Input, demand_finite
 from ..mutations import mutate
+from ..seeds import DRAWING, FEATURES, SECRET, TABLES_OF_BOLTS, TABLES_OF_LINES, VIRTUAL, write_features
 from ..small import MESH, model
 from .models import written
 
@@ -31,6 +32,11 @@ TRACES = (
     ("t.geojson", GEOJSON, 0.25),
     ("t.json", GEOJSON, 0.02),
     ("t.dxf", DXF, 0.03),
+    *(("t.csv", data, 0.02) for data in TABLES_OF_LINES),
+    *(("t.geojson", data, 0.03) for data in FEATURES),
+    ("t.dxf", DRAWING, 0.03),
+    ("t.gpkg", VIRTUAL, 0.005),
+    ("t.gpkg", b"", 0.005),  # the one that is written
 )
 BOLT_TABLES = (
     b"start_x,start_y,end_x,end_y,diameter,name\n0.5,1.9,0.5,0.3,25 mm,A\n1.5,1.9,1.5,0.3,0.025,B\n",
@@ -38,7 +44,14 @@ BOLT_TABLES = (
     b"5 kN,500 MPa,\n1.2,1.8,1.7,0.1,20 mm,end_anchored,0,5e8,\n",
     b"start_x,start_y,end_x,end_y,diameter,bond_strength,bond_stiffness,bearing_stiffness,plate,spacing\n"
     b"1 m,180 cm,0.4,0.3,25 mm,150 kN/m,1 GPa,2 GPa,100 kN,1.5 m\n",
+    *TABLES_OF_BOLTS,
 )
+
+
+def prepare_traces(folder: Path) -> None:
+    """Write the traces that are no text."""
+    (folder / "traces").mkdir(parents=True, exist_ok=True)
+    write_features(folder / "traces")
 
 
 def draw_traces(random: Random, folder: Path) -> Input:
@@ -46,16 +59,21 @@ def draw_traces(random: Random, folder: Path) -> Input:
     if random.random() < 0.2:
         return Input("read_scan_line('scan.csv')", _scan_line, {"scan.csv": mutate(random, SCAN, binary=False)})
     name, data, _ = random.choices(TRACES, [share for *_, share in TRACES])[0]
+    stored = folder / "traces" / name
+    if not data and stored.exists():
+        data = stored.read_bytes()
     scale = random.choice((1.0, 1.0, 1.0, 0.001, 1e200))
     names = random.choice((None, None, {"J1": "J1"}, {"J1": "a", "J2": "a"}, {"nothing": "J1"}))
     return Input(
         f"read_traces({name!r}, names={names}, scale={scale})",
         lambda: _traces(name, names, scale),
-        {name: mutate(random, data, binary=False)},
+        {name: mutate(random, data, binary=None if name == "t.gpkg" else False), **SECRET},
     )
 
 
 def _traces(name: str, names: dict[str, str] | None, scale: float) -> None:
+    import numpy as np
+
     from bsm_mesh import geometries
 
     for fault in geometries.read_traces(name, names=names, scale=scale):
@@ -63,6 +81,8 @@ def _traces(name: str, names: dict[str, str] | None, scale: float) -> None:
             raise AcceptedError("traces: a set without lines")
         for line in fault.lines:
             demand_finite(line, "traces")
+            if any(777 in point for point in np.asarray(line).tolist()) and name == "t.gpkg":
+                raise AcceptedError("traces: another file was read")
 
 
 def _scan_line() -> None:
