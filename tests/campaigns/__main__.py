@@ -73,6 +73,17 @@ def verdict_command(runs: int, seed: int, state: Path) -> None:
     _end(verdict(state, runs=runs, seed=seed, report=report))
 
 
+@cli.command("seeds")
+def seeds_command() -> None:
+    """Files of other programs and of strangers, one by one: what is expected, and what the program does."""
+    from .strangers import rows
+
+    with place() as there:
+        told = [right for row, right in rows(there) if click.echo(row) is None]
+    click.echo(f"{sum(told) - 1} of {len(told) - 1} as expected")
+    sys.exit(0 if all(told) else 1)
+
+
 @cli.command("kill")
 @click.option("-n", "--moments", type=click.IntRange(0), default=60, show_default=True, help="Kills at random moments.")
 @every_option

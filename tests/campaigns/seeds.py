@@ -70,15 +70,15 @@ def write_forms(gmsh: Any, folder: Path) -> None:
         gmsh.write(str(folder / name))
 
 
-TABLES_OF_LINES = (  # one row: comment lines, decimal commas, separators, units and capitals in the header
-    b"# mapped 2024\nx1,y1,x2,y2,set\n-0.5,1.25,10,2.5,J1\n",
-    b'x1,y1,x2,y2,set\n"-0,5","1,25","10,0","2,5",J1\n',
-    b"x1;y1;x2;y2;set\n-0,5;1,25;10,0;2,5;J1\n",
-    b"x1;y1;x2;y2;set\n-0.5;1.25;10.0;2.5;J1\n",
-    b"x1\ty1\tx2\ty2\tset\n-0.5\t1.25\t10.0\t2.5\tJ1\n",
-    b"x1 [m],y1 [m],x2 [m],y2 [m],set\n-0.5,1.25,10,2.5,J1\n",
-    b"X1,Y1,X2,Y2,SET\n-0.5,1.25,10,2.5,J1\n",
-)
+TABLES_OF_LINES = {  # one row each
+    "a comment line": b"# mapped 2024\nx1,y1,x2,y2,set\n-0.5,1.25,10,2.5,J1\n",
+    "decimal commas in quotes": b'x1,y1,x2,y2,set\n"-0,5","1,25","10,0","2,5",J1\n',
+    "decimal commas, semicolons": b"x1;y1;x2;y2;set\n-0,5;1,25;10,0;2,5;J1\n",
+    "semicolons": b"x1;y1;x2;y2;set\n-0.5;1.25;10.0;2.5;J1\n",
+    "tabs": b"x1\ty1\tx2\ty2\tset\n-0.5\t1.25\t10.0\t2.5\tJ1\n",
+    "units in the header": b"x1 [m],y1 [m],x2 [m],y2 [m],set\n-0.5,1.25,10,2.5,J1\n",
+    "capitals in the header": b"X1,Y1,X2,Y2,SET\n-0.5,1.25,10,2.5,J1\n",
+}
 TABLES_OF_BOLTS = (
     b"start_x;start_y;end_x;end_y;diameter\n0,5;1,9;0,5;0,2;25 mm\n",
     b"START_X\tSTART_Y\tEND_X\tEND_Y\tDIAMETER [mm]\n0.5\t1.9\t0.5\t0.2\t25\n",
@@ -101,9 +101,7 @@ FEATURES = (
     _collection(_feature(f'{{"type": "GeometryCollection", "geometries": [{_LINE}]}}'), _feature(_LINE, '"J2"')),
     _collection(_feature(_RING), _feature(_LINE), _feature("null")),
     _collection(_feature(_LINE, "0"), _feature(_LINE, "false")),
-    _collection(
-        _feature(_LINE.replace("3,", "30,")), crs='"crs": {"type": "name", "properties": {"name": "EPSG:2263"}}, '
-    ),
+    _collection(_feature(_LINE.replace("3,", "30,")), crs=_FEET),
 )
 DRAWING = b"\n".join(  # in the front view (XZ), in mm
     b"0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES 0 LINE 8 J1 10 -100.0 20 0.0 30 1000.0 "
@@ -164,7 +162,7 @@ def models(plain: dict[str, Any]) -> list[tuple[dict[str, Any], dict[str, bytes]
     ]
     for name, data in (
         *((f"t{k}.geojson", data) for k, data in enumerate(FEATURES)),
-        *((f"t{k}.csv", data) for k, data in enumerate(TABLES_OF_LINES)),
+        *((f"t{k}.csv", data) for k, data in enumerate(TABLES_OF_LINES.values())),
         ("t.dxf", DRAWING),
         ("t.gpkg", VIRTUAL),
     ):

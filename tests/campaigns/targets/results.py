@@ -96,7 +96,7 @@ def draw(random: Random, folder: Path) -> Input:
         changed[name] = mutate(random, files[name])
     if "summary.json" in changed and random.random() < FORGED:
         with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError, RecursionError):
-            return Input(f"Results.load('out'), {name} forged", _look, _placed(_forged(changed, name)))
+            return Input(f"Results.load('out'), {name} forged", _look, _placed(forged(changed, name)))
     return Input(
         f"Results.load('out'), with {name} changed",
         lambda: _load(says, name),
@@ -108,8 +108,8 @@ def _placed(files: dict[str, bytes]) -> dict[str, bytes]:
     return {f"out/{name}": data for name, data in files.items()}
 
 
-def _forged(files: dict[str, bytes], name: str) -> dict[str, bytes]:
-    """Return a folder whose checksums are right for what it holds now, as somebody would make them."""
+def forged(files: dict[str, bytes], name: str) -> dict[str, bytes]:
+    """Return results with right checksums of a changed file and of the summary, as somebody would make them."""
     from bsm_mesh.app.summary import _checksum
 
     told = json.loads(files["summary.json"])

@@ -32,7 +32,7 @@ TRACES = (
     ("t.geojson", GEOJSON, 0.25),
     ("t.json", GEOJSON, 0.02),
     ("t.dxf", DXF, 0.03),
-    *(("t.csv", data, 0.02) for data in TABLES_OF_LINES),
+    *(("t.csv", data, 0.02) for data in TABLES_OF_LINES.values()),
     *(("t.geojson", data, 0.03) for data in FEATURES),
     ("t.dxf", DRAWING, 0.03),
     ("t.gpkg", VIRTUAL, 0.005),
