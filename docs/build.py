@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs" / "site"
 MADE = ROOT / "build" / "docs"
 COPIED = ("*.md", "*.cff", "LICENSE", "pyproject.toml", "bootstrap.sh", "constraints*.txt", ".ci/run")
-FOLDERS = ("docs", "examples", "bsm_mesh", "geometries", "converters", "tests", "benchmarks", "verification")
+FOLDERS = ("docs", "examples", "bsm_mesh", "geometries", "converters", "tests", "benchmarks", "tools", "verification")
 KINDS = {".md", ".png", ".gif", ".toml", ".py", ".csv", ".json", ".html", ".j2"}
 LEFT_OUT = {"__pycache__", "site", "out"}
 

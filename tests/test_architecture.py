@@ -189,9 +189,10 @@ def importers_of(package: str, folder: Path, root: Path) -> list[str]:
     return [str(path.relative_to(root)) for path in found if any(below(name, package) for name in names(path))]
 
 
-def test_no_test_of_the_program_imports_benchmarks():
-    """What both solve is in ``tests/scenes``; tests/unit/test_benchmarks.py, of the benchmarks, imports by f-string."""
-    assert importers_of("benchmarks", ROOT / "tests", ROOT) == []
+@pytest.mark.parametrize("package", ["benchmarks", "tools"])
+def test_no_test_of_the_program_imports_commands_of_the_checkout(package):
+    """Scenes of both are in ``tests/scenes``; tests/unit/test_benchmarks.py, of the benchmarks, imports by f-string."""
+    assert importers_of(package, ROOT / "tests", ROOT) == []
 
 
 @pytest.mark.parametrize(

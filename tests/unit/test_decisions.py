@@ -29,7 +29,7 @@ def test_ids_in_the_code_are_those_of_records() -> None:
     known = {f"D{record.name[:4]}" for record in RECORDS}
     sources = [
         path
-        for part in ("bsm_mesh", "converters", "geometries", "tests", "benchmarks")
+        for part in ("bsm_mesh", "converters", "geometries", "tests", "benchmarks", "tools")
         for path in (ROOT / part).rglob("*.py")
     ]
     named = {name for path in sources for name in re.findall(r"\bD\d{4}\b", path.read_text(encoding="utf-8"))}

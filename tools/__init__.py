@@ -1,0 +1,1 @@
+"""Commands of the checkout that judge the program and its tests; no test of the program imports them."""
