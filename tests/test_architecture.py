@@ -191,7 +191,7 @@ def importers_of(package: str, folder: Path, root: Path) -> list[str]:
 
 @pytest.mark.parametrize("package", ["benchmarks", "tools"])
 def test_no_test_of_the_program_imports_commands_of_the_checkout(package):
-    """Scenes of both are in ``tests/scenes``; tests/unit/test_benchmarks.py, of the benchmarks, imports by f-string."""
+    """Scenes of both are in ``tests/scenes``; tests of the commands lie beside these."""
     assert importers_of(package, ROOT / "tests", ROOT) == []
 
 

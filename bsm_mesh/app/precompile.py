@@ -1,6 +1,6 @@
 """Compile the kernels of usual runs before they are needed: ``python -m bsm_mesh.app.precompile``.
 
-`kernels.txt` lists them with the types of their arguments (``python -m tests.kernels`` writes it), the most expensive
+`kernels.txt` lists them with the types of their arguments (``python -m tools.kernels`` writes it), the most expensive
 ones first. They are compiled for `bsm_mesh.compiled.PORTABLE` where this machine runs such code, by several processes,
 into the folder that all ways of calling use. A kernel that the list leaves out is compiled when it is first called.
 """

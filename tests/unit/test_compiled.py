@@ -265,7 +265,7 @@ print(files._compiled)
 
 
 def test_first_runs_after_set_up_compile_nothing(tmp_path: Path) -> None:
-    """The starter and the README's model; `python -m tests.kernels` writes the list anew."""
+    """The starter and the README's model; `python -m tools.kernels` writes the list anew."""
     told = {**environment(), "NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     fill = [sys.executable, "-m", "bsm_mesh.app.precompile"]
     done = subprocess.run(fill, env=told, cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -1,4 +1,4 @@
-"""What is released, built and tried as a stranger gets it: ``python -m tests.release [-o dist] [--no-install]``.
+"""What is released, built and tried as a stranger gets it: ``python -m tools.release [-o dist] [--no-install]``.
 
 The sdist is made of the last commit, the wheel of the sdist and of kernels compiled for this Python, both twice: the
 same commit and kernels give the same bytes. Then the wheel is installed into a new environment, with the pinned
@@ -107,7 +107,7 @@ def said(name: str, work: object) -> None:
 
 def main() -> int:
     """Build twice, compare, install, run."""
-    parser = argparse.ArgumentParser(prog="python -m tests.release", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tools.release", description=__doc__)
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "dist")
     parser.add_argument("--no-install", action="store_true", help="build only")
     given = parser.parse_args()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from docs.code_blocks import python_blocks, typed
-from tests.release import settle
+from tools.release import settle
 
 pytestmark = pytest.mark.robust
 

@@ -1,4 +1,4 @@
-"""Write the list of kernels that usual runs call (`bsm_mesh/kernels.txt`): ``python -m tests.kernels``.
+"""Write the list of kernels that usual runs call (`bsm_mesh/kernels.txt`): ``python -m tools.kernels``.
 
 Starters, examples and a few commands are run; each kernel that Python calls is listed with the types of its arguments,
 the most expensive ones first.
@@ -122,7 +122,7 @@ def main() -> None:
     """Run twice: a kernel that is compiled brings those that it calls, one that is read does not."""
     with TemporaryDirectory() as folder:
         environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
-        command = [sys.executable, "-m", "tests.kernels", "once"]
+        command = [sys.executable, "-m", "tools.kernels", "once"]
         compiled, read = (
             json.loads(
                 subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE).stdout.splitlines()[-1]

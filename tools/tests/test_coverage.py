@@ -1,4 +1,4 @@
-"""tests.coverage: what it reports of lines and branches that were measured."""
+"""tools.coverage: what it reports of lines and branches that were measured."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import coverage as command
+from tools import coverage as command
 
 pytest.importorskip("coverage")
 HALF = "def f(x):\n    if x:\n        return 1\n    return 2\n\n\nprint(f({given}))\n"

@@ -1,4 +1,4 @@
-"""Which lines and branches the tests reach: ``python -m tests.coverage [-n 2] [TESTS ...]``.
+"""Which lines and branches the tests reach: ``python -m tools.coverage [-n 2] [TESTS ...]``.
 
 Runs the tests of `bootstrap.sh test` under coverage.py, processes that they start included, and prints each package and
 the files that miss most. What is compiled is left out (``pragma: no cover - compiled``): coverage.py does not see it.
@@ -80,7 +80,7 @@ def report() -> int:
 
 def main() -> int:
     """Run the tests, then report."""
-    parser = argparse.ArgumentParser(prog="python -m tests.coverage", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tools.coverage", description=__doc__)
     parser.add_argument("-n", "--workers", type=int, default=2)
     parser.add_argument("--report", action="store_true", help="only print what was measured before")
     parser.add_argument("tests", nargs="*", help="files or folders; by default all")

@@ -9,23 +9,16 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bsm_mesh as bsm
+from benchmarks import engines, measure, pages, programs, report, tables
+from benchmarks.cases import CASES
 from tests.scenes import large
 
 ROOT = Path(__file__).parents[2]
 PEER = "import json; print(json.dumps({'verdict': 'at rest', 'note': 'none', 'residual': 0.5}))"
-
-pytestmark = pytest.mark.skipif(not (ROOT / "benchmarks").is_dir(), reason="benchmarks are not installed")
-
-
-def module(name):
-    sys.path.insert(0, str(ROOT))
-    try:
-        return importlib.import_module(f"benchmarks.{name}")
-    finally:
-        sys.path.remove(str(ROOT))
 
 
 @pytest.mark.heavy
@@ -50,7 +43,6 @@ def test_run(tmp_path):
 
 def test_factorizations_are_those_of_all_blocks():
     """Not those of the few that are solved apart: a wall of a million bricks has a thousand of these."""
-    programs = module("programs")
     given = Namespace(solver="auto", threads=1, max_steps=50, trace=False)
     row = programs.run_bsm(large.tilted_wall, 1000, given)
     results = bsm.run(large.tilted_wall(1000).model(), bsm.Options(scheme="continuation", threads=1))
@@ -58,21 +50,19 @@ def test_factorizations_are_those_of_all_blocks():
 
 
 def test_split_counts_inner_work_once_and_leaves_no_trace():
-    measure = module("measure")
     pattern = importlib.import_module("bsm_mesh.solve.algebra.block_matrix")
     system = importlib.import_module("bsm_mesh.solve.linear.system")
     before = pattern.block_pattern
     split = measure.Split()
     with split.watch():
         assert system.block_pattern is pattern.block_pattern is not before
-        system.block_pattern(2, *(importlib.import_module("numpy").array([k], dtype="int32") for k in (0, 1)))
+        system.block_pattern(2, *(np.array([k], dtype="int32") for k in (0, 1)))
     assert system.block_pattern is pattern.block_pattern is before
     assert 0 < split.seconds["assembly"] < split.processor
     assert sum(split.seconds.values()) == pytest.approx(split.processor)
 
 
 def test_a_page_is_written_from_stored_rows(tmp_path):
-    tables, pages = module("tables"), module("pages")
     row = {"blocks": 1000, "asked": 1000, "verdict": "stable", "seconds": 9.0, "processor": 4.0, "memory": 0.5}
     row |= {"factorizations": 3, "parts": {"factorization": 1.0, "contacts": 1.0, "assembly": 1.0, "rest": 1.0}}
     larger = row | {"blocks": 10_000, "asked": 10_000, "processor": 40.0}
@@ -92,7 +82,7 @@ def test_a_page_is_written_from_stored_rows(tmp_path):
 
 
 def test_what_a_command_makes_stands_between_its_marks(tmp_path, capsys):
-    pages, page = module("pages"), tmp_path / "page.md"
+    page = tmp_path / "page.md"
     begin, end = pages.marks("a command")
     page.write_text(f"before\n{begin}\nold\n{end}\nafter\n")
     pages.tell("new", "a command", page)
@@ -103,7 +93,7 @@ def test_what_a_command_makes_stands_between_its_marks(tmp_path, capsys):
 
 @pytest.mark.parametrize("text", ["no marks", "{1}{0}", "{0}{0}{1}", "{0}{1}{1}", None])
 def test_a_page_without_the_marks_is_refused_before_anything_is_run(tmp_path, capsys, text):
-    pages, page, parser = module("pages"), tmp_path / "page.md", argparse.ArgumentParser()
+    page, parser = tmp_path / "page.md", argparse.ArgumentParser()
     pages.add_into(parser, "a command")
     if text is not None:
         page.write_text(text.format(*pages.marks("a command")))
@@ -117,8 +107,8 @@ def test_growth():
     rows = [{"blocks": n, "verdict": "stable", "seconds": 1e-4 * n**1.2} for n in (10, 1000, 10_000, 100_000)]
     rows[0]["seconds"] = 5.0  # start-up
     rows.append({"blocks": 1_000_000, "verdict": "not_converged", "seconds": 60.0})
-    assert module("report").exponent(rows) == pytest.approx(1.2)
-    assert module("report").exponent(rows[:2]) is None
+    assert report.exponent(rows) == pytest.approx(1.2)
+    assert report.exponent(rows[:2]) is None
 
 
 def test_scenes():
@@ -129,13 +119,11 @@ def test_scenes():
 
 @pytest.mark.parametrize(("given", "degrees"), [(None, "35"), (30.0, "30")])
 def test_titles_name_the_friction(given, degrees):
-    cases = module("cases").CASES
-    assert cases["slope"].at_friction(given).title.endswith(f"friction {degrees} degrees")
-    assert cases["linear"].at_friction(given) is cases["linear"]
+    assert CASES["slope"].at_friction(given).title.endswith(f"friction {degrees} degrees")
+    assert CASES["linear"].at_friction(given) is CASES["linear"]
 
 
 def test_both_engines_cut_geometries_alike():
-    engines = module("engines")
     given, cases = list(engines.masses()), len(engines.CASES)
     assert len(given) == cases + engines.NETWORKS
     found = [engines.compared(*one) for one in given[:cases] + given[cases::5]]  # all: python -m benchmarks.engines

@@ -1,14 +1,16 @@
 """benchmarks.continuum: every example beside finite elements, as a table between the marks of a page."""
 
+from pathlib import Path
+
 import numpy as np
 
+from benchmarks import continuum, pages
+from benchmarks import continuum_limits as limits
 from bsm_mesh.converters import solve_continuum
 from examples.numbers.pages import parted
-from tests.unit.test_benchmarks import ROOT, module
 
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/continuum.md"
-continuum = module("continuum")
-limits = module("continuum_limits")
 
 
 def test_a_model_is_told_stage_by_stage():
@@ -29,7 +31,7 @@ def test_the_page_names_every_model():
 
 
 def test_nothing_that_is_not_comparable_has_a_percentage_of_difference():
-    between = module("pages").marks(continuum.COMMAND)
+    between = pages.marks(continuum.COMMAND)
     table = parted(PAGE.read_text(encoding="utf-8"), between)[1]
     rows = [row.split(" | ") for row in table.splitlines() if row.startswith("| ")]
     refused = [row for row in rows if row[2] == "not comparable"]
