@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 from bsm_mesh.app.interruption import guarded
@@ -9,7 +10,10 @@ from bsm_mesh.app.interruption import guarded
 
 def main() -> None:
     """Run a command of the command line."""
-    guarded(_command, last=True)
+    try:
+        guarded(_command, last=True)
+    finally:
+        gc.freeze()  # Python's own end collects a million objects otherwise, for memory that the process gives back
 
 
 def _command() -> Any:

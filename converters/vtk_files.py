@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree
-from xml.sax.saxutils import escape
 
 import numpy as np
 
@@ -26,7 +25,9 @@ VERTEX, LINE, POLYGON, POLYHEDRON = 1, 3, 7, 42  # VTK cell types
 Compression = Literal["zlib", "lz4"]
 KINDS = ("point:", "cell:")
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
-IN_ATTRIBUTES = {'"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
+IN_ATTRIBUTES = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
@@ -393,7 +394,7 @@ def in_xml(name: str) -> str:
 
     What XML cannot hold, such as control characters, becomes an escape, a backslash with ``x01`` and the like.
     """
-    return escape(NO_XML.sub(lambda found: found[0].encode("unicode_escape").decode(), name), IN_ATTRIBUTES)
+    return NO_XML.sub(lambda found: found[0].encode("unicode_escape").decode(), name).translate(IN_ATTRIBUTES)
 
 
 def _id_type() -> int:

@@ -311,6 +311,24 @@ bsm_mesh.__main__.main()
 """
 
 
+AT_THE_END = """\
+import atexit, gc, sys
+import bsm_mesh.__main__
+atexit.register(lambda: print(gc.get_freeze_count() > 0))
+sys.argv[1:] = [{}]
+bsm_mesh.__main__.main()
+"""
+
+
+@pytest.mark.parametrize(("word", "code"), [("--version", 0), ("--wrong", 2)])
+def test_nothing_is_collected_at_the_end(word: str, code: int) -> None:
+    """The end of Python would take a third of a short run."""
+    called = [sys.executable, "-c", AT_THE_END.format(repr(word))]
+    done = subprocess.run(called, env=environment(), capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert done.stdout.splitlines()[-1] == "True"
+
+
 def test_a_reader_that_has_left(case: Case) -> None:
     """As in ``bsm-mesh schema | head -1``."""
     read, write = os.pipe()
